@@ -1,18 +1,22 @@
 """Learn to play ends: first from recorded games, then by playing.
 
     curling record-games --player search:200:points --opponent rulebased --opponent draw \\
-        --ends 2500 -o runs/data
-    python scripts/learn_ends.py clone runs/data -o runs/cloned.npz
+        --ends 2500 --seed 7500 -o runs/data
+    python scripts/learn_ends.py clone runs/data -o runs/cloned.npz --keep runs/lessons.npz
     python scripts/learn_ends.py play -o runs/ends.npz
     curling tournament runs/ends.npz greedy --games 60 --ends 4
     curling benchmark runs/ends.npz
 
-`clone` is behaviour cloning: the network learns which shot of the list was called in each position
-of a Minari dataset. `play` goes on by proximal policy optimisation (Schulman et al. 2017) with
-masks, through the public environments alone:
-`gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the value network as reward
-on the way, and a pool of opponents in which past selves join two of the package's. It may also
-begin with nothing: without a network to start from. Neither looks at the benchmark's episodes.
+`clone` copies a search: in each position of a Minari dataset every shot of the list is simulated
+with the errors of the hand, and the network learns to call those that are worth most from what one
+throw of each without error shows. Lessons that were kept serve again in place of data.
+
+`play` learns by proximal policy optimisation (Schulman et al. 2017) with masks, through the public
+environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the
+value network as reward on the way, and a pool of opponents in which past selves join two of the
+package's. It begins with nothing, or with a network.
+
+Neither looks at the benchmark's episodes.
 """
 
 # Minari is optional.
@@ -32,11 +36,12 @@ import numpy as np
 import torch
 
 import curling_env  # noqa: F401  (registers the environments)
-from agents.playing.learned.features import Seen, features_of
+from agents.playing.learned.features import Seen
 from agents.playing.learned.fit import ShotModule, clone
-from agents.playing.learned.imitation import Lessons, lessons_of
+from agents.playing.learned.lessons import Lessons, joined, lessons_of
 from agents.playing.learned.network import IMPOSSIBLE, ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
+from curling_env.commands.cli import progress_bar
 
 DATASET = "curling/ends-v0"
 
@@ -61,32 +66,33 @@ class Settings:
 # --- learning from recorded games -----------------------------------------------------------------
 
 
-def lessons_in(folder: Path) -> Lessons:
-    """The lessons of a Minari dataset of `curling record-games`."""
-    os.environ["MINARI_DATASETS_PATH"] = str(folder)
-    import minari
+def lessons_in(data: Path, seed: int) -> Lessons:
+    """Lessons that were kept in a file, or those of a Minari dataset of `curling record-games`."""
+    if data.is_file():
+        return Lessons.load(data)
+    os.environ["MINARI_DATASETS_PATH"] = str(data)
+    try:
+        import minari
+    except ModuleNotFoundError as error:
+        raise SystemExit("datasets need Minari: pip install 'curling-sheet[offline]'") from error
 
-    data = minari.load_dataset(DATASET)
-    env: Any = data.recover_environment().unwrapped
-    seen, throws = [], []
-    for episode in data.iterate_episodes():
-        seen.append(np.asarray(episode.observations)[:-1])
-        throws += [env.action.call_of(action).throw for action in episode.actions]
-    known = env.simulator.known_ice
-    return lessons_of(known, np.concatenate(seen), throws)
+    games = minari.load_dataset(DATASET)
+    env: Any = games.recover_environment().unwrapped
+    seen = np.concatenate([np.asarray(e.observations)[:-1] for e in games.iterate_episodes()])
+    with progress_bar(unit="position") as progress:
+        return lessons_of(seen, env.simulator, seed=seed, progress=progress)
 
 
-def learn_from(folders: list[Path], output: Path, epochs: int, seed: int) -> None:
+def learn_from(data: list[Path], output: Path, keep: Path | None, epochs: int, seed: int) -> None:
     """Behaviour cloning on datasets."""
-    each = [lessons_in(folder) for folder in folders]
-    lessons = Lessons(
-        observations=np.concatenate([one.observations for one in each]),
-        shots=np.concatenate([one.shots for one in each]),
-    )
     began = time.process_time()
-    network, held_out = clone(lessons, epochs=epochs, seed=seed)
+    lessons = joined([lessons_in(one, seed) for one in data])
+    if keep is not None:
+        lessons.save(keep)
+    with progress_bar(unit="epoch") as progress:
+        network, held_out = clone(lessons, epochs=epochs, seed=seed, progress=progress)
     said = {name: round(value, 4) for name, value in held_out.items()}
-    network.save(output, learnt_from=[str(folder) for folder in folders], held_out=said)
+    network.save(output, learnt_from=[one.name for one in data], held_out=said)
     seconds = time.process_time() - began
     print(f"{len(lessons)} lessons, {seconds:.0f} s; of those held out: {said}")
 
@@ -129,6 +135,7 @@ def play(start: Path | None, output: Path, settings: Settings) -> None:
     observation, info = envs.reset(seed=settings.seed)
     scores: list[int] = []
     began = time.process_time()
+    eyes = module.network()
     for update in range(updates):
         if update % settings.past == 0:
             envs.unwrapped.opponents.append(LearnedPlayer(module.network()))
@@ -138,7 +145,7 @@ def play(start: Path | None, output: Path, settings: Settings) -> None:
         shots, logs = torch.zeros(length, n, dtype=torch.long), torch.zeros(length, n)
         rewards, over, values = np.zeros((length, n)), np.zeros((length, n)), np.zeros((length, n))
         for t in range(length):
-            seen.append(features_of(observation))
+            seen.append(eyes.seen(observation))
             masks[t] = torch.from_numpy(info["action_mask"])
             with torch.no_grad():
                 worths, value = module(seen[-1])
@@ -151,7 +158,7 @@ def play(start: Path | None, output: Path, settings: Settings) -> None:
                 told = info["final_info"]["score"]
                 scores += [own - other for own, other in told[ended]]
         with torch.no_grad():
-            _, last = module(features_of(observation))
+            _, last = module(eyes.seen(observation))
         values = np.concatenate([values, last.numpy()[None]])
         advantage = advantages(rewards, values, over, settings.gae_lambda)
         learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1], settings)
@@ -204,8 +211,11 @@ def main() -> None:
     )
     ways = parser.add_subparsers(dest="way", required=True)
     one = ways.add_parser("clone", help="learn from datasets of games")
-    one.add_argument("data", type=Path, nargs="+", help="folders of `curling record-games`")
-    one.add_argument("--epochs", type=int, default=6)
+    one.add_argument(
+        "data", type=Path, nargs="+", help="folders of `curling record-games`, or kept lessons"
+    )
+    one.add_argument("--keep", type=Path, metavar="FILE.npz", help="keep the lessons in this file")
+    one.add_argument("--epochs", type=int, default=20)
     one.add_argument("--seed", type=int, default=0)
     other = ways.add_parser("play", help="go on by playing")
     other.add_argument("--start", type=Path, help="a network, such as one of `clone`")
@@ -216,9 +226,10 @@ def main() -> None:
         way.add_argument("-o", "--output", type=Path, required=True, help="file of the network")
     given = vars(parser.parse_args())
     way, output = given.pop("way"), given.pop("output")
-    output.parent.mkdir(parents=True, exist_ok=True)
+    for path in filter(None, (output, given.get("keep"))):
+        path.parent.mkdir(parents=True, exist_ok=True)
     if way == "clone":
-        learn_from(given["data"], output, given["epochs"], given["seed"])
+        learn_from(output=output, **given)
     else:
         play(given.pop("start"), output, Settings(**given))
 

@@ -42,6 +42,21 @@ def told(value: ArrayLike) -> Floats:
     return np.where(size <= LINEAR, value, np.copysign(beyond, value))
 
 
+def untold(value: ArrayLike) -> Floats:
+    """The numbers that `told` tells so."""
+    value = np.asarray(value, dtype=np.float64)
+    room = np.maximum(1.0 - np.abs(value), np.finfo(np.float32).eps)
+    return np.where(room >= LINEAR, value, np.copysign(LINEAR**2 / room, value))
+
+
+def mean_friction(value: ArrayLike) -> Floats:
+    """The mean friction that the first number of `KnownIce.features` tells.
+
+    Beyond e² times more or less than `MU_SCALE`, as on no curling ice, it is taken for that.
+    """
+    return MU_SCALE * np.exp(2 * np.clip(untold(value), -1.0, 1.0))
+
+
 def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
     """The parameters of the effects of the ice that an agent is told, as their cards say.
 

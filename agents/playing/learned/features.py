@@ -2,8 +2,8 @@
 
 An observation of `CurlingEnd-v0` tells where each stone lies. What decides is how stones lie to
 each other and to the tee, so that is worked out first: for each stone that lies, and for each place
-of the list to which a stone may be drawn; what every shot would be worth that
-comes off, and whether its way is free.
+of the list to which a stone may be drawn. What each shot promises, as `values` tells it, is beside
+it.
 """
 
 from __future__ import annotations
@@ -13,18 +13,17 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.playing.learned.prospects import prospects_of
-from agents.playing.learned.ways import blocked
 from agents.playing.search.positions import SLOTS, points_of
 from agents.playing.search.value_network import STONE_FEATURES, stone_features
 from curling_env.envs.game.observation import CONTEXT
 from curling_env.envs.game.shots import DRAWS, GUARDS
+from curling_env.envs.known_ice import mean_friction
 from curling_env.envs.sheet.observation import LENGTH_SCALE
 from curling_env.errors import InputError
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.sheet import Sheet
-from curling_env.typing import Floats, Indices, Integers, Singles
+from curling_env.typing import Flags, Floats, Indices, Integers, Singles
 
 LINES = Lines(width=Sheet().width)
 """Lines of the usual sheet. Observations of sheets of another width are read as if of this one."""
@@ -49,24 +48,20 @@ class Seen(NamedTuple):
     there : (n, 16) 1 where there is a stone
     places : (n, 12, p) of each place of `PLACES`
     whole : (n, w) of the position as a whole
-    prospects : (n, 201) points that each shot of the list promises if it comes off
-    blocked : (n, 201) 1 where a stone lies on the way of the shot
+    possible : (n, 201) whether there is each shot of the list
+    prospects : (n, 201) points that it promises, thrown once without error
     """
 
     stones: Singles
     there: Singles
     places: Singles
     whole: Singles
+    possible: Flags
     prospects: Singles
-    blocked: Singles
 
 
-def positions_of(observations: ArrayLike) -> Floats:
-    """Where the stones lie, (n, 16, 2) delivery frame [m], own ones first; NaN where there is none.
-
-    Parameters
-    ----------
-    observations : (n, k) flat observations of `CurlingEnd-v0`
+def checked(observations: ArrayLike) -> Floats:
+    """Flat observations of `CurlingEnd-v0`, (n, k).
 
     Raises
     ------
@@ -78,17 +73,36 @@ def positions_of(observations: ArrayLike) -> Floats:
             "expected flat observations of CurlingEnd-v0, of "
             f"{len(CONTEXT) + 3 * SLOTS} numbers or more, got an array {seen.shape}"
         )
+    return seen
+
+
+def positions_of(seen: Floats) -> Floats:
+    """Where the stones lie, (n, 16, 2) delivery frame [m], own ones first; NaN where there is none.
+
+    Parameters
+    ----------
+    seen : (n, k) observations
+    """
     stones = seen[:, -3 * SLOTS :].reshape(-1, SLOTS, 3)
     places = stones[:, :, 1:] * [LINES.width / 2, LENGTH_SCALE]
     return np.where(stones[:, :, :1] > 0.5, places, np.nan)
 
 
-def features_of(observations: ArrayLike) -> Seen:
-    """Features of observations (n, k); see `positions_of`."""
-    seen = np.asarray(observations, dtype=np.float64)
+def features_of(observations: ArrayLike, once: Singles) -> Seen:
+    """What the network sees of positions.
+
+    Parameters
+    ----------
+    observations : (n, k) flat observations of `CurlingEnd-v0`
+    once : (n, 201) what each shot promises; see `values.ShotValues.once`
+
+    Raises
+    ------
+    InputError : observations of another kind
+    """
+    seen = checked(observations)
     positions = positions_of(seen)
     n = len(positions)
-    delivered = _delivered(seen)
     of_stones, rows = stone_features(LINES, positions)
     stones = np.zeros((n * SLOTS, STONE_FEATURES), dtype=np.float32)
     stones[rows] = of_stones
@@ -96,17 +110,26 @@ def features_of(observations: ArrayLike) -> Seen:
         stones=stones.reshape(n, SLOTS, STONE_FEATURES),
         there=np.isfinite(positions[:, :, 0]).astype(np.float32),
         places=_of_places(positions),
-        whole=_of_the_whole(seen, positions, delivered),
-        prospects=prospects_of(
-            LINES, positions, delivered, seen[:, _HAMMER] > 0, seen[:, _PROTECTED] > 0
-        ),
-        blocked=blocked(positions),
+        whole=_of_the_whole(seen, positions, delivered_in(seen)),
+        possible=np.isfinite(once),
+        prospects=np.nan_to_num(once).astype(np.float32),
     )
 
 
-def _delivered(seen: Floats) -> Indices:
+def delivered_in(seen: Floats) -> Indices:
+    """How many stones were delivered before observations (n, k), (n,)."""
     delivered = np.rint(seen[:, _DELIVERED] * DELIVERIES).astype(np.intp)
     return np.clip(delivered, 0, DELIVERIES - 1)
+
+
+def hammer_in(seen: Floats) -> Flags:
+    """Whether the thrower has the hammer in observations (n, k), (n,)."""
+    return seen[:, _HAMMER] > 0
+
+
+def friction_in(seen: Floats) -> Floats:
+    """The mean friction that observations (n, k) tell, (n,)."""
+    return mean_friction(seen[:, len(CONTEXT)])
 
 
 def _of_the_whole(seen: Floats, positions: Floats, delivered: Indices) -> Singles:

@@ -1,4 +1,4 @@
-"""The network that calls shots as PyTorch trains it, and learning from recorded shots.
+"""The network that calls shots as PyTorch trains it, and learning what shots are worth.
 
 Needs PyTorch: ``pip install 'curling-sheet[train]'``. What has been learnt needs only NumPy.
 """
@@ -13,7 +13,7 @@ import torch
 from torch import nn
 
 from agents.playing.learned.features import Seen, features_of
-from agents.playing.learned.imitation import KINSHIP, Lessons, mirrored
+from agents.playing.learned.lessons import Lessons, joined, mirrored
 from agents.playing.learned.network import (
     ABOUT_PLACES,
     ABOUT_STONES,
@@ -26,11 +26,17 @@ from agents.playing.learned.network import (
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.typing import Progress, Singles, no_progress
 
-FIRST = {"prospects": 4.0, "blocked": -2.0}
-"""By how much a point that a shot promises, and a stone on its way, change its worth at first."""
+FIRST = 4.0
+"""By how much a point that a shot promises changes its worth at first."""
 
 FIRST_SHARE = 0.1
 """What else is seen begins to count this share of what PyTorch makes it."""
+
+NEARLY_AS_GOOD, ALIKE = 0.1, 0.05
+"""Shots that lose so many points are nearly as good as the best; and how much it counts to call the
+good ones as often as that says, against the points lost."""
+PART = 2000
+"""Positions whose features are worked out together."""
 
 
 class ShotModule(nn.Module):
@@ -48,9 +54,8 @@ class ShotModule(nn.Module):
         )
         self.value = nn.Linear(WHOLE_UNITS, 1)
         with torch.no_grad():
-            for name, first in FIRST.items():
-                one: Any = self.layers[name]
-                one.weight.fill_(first)
+            promises: Any = self.layers["prospects"]
+            promises.weight.fill_(FIRST)
             for name in ("shots of a stone 2", "draws 2", "through"):
                 head: Any = self.layers[name]
                 head.weight.mul_(FIRST_SHARE)
@@ -64,7 +69,7 @@ class ShotModule(nn.Module):
 
     def forward(self, seen: Seen | tuple[torch.Tensor, ...]) -> tuple[torch.Tensor, torch.Tensor]:
         """Worths of the shots (n, 201), and the value of each position (n,)."""
-        of_stones, there, of_places, of_whole, promised, ways = map(torch.as_tensor, seen)
+        of_stones, there, of_places, of_whole, possible, promised = map(torch.as_tensor, seen)
         n = len(of_whole)
         stones = self._relu("stone 2", self._relu("stone 1", of_stones)) * there[:, :, None]
         teams = stones.reshape(n, 2, STONES_PER_TEAM, STONE_UNITS).sum(2).reshape(n, -1)
@@ -73,22 +78,21 @@ class ShotModule(nn.Module):
 
         def head(name: str, each: torch.Tensor, shots: slice) -> torch.Tensor:
             beside = whole[:, None].expand(-1, each.shape[1], -1)
-            of_each = [part[:, shots].reshape(n, each.shape[1], -1) for part in (promised, ways)]
-            x = torch.cat([each, *of_each, beside], 2)
+            of_each = promised[:, shots].reshape(n, each.shape[1], -1)
+            x = torch.cat([each, of_each, beside], 2)
             return self.layers[f"{name} 2"](self._relu(f"{name} 1", x))
 
-        shots = head("shots of a stone", stones, ABOUT_STONES)
         worths = torch.cat(
             [
                 head("draws", of_places, ABOUT_PLACES).reshape(n, -1),
-                shots.masked_fill(there[:, :, None] == 0, IMPOSSIBLE).reshape(n, -1),
+                head("shots of a stone", stones, ABOUT_STONES).reshape(n, -1),
                 self.layers["through"](whole),
             ],
             1,
         )
-        layers: Any = self.layers
-        gains = [layers[name].weight[0, 0] for name in ("prospects", "blocked")]
-        return worths + gains[0] * promised + gains[1] * ways, self.value(whole)[:, 0]
+        promises: Any = self.layers["prospects"]
+        worths = worths + promises.weight[0, 0] * promised
+        return worths.masked_fill(~possible, IMPOSSIBLE), self.value(whole)[:, 0]
 
     def network(self) -> ShotNetwork:
         """The weights as they are, for NumPy."""
@@ -105,19 +109,18 @@ class ShotModule(nn.Module):
 def clone(
     lessons: Lessons,
     *,
-    epochs: int = 6,
+    epochs: int = 20,
     batch: int = 256,
-    learning_rate: float = 1e-3,
+    learning_rate: float = 4e-3,
     held_out: float = 0.05,
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> tuple[ShotNetwork, Mapping[str, float]]:
-    """A network that calls the shots that were called (behaviour cloning).
+    """A network that calls the shots that are worth most (behaviour cloning with soft labels).
 
     Parameters
     ----------
-    lessons : which shot was called in which position; each also serves mirrored, and speaks a
-        little for shots that are nearly the same
+    lessons : what every shot is worth in which position; each also serves mirrored
     epochs, batch, learning_rate : of the learning; the rate falls to zero
     held_out : share of the lessons that only measure, the last ones
     seed : seed of everything random
@@ -125,51 +128,49 @@ def clone(
 
     Returns
     -------
-    the network; and of the lessons held out the mean `loss` and the share called `alike`
+    the network; and of the lessons held out the mean of the points `lost` to the best shot, and the
+    share in which that was called (`alike`)
     """
     torch.manual_seed(seed)
     torch.set_num_threads(1)
     rng = np.random.default_rng(seed)
     kept = max(int(len(lessons) * (1 - held_out)), 1)
-    first = part_of(lessons, slice(kept))
-    seen, shots = _tensors(first, mirrored(first))
-    kinship = torch.from_numpy(KINSHIP)
+    first = lessons[:kept]
+    seen, lost = _tensors(joined([first, mirrored(first)]))
+    wanted = torch.softmax(-lost / NEARLY_AS_GOOD, 1)
     module = ShotModule()
-    steps = epochs * -(-len(shots) // batch)
+    steps = epochs * -(-len(lost) // batch)
     optimiser = torch.optim.AdamW(module.parameters(), lr=learning_rate, weight_decay=0.01)
     schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda k: max(1 - k / steps, 0.0))
     for epoch in range(epochs):
-        for rows in np.array_split(rng.permutation(len(shots)), -(-len(shots) // batch)):
+        for rows in np.array_split(rng.permutation(len(lost)), -(-len(lost) // batch)):
             worths, _ = module(tuple(part[rows] for part in seen))
-            wanted = kinship[shots[rows]] * (worths > IMPOSSIBLE / 2)
-            wanted = wanted / wanted.sum(1, keepdim=True).clamp_min(1e-9)
-            logs = torch.log_softmax(worths, 1).clamp_min(-30.0)
-            loss = -(wanted * logs).sum(1).mean()
+            logs = torch.log_softmax(worths, 1)
+            points = (logs.exp() * lost[rows].nan_to_num(posinf=0.0)).sum(1).mean()
+            unlike = -(wanted[rows] * logs.clamp_min(-40.0)).sum(1).mean()
+            loss = points + ALIKE * unlike
             optimiser.zero_grad()
             loss.backward()
             optimiser.step()
             schedule.step()
         progress("epochs", epoch + 1, epochs)
-    rest = part_of(lessons, slice(kept, None))
+    rest = lessons[kept:]
     return module.network(), _measured(module, rest) if len(rest) else {}
 
 
-def part_of(lessons: Lessons, part: slice) -> Lessons:
-    """Some of the lessons."""
-    return Lessons(observations=lessons.observations[part], shots=lessons.shots[part])
-
-
 def _measured(module: ShotModule, lessons: Lessons) -> dict[str, float]:
-    seen, shots = _tensors(lessons)
+    seen, lost = _tensors(lessons)
     with torch.no_grad():
         worths, _ = module(seen)
-        loss = nn.functional.cross_entropy(worths, shots)
-    alike = (worths.argmax(1) == shots).float().mean()
-    return {"loss": float(loss), "alike": float(alike)}
+    called = worths.argmax(1)
+    points = lost[torch.arange(len(lost)), called]
+    return {"lost": float(points.mean()), "alike": float((points == 0).float().mean())}
 
 
-def _tensors(*several: Lessons) -> tuple[tuple[torch.Tensor, ...], torch.Tensor]:
-    """Features and shots of lessons, one after the other."""
-    each = [features_of(lessons.observations) for lessons in several]
-    seen = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*each, strict=True))
-    return seen, torch.from_numpy(np.concatenate([lessons.shots for lessons in several]))
+def _tensors(lessons: Lessons) -> tuple[tuple[torch.Tensor, ...], torch.Tensor]:
+    """What is seen, and the points that each shot loses to the best; infinite if there is none."""
+    some = [lessons[k : k + PART] for k in range(0, len(lessons), PART)]
+    parts = [features_of(part.observations, part.once) for part in some]
+    seen = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*parts, strict=True))
+    lost = np.nanmax(lessons.expected, axis=1, keepdims=True) - lessons.expected
+    return seen, torch.from_numpy(np.nan_to_num(lost, nan=np.inf))

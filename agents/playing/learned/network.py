@@ -3,15 +3,15 @@
 Every stone, and every place to which one may be drawn, is described by itself. The descriptions of
 the stones are summed for each team, so that their order does not matter (Zaheer et al. 2017), and
 the sums say what the position is like. Each shot about a stone then follows from the stone, the
-position, what the shot promises and whether its way is free; each draw from its place and the same.
-Promise and way also count by themselves: the network learns how often shots come off, and what else
-makes them good.
+position and what the shot promises when it is thrown once without error; each draw from its place
+and the same. What is promised also counts by itself: the network learns how often shots come off,
+and what else makes them good.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -23,12 +23,17 @@ from agents.playing.learned.features import (
     PLACE_FEATURES,
     PLACES,
     WHOLE_FEATURES,
+    Seen,
+    checked,
     features_of,
 )
+from agents.playing.learned.values import ShotValues
+from agents.playing.learned.views import views_of
 from agents.playing.search.positions import SLOTS
 from agents.playing.search.value_network import STONE_FEATURES
 from curling_env.envs.game.shots import SHOTS
 from curling_env.errors import InputError
+from curling_env.game import PlayerView
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.typing import Integers, Singles
 
@@ -45,13 +50,12 @@ SIZES: dict[str, tuple[int, int]] = {
     "stone 2": (STONE_UNITS, STONE_UNITS),
     "whole 1": (2 * STONE_UNITS + WHOLE_FEATURES, WHOLE_UNITS),
     "whole 2": (WHOLE_UNITS, WHOLE_UNITS),
-    "shots of a stone 1": (STONE_UNITS + 2 * OF_A_STONE + WHOLE_UNITS, HEAD_UNITS),
+    "shots of a stone 1": (STONE_UNITS + OF_A_STONE + WHOLE_UNITS, HEAD_UNITS),
     "shots of a stone 2": (HEAD_UNITS, OF_A_STONE),
-    "draws 1": (PLACE_FEATURES + 2 * HANDLES + WHOLE_UNITS, HEAD_UNITS),
+    "draws 1": (PLACE_FEATURES + HANDLES + WHOLE_UNITS, HEAD_UNITS),
     "draws 2": (HEAD_UNITS, HANDLES),
     "through": (WHOLE_UNITS, 1),
     "prospects": (1, 1),
-    "blocked": (1, 1),
 }
 """Inputs and outputs of each layer."""
 IMPOSSIBLE = -1e9
@@ -68,6 +72,7 @@ class ShotNetwork:
     """
 
     layers: Mapping[str, tuple[Singles, Singles]]
+    _values: ShotValues = field(default_factory=ShotValues, init=False, repr=False, compare=False)
 
     @classmethod
     def load(cls, path: str | Path) -> ShotNetwork:
@@ -111,20 +116,27 @@ class ShotNetwork:
         halves = {name: [x.astype(np.float16) for x in both] for name, both in self.layers.items()}
         write_model(path, {"shots": halves, **said})
 
-    def worths(self, observations: ArrayLike) -> Singles:
-        """How much each shot of the list is called for, (n, 201): logits.
-
-        Shots about stones that do not lie are `IMPOSSIBLE`.
+    def seen(self, observations: ArrayLike, views: Sequence[PlayerView] | None = None) -> Seen:
+        """What the network sees of positions; every shot is thrown once for it.
 
         Parameters
         ----------
         observations : (n, k) flat observations of `CurlingEnd-v0`
+        views : the same positions as the player sees them, with the ice as it is known; by default
+            on the ice that `views.views_of` takes for it
 
         Raises
         ------
-        InputError : they are not
+        InputError : observations of another kind
         """
-        seen = features_of(observations)
+        views = views_of(observations) if views is None else views
+        return features_of(observations, self._values.once(views))
+
+    def worths(self, seen: Seen) -> Singles:
+        """How much each shot of the list is called for, (n, 201): logits.
+
+        Shots that there are not are `IMPOSSIBLE`.
+        """
         n = len(seen.whole)
         stones = self._layer("stone 2", self._layer("stone 1", seen.stones))
         stones = stones * seen.there[:, :, None]
@@ -136,22 +148,19 @@ class ShotNetwork:
             of_each = (*each.shape[:2], -1)
             beside = np.broadcast_to(whole[:, None], (*each.shape[:2], WHOLE_UNITS))
             promised = seen.prospects[:, shots].reshape(of_each)
-            free = seen.blocked[:, shots].reshape(of_each)
-            x = np.concatenate([each, promised, free, beside], axis=2)
+            x = np.concatenate([each, promised, beside], axis=2)
             return self._layer(f"{name} 2", self._layer(f"{name} 1", x), last=True)
 
-        of_stones = head("shots of a stone", stones, ABOUT_STONES)
-        of_stones[seen.there == 0] = IMPOSSIBLE
         worths = np.concatenate(
             [
                 head("draws", seen.places, ABOUT_PLACES).reshape(n, -1),
-                of_stones.reshape(n, -1),
+                head("shots of a stone", stones, ABOUT_STONES).reshape(n, -1),
                 self._layer("through", whole, last=True),
             ],
             axis=1,
         )
-        promises, ways = (self.layers[name][0][0, 0] for name in ("prospects", "blocked"))
-        return worths + promises * seen.prospects + ways * seen.blocked
+        worths = worths + self.layers["prospects"][0][0, 0] * seen.prospects
+        return np.where(seen.possible, worths, np.float32(IMPOSSIBLE))
 
     def predict(
         self,
@@ -160,16 +169,20 @@ class ShotNetwork:
         action_masks: ArrayLike | None = None,
         deterministic: bool = True,
         rng: np.random.Generator | None = None,
+        views: Sequence[PlayerView] | None = None,
     ) -> tuple[Integers, None]:
         """The number of the shot that is called, for one observation or for many.
+
+        Every shot is simulated once, a few milliseconds a position. An observation tells little of
+        the ice: without `views` its mean friction counts, on ice that else is as `standard`.
 
         Parameters
         ----------
         observation : (k,) or (n, k), of ``CurlingEnd-v0`` made with ``actions="shots"``
-        action_masks : (201,) or (n, 201), 1 for each shot that there is
-        deterministic : whether the best shot is called, rather than one drawn by its chances: of
-            the stone or place that is called for most the best variety
+        action_masks : (201,) or (n, 201), 0 for each shot that may not be called
+        deterministic : whether the best shot is called, rather than one drawn by its chances
         rng : source of the randomness, where it is drawn
+        views : n positions as the player sees them, with the ice as it is known
 
         Returns
         -------
@@ -180,33 +193,17 @@ class ShotNetwork:
         ------
         InputError : observations of another kind
         """
-        seen = np.asarray(observation, dtype=np.float64)
-        worths = self.worths(np.atleast_2d(seen))
+        one = np.ndim(observation) == 1
+        worths = self.worths(self.seen(checked(np.atleast_2d(observation)), views))
         if action_masks is not None:
             worths = np.where(np.atleast_2d(action_masks), worths, IMPOSSIBLE)
-        if deterministic:
-            chances = np.exp(worths - worths.max(axis=1, keepdims=True))
-            called = (chances @ _OF_CALLS).argmax(axis=1)
-            worths = np.where(_OF_CALLS[:, called].T > 0, worths, 2 * IMPOSSIBLE)
-        else:
+        if not deterministic:
             rng = np.random.default_rng() if rng is None else rng
             worths = worths + rng.gumbel(size=worths.shape)
         best = worths.argmax(axis=1)
-        return (best[0] if seen.ndim == 1 else best), None
+        return (best[0] if one else best), None
 
     def _layer(self, name: str, x: Singles, *, last: bool = False) -> Singles:
         weights, offset = self.layers[name]
         found = x @ weights + offset
         return found if last else np.maximum(found, 0)
-
-
-def _of_calls() -> Singles:
-    """For each shot of the list (row) 1 in the column of its call: a place, or a stone."""
-    calls = [(shot.kind, shot.place, shot.stone) for shot in SHOTS]
-    each = list(dict.fromkeys(calls))
-    return (np.array([each.index(c) for c in calls])[:, None] == np.arange(len(each))).astype(
-        np.float32
-    )
-
-
-_OF_CALLS = _of_calls()

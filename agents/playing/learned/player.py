@@ -8,7 +8,7 @@ from pathlib import Path
 from agents.playing.learned.features import LINES
 from agents.playing.learned.network import ShotNetwork
 from curling_env.envs.game.observation import GameObservation
-from curling_env.envs.game.shots import ShotActions, mask_of
+from curling_env.envs.game.shots import ShotActions
 from curling_env.envs.known_ice import KnownIce
 from curling_env.game import Call, Player, PlayerView
 from curling_env.ice import Ice
@@ -18,7 +18,7 @@ PACKAGE, FILE = "agents.models", "ends.npz"
 
 
 class LearnedPlayer(Player):
-    """Calls the shots that a network has learnt to call; nothing is simulated.
+    """Calls the shots that a network has learnt to call; each is simulated once to see its worth.
 
     Parameters
     ----------
@@ -43,7 +43,7 @@ class LearnedPlayer(Player):
 
     def call(self, view: PlayerView) -> Call:
         observation = self._observation(view).of_view(view)
-        shot, _ = self.network.predict(observation, action_masks=mask_of(self._shots, view))
+        shot, _ = self.network.predict(observation, views=[view])
         return self._shots.call_of(shot, view)
 
     def _observation(self, view: PlayerView) -> GameObservation:

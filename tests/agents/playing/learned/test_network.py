@@ -10,8 +10,9 @@ import numpy as np
 import pytest
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.learned.imitation import FIRST_STONE, Lessons
-from agents.playing.learned.network import IMPOSSIBLE, OF_A_STONE, ShotNetwork
+from agents.playing.learned.features import features_of
+from agents.playing.learned.lessons import Lessons
+from agents.playing.learned.network import IMPOSSIBLE, OF_A_STONE, OF_PLACES, ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
 from curling_env.envs.game.shots import SHOTS
 from curling_env.errors import InputError
@@ -20,6 +21,7 @@ from curling_env.errors import InputError
 def test_only_shots_that_there_are_are_called(network, called):
     shots, _ = network.predict(called.observations, action_masks=called.masks)
     assert called.masks[np.arange(len(shots)), shots].all()
+    np.testing.assert_array_equal(network.predict(called.observations)[0], shots)
     one, _ = network.predict(called.observations[3], action_masks=called.masks[3])
     assert one == shots[3]
     drawn, _ = network.predict(
@@ -32,12 +34,9 @@ def test_only_shots_that_there_are_are_called(network, called):
     assert (drawn != shots).any()
 
 
-def test_shots_about_stones_that_do_not_lie_are_impossible(network, called):
-    worths = network.worths(called.observations)
-    there = called.observations[:, -48::3] > 0.5
-    about = worths[:, FIRST_STONE:-1].reshape(len(worths), 16, OF_A_STONE)
-    assert (about[~there] == IMPOSSIBLE).all()
-    assert (about[there] > IMPOSSIBLE).all()
+def test_shots_that_there_are_not_are_impossible(network, called):
+    worths = network.worths(network.seen(called.observations[::7]))
+    np.testing.assert_array_equal(worths > IMPOSSIBLE, called.masks[::7] > 0)
 
 
 def test_the_order_of_stones_does_not_matter(network, called):
@@ -45,20 +44,21 @@ def test_the_order_of_stones_does_not_matter(network, called):
     seen = called.observations[k].copy()
     stones = seen[-48:].reshape(16, 3)
     stones[[0, 2]] = stones[[2, 0]]
-    before, after = network.worths(called.observations[[k]])[0], network.worths(seen[None])[0]
-    np.testing.assert_allclose(after[:FIRST_STONE], before[:FIRST_STONE], atol=1e-4)
+    both = network.seen(np.stack([called.observations[k], seen]))
+    before, after = network.worths(both)
+    np.testing.assert_allclose(after[:OF_PLACES], before[:OF_PLACES], atol=0.02)
     of_first, of_third = (
-        slice(FIRST_STONE + OF_A_STONE * k, FIRST_STONE + OF_A_STONE * (k + 1)) for k in (0, 2)
+        slice(OF_PLACES + OF_A_STONE * k, OF_PLACES + OF_A_STONE * (k + 1)) for k in (0, 2)
     )
-    np.testing.assert_allclose(after[of_first], before[of_third], atol=1e-4)
+    np.testing.assert_allclose(after[of_first], before[of_third], atol=0.02)
 
 
 def test_a_file_gives_the_network_back_and_others_are_refused(network, called, tmp_path):
     network.save(tmp_path / "n.npz", learnt_from="nothing")
     back = ShotNetwork.load(tmp_path / "n.npz")
-    np.testing.assert_allclose(
-        back.worths(called.observations), network.worths(called.observations), atol=0.05
-    )
+    seen = network.seen(called.observations[::9])
+    there = seen.possible
+    np.testing.assert_allclose(back.worths(seen)[there], network.worths(seen)[there], atol=0.05)
     document = read_model(tmp_path / "n.npz")
     write_model(tmp_path / "other.npz", {"weights": 1})
     with pytest.raises(InputError, match="no network|not a network"):
@@ -75,16 +75,14 @@ def test_a_file_gives_the_network_back_and_others_are_refused(network, called, t
 
 def test_gradients_are_of_the_same_network(network, called):
     torch = pytest.importorskip("torch")
-    from agents.playing.learned.features import features_of
     from agents.playing.learned.fit import ShotModule
 
-    module = ShotModule(network)
+    module, seen = ShotModule(network), network.seen(called.observations[::5])
     with torch.no_grad():
-        worths, values = module(features_of(called.observations))
-    np.testing.assert_allclose(worths, network.worths(called.observations), atol=1e-4)
-    assert values.shape == (len(called.observations),)
-    again = module.network().worths(called.observations)
-    np.testing.assert_array_equal(again, network.worths(called.observations))
+        worths, values = module(seen)
+    np.testing.assert_allclose(worths, network.worths(seen), atol=1e-4)
+    assert values.shape == (len(worths),)
+    np.testing.assert_array_equal(module.network().worths(seen), network.worths(seen))
 
 
 def test_cloning_learns_a_rule(called):
@@ -94,11 +92,14 @@ def test_cloning_learns_a_rule(called):
     # The rule: with the hammer draw to the button, without it throw through the house.
     seen = np.repeat(called.observations, 3, axis=0)
     hammer = seen[:, 2] > 0
-    shots = np.where(hammer, 0, len(SHOTS) - 1)
-    lessons = Lessons(observations=seen, shots=shots)
-    network, held_out = clone(lessons, epochs=8, batch=24, learning_rate=4e-3, held_out=0.2)
-    assert held_out["loss"] < 1.5
-    shots, _ = network.predict(called.observations)
+    there = np.repeat(called.masks, 3, axis=0) > 0
+    there[:, 0] = True
+    once, worth = (np.where(there, points, np.nan).astype(np.float32) for points in (0.0, -1.0))
+    worth[np.arange(len(seen)), np.where(hammer, 0, len(SHOTS) - 1)] = 1.0
+    lessons = Lessons(observations=seen, once=once, expected=worth)
+    network, held_out = clone(lessons, epochs=8, batch=24, held_out=0.2)
+    assert held_out["lost"] < 0.3
+    shots = network.worths(features_of(called.observations, once[::3])).argmax(axis=1)
     assert ((shots == len(SHOTS) - 1) == (called.observations[:, 2] < 0)).all()
 
 
