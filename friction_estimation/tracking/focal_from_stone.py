@@ -139,12 +139,18 @@ def focal_from_stone(
                 least = min(trial.cost for trial in trials.values())
                 at = at if at.cost < least + 10 * tuning.UNLIKELY_HEIGHT else None
     _spread_best(trials, heights)
-    best = min(trials.values(), key=lambda trial: trial.cost)
-    for part in tuning.FINE_HEIGHT_STEPS:
-        fine = heights.beside(best, best.lean + part * step)
-        if fine is not None:
-            trials[fine.lean] = fine
-    _spread_best(trials, heights)
+    for _ in range(tuning.HEIGHT_PASSES):
+        best = min(trials.values(), key=lambda trial: trial.cost)
+        leans = [best.lean + part * step for part in tuning.FINE_HEIGHT_STEPS]
+        tried = np.array(list(trials))
+        new = [k for k in leans if np.abs(tried - k).min() > tuning.SAME_HEIGHT_STEP * step]
+        for lean in new:
+            fine = heights.beside(best, lean)
+            if fine is not None:
+                trials[lean] = fine
+        _spread_best(trials, heights)
+        if min(trials.values(), key=lambda trial: trial.cost) is best:
+            break
     found = [(k.lean, k.cost) for k in trials.values()]
     others = _turned_alike_stones(trials, alike)
     log_height, sigma = likely_height([(lean, _either(c, others.get(lean))) for lean, c in found])

@@ -33,7 +33,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.frame import Frame
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.compression import CompressionMonitor
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
 from friction_estimation.tracking.found_stone import (
@@ -97,14 +96,13 @@ def track_film(
         stone = found_or_misplaced(steady, scene, refined, background, options.refine)
         refined = focal_from_stones(refined, scene, [stone])
     learnt = _learn(steady, scene, refined.camera, stone)
-    compression = CompressionMonitor(learnt.stone.background)
 
     def frames() -> Iterable[tuple[float, Frame]]:
-        watched = compression.watch(steady.frames())
-        return with_progress(watched, f"track {steady.path.name}", progress, steady.frame_count)
+        label = f"track {steady.path.name}"
+        return with_progress(steady.frames(), label, progress, steady.frame_count)
 
     track = _track_alone if learnt.context is None else _track_several
-    found = track(frames, learnt, refined, options, compression)
+    found = track(frames, learnt, refined, options)
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=film.path)
     found = replace(
@@ -198,7 +196,6 @@ def _track_alone(
     learnt: _Learnt,
     refined: RefinedCamera,
     options: TrackingOptions,
-    compression: CompressionMonitor,
 ) -> FilmTrack | None:
     """The track of the thrown stone on a sheet without other stones; None where it is not seen."""
 
@@ -209,7 +206,6 @@ def _track_alone(
     better = _better_heading(measured, learnt.heading)
     if better is not None:
         measured = follow(better)
-    measured.lag_px = compression.lag_px
     return assemble_track(measured, learnt.appearance, refined)
 
 
@@ -246,7 +242,6 @@ def _track_several(
     learnt: _Learnt,
     refined: RefinedCamera,
     options: TrackingOptions,
-    compression: CompressionMonitor,
 ) -> FilmTrack | None:
     """The tracks of the thrown stone and all others; None where the thrown one is not seen."""
     resting = () if learnt.context is None else learnt.context.resting
@@ -262,8 +257,6 @@ def _track_several(
     better = _better_heading(stones[0].measured, learnt.heading, first_hit)
     if better is not None:
         stones = follow(better)
-    for stone in stones:
-        stone.measured.lag_px = compression.lag_px
     return assemble_tracks(stones, resting, refined)
 
 

@@ -15,6 +15,7 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.detection.compression import PixelAges
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.heading import (
     HeadingCurve,
@@ -22,9 +23,14 @@ from friction_estimation.tracking.path.heading import (
     KnownHeading,
     fit_heading_curve,
     headings_near,
+    unseen_turn,
 )
 from friction_estimation.tracking.path.smoothing import smooth
-from friction_estimation.tracking.path.uncertainty import heading_sigma, systematic_sigma
+from friction_estimation.tracking.path.uncertainty import (
+    heading_sigma,
+    systematic_sigma,
+    unseen_way,
+)
 
 
 @dataclass(eq=False)
@@ -36,14 +42,14 @@ class Measurements:
     t : (n,) times of the frames [s]
     fits : (n,) measurements; None where the stone was not seen
     views : pictures that show its heading
-    lag_px : error of its place that the compression of the film causes [px]
+    ages : how old the pixels of its pictures are
     view_interval : time between those pictures [s]
     """
 
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
     views: HeadingViews = field(default_factory=HeadingViews)
-    lag_px: float = 0.0
+    ages: PixelAges = field(default_factory=PixelAges)
     view_interval: float = tuning.HEADING_VIEW_INTERVAL
 
     @property
@@ -69,7 +75,10 @@ class Measurements:
         """
         self.t.append(t)
         self.fits.append(fit)
-        if fit is None or not appearance.has_handle:
+        if fit is None:
+            return
+        self.ages.add(t, fit.xy, frame, background, camera, appearance.model)
+        if not appearance.has_handle:
             return
         if self.views.t and t < self.views.t[-1] + self.view_interval:
             return
@@ -122,16 +131,19 @@ def assemble_track(
     # Outliers keep their rows too, with the place that all other measurements give.
     kept = np.isfinite(xy[:, 0])
     theta = spin = sigma_theta = np.full(len(t), np.nan)
-    if appearance.has_handle and measured.lag_px < tuning.HANDLE_LAG_PX:
-        speed = np.hypot(smoothed[0].rate, smoothed[1].rate)
-        theta, spin, sigma_theta = _heading(t, fits, speed, measured.views, known)
+    velocity = np.column_stack([axis.rate for axis in smoothed])
+    ages = measured.ages.seen().around(t)
+    if appearance.has_handle:
+        speed = np.hypot(*velocity.T)
+        theta, spin, sigma_theta = _heading(t, fits, speed, measured.views, known, ages.whole)
     place = np.column_stack([axis.value for axis in smoothed])
     if appearance.doubt is not None:
         place = place + appearance.doubt.shift_at(place)
     model = appearance.model
     sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
-    common = systematic_sigma(refined, place[kept], model, measured.lag_px, appearance.doubt)
+    unseen = np.hypot(unseen_way(t, velocity, ages.rim), ages.dropped)[kept]
+    common = systematic_sigma(refined, place[kept], model, unseen, appearance.doubt)
     trajectory = Trajectory(
         t=t[kept],
         xy=place[kept],
@@ -142,7 +154,7 @@ def assemble_track(
     return FilmTrack(
         trajectory=trajectory,
         frame=np.arange(first, last + 1)[kept],
-        velocity=np.column_stack([axis.rate for axis in smoothed])[kept],
+        velocity=velocity[kept],
         spin=spin[kept],
         frame_count=len(measured.t),
         camera=refined.camera,
@@ -157,6 +169,7 @@ def _heading(
     speed: Floats,
     views: HeadingViews,
     known: KnownHeading | None,
+    age: Floats,
 ) -> tuple[Floats, Floats, Floats]:
     """Smoothed heading, spin, and the standard error of the heading, each (n,)."""
     sigma = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
@@ -165,6 +178,17 @@ def _heading(
     nothing = np.full(len(t), np.nan)
     if curve is None:
         return nothing, nothing, nothing
+    unseen = unseen_turn(curve, t, speed, age)
+    stale = unseen > tuning.MAX_UNSEEN_TURN
+    fresh = HeadingViews()
+    for moment, cost in zip(views.t, views.cost, strict=True):
+        if not stale[min(int(np.searchsorted(t, moment)), len(t) - 1)]:
+            fresh.add(moment, cost)
+    if len(fresh.t) < len(views.t):
+        curve = fit_heading_curve(fresh, t, speed, known)
+        if curve is None:
+            return nothing, nothing, nothing
+    measured = np.where(stale, np.nan, measured)
     theta, sigma = headings_near(curve, t, measured, sigma)
     if np.isfinite(theta).sum() < tuning.MIN_FITS:
         return nothing, nothing, nothing
@@ -175,9 +199,9 @@ def _heading(
     away = np.minimum(np.abs(t - shown[nearest - 1]), np.abs(t - shown[nearest]))
     # Between and beyond measured headings the smoother may leave what the pictures show together.
     strayed = np.abs(np.angle(np.exp(1j * (result.value - curve.at(t)))))
-    found = (away <= tuning.MAX_HEADING_GAP / 2) & (strayed < tuning.HEADING_MATCH)
+    found = (away <= tuning.MAX_HEADING_GAP / 2) & (strayed < tuning.HEADING_MATCH) & ~stale
     return (
         np.where(found, result.value, np.nan),
         np.where(found, result.rate, np.nan),
-        np.where(found, result.sigma, np.nan),
+        np.where(found, np.hypot(result.sigma, unseen), np.nan),
     )

@@ -167,6 +167,22 @@ def headings_near(
     return np.where(kept, found, np.nan), np.where(kept, error, np.nan)
 
 
+def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> Floats:
+    """How far a stone has turned since its pixels last changed, (n,) [rad].
+
+    Parameters
+    ----------
+    t, speed : (n,) times [s], and the speed then [m/s]
+    age : (n,) how long ago the pixels last changed [s]
+    """
+    then = t - age
+    spin = (curve.at(then) - curve.at(then - tuning.HEADING_VIEW_INTERVAL)) / (
+        tuning.HEADING_VIEW_INTERVAL
+    )
+    until_rest = np.interp(then, t, speed) / tuning.HIDDEN_DECELERATION
+    return np.abs(spin) * np.minimum(age, until_rest)
+
+
 def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
     """The longest stretch of trusted frames without a long gap."""
     at = np.flatnonzero(trusted)

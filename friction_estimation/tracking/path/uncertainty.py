@@ -42,7 +42,7 @@ def systematic_sigma(
     refined: RefinedCamera,
     xy: Floats,
     model: StoneModel,
-    lag_px: float = 0.0,
+    unseen: Floats | None = None,
     doubt: ShapeDoubt | None = None,
 ) -> Floats:
     """Standard error of each coordinate that all frames share, (n,) [m].
@@ -52,7 +52,7 @@ def systematic_sigma(
     refined : the camera with which the film was measured
     xy : (n, 2) places on the ice [m]
     model : the stone; its size counts
-    lag_px : error of its place that the compression of the film causes [px]
+    unseen : (n, 2) way that the pictures may not show because of compression [m]; None: none
     doubt : what is not known of the stone's look
     """
     camera, middle = refined.camera, model.height / 2
@@ -61,13 +61,34 @@ def systematic_sigma(
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
     edge_px = np.hypot(tuning.EDGE_ERROR_PX, tuning.SMALL_STONE_ERROR_PX / radius_px)
-    edge_px = np.hypot(np.hypot(edge_px, loose_px), lag_px)
+    # A height that was found from the same look has the look's errors in it.
+    often = 1.0 if refined.farther is None else tuning.HEIGHT_FROM_LOOK
+    edge_px = np.hypot(often * edge_px, loose_px)
     variance += (edge_px[:, None] * metre) ** 2
-    variance += ((tuning.LOOK_ERROR_PX * model.radius / radius_px) ** 2)[:, None]
+    variance += ((often * tuning.LOOK_ERROR_PX * model.radius / radius_px) ** 2)[:, None]
     if doubt is not None:
         variance += doubt.at(xy) ** 2
+    if unseen is not None:
+        variance += unseen**2
     least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
     return np.sqrt(np.maximum(variance.mean(axis=1), least))
+
+
+def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
+    """How far a stone has gone since its pixels last changed, (n, 2) [m].
+
+    It slows down as stones do on ice: that it stands still in the picture need not mean that it
+    rests.
+
+    Parameters
+    ----------
+    t, velocity : (n,) times [s], and (n, 2) velocities then [m/s]
+    age : (n,) how long ago the pixels last changed [s]
+    """
+    then = np.column_stack([np.interp(t - age, t, axis) for axis in velocity.T])
+    slowing = tuning.HIDDEN_DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
+    going = np.minimum(age, 1 / slowing)
+    return then * (going - 0.5 * slowing * going**2)[:, None]
 
 
 def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:

@@ -116,7 +116,7 @@ def assemble_pieces(
             t=measured.t[first:last],
             fits=measured.fits[first:last],
             views=measured.views.between(measured.t[first], measured.t[last - 1] + 1e-9),
-            lag_px=measured.lag_px,
+            ages=measured.ages,
         )
         piece = assemble_track(part, stone.appearance, refined, known)
         if piece is not None:

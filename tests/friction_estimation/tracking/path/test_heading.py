@@ -5,12 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from friction_estimation.tracking import tuning
 from friction_estimation.tracking.path.heading import (
     HeadingCurve,
     HeadingViews,
     KnownHeading,
     fit_heading_curve,
     headings_near,
+    unseen_turn,
 )
 
 T = np.arange(0, 20, 1 / 15)
@@ -117,6 +119,16 @@ def test_where_frames_lose_the_handle_single_pictures_show_it():
     assert np.isfinite(found[T < 7]).all()
     assert np.diff(T[late]).max() < 0.4
     assert (sigma[late] > 0).all()
+
+
+def test_a_stone_turns_on_while_its_pixels_stay_the_same_until_it_rests():
+    turn = HeadingCurve(T, 0.8 * T)
+    speed = np.full(len(T), 0.06)
+    age = np.where(T < 10, 0.05, 3.0)
+    turned = unseen_turn(turn, T, speed, age)
+    assert turned[T < 10] == pytest.approx(0.8 * 0.05)
+    rests_after = 0.06 / tuning.HIDDEN_DECELERATION
+    assert turned[T > 13] == pytest.approx(0.8 * rests_after)
 
 
 def test_a_curve_differs_from_another_one():
