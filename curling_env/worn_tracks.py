@@ -28,8 +28,8 @@ class WornTracks:
     Parameters
     ----------
     sheet : the sheet
-    passes : (rows, columns) passes over each cell, rows from y = −L/2 upward and columns from
-        x = −W/2. A pass over part of a cell counts as that part
+    passes : (rows, columns) passes at the centre of each cell, rows from y = −L/2 upward and
+        columns from x = −W/2; straight lines between them are as sharp as the cells allow
     """
 
     sheet: Sheet
@@ -56,7 +56,20 @@ class WornTracks:
         """The same after more stones ran along paths (n, 2) each, sheet frame [m]."""
         size, shape = (self.sheet.width, self.sheet.length), self.passes.shape
         area = sum((area_covered(path, size, shape, STRIPS) for path in paths), np.zeros(shape))
-        return WornTracks(self.sheet, self.passes + area / math.prod(self.spacing))
+        return WornTracks(self.sheet, self.passes + _sharpened(area / math.prod(self.spacing)))
+
+
+def _sharpened(shares: Floats) -> Floats:
+    """Values between whose cells' centres straight lines are as sharp as the shares of cells.
+
+    A share of a cell is an average, and straight lines from centre to centre blur it further: with
+    both, a place is known to half of a cell, root mean square. An eighth of the second difference
+    takes that off.
+    """
+    sharp = shares.copy()
+    sharp[:, 1:-1] -= np.diff(shares, 2, axis=1) / 8
+    sharp[1:-1] -= np.diff(shares, 2, axis=0) / 8
+    return sharp
 
 
 def _shape(sheet: Sheet) -> tuple[int, int]:

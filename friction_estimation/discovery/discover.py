@@ -16,6 +16,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.references import Calibration, calibrations_of, corrected
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.evidence.confounding import Alternative, alternatives
+from friction_estimation.discovery.evidence.earlier_paths import with_earlier_paths
 from friction_estimation.discovery.evidence.events import exceptional_throws
 from friction_estimation.discovery.evidence.hold_out import (
     ForecastGap,
@@ -77,8 +78,8 @@ class Discovery:
     named : fit of the training throws with the effects that are named
     base : fit of the baseline to the same throws with the same noise
     final_base, seen : fits of baseline and improved model to all throws
-    final : the same of the improved model, for the files, with the unknown acting on the throws;
-        without an unknown it is `seen`
+    final : the same of the improved model, for the files, with the unknown acting on the throws,
+        and with what errors of earlier stones' paths do to its parameters
     effects : evidence for the named effects
     unproved : labels that were selected but not proved: proxies of something else
     dependences : variables that the unknown follows; empty where nothing is unknown
@@ -324,6 +325,7 @@ def _search(
     progress("fitting all throws", 0.96)
     seen = _fit_all(named, everything)
     final = fit_beside(seen, found.pushes) if found.pushes and table is None else seen
+    final = with_earlier_paths(final, rng)
     return Discovery(
         session=session,
         selection=selection,

@@ -21,3 +21,16 @@ def test_a_track_is_as_large_as_what_the_band_covered():
     assert under.min() == pytest.approx(0.21 - WORN_WIDTH / 2, abs=width)
     assert under.max() == pytest.approx(0.21 + WORN_WIDTH / 2, abs=width)
     assert not fresh.passes.any()
+
+
+def test_between_cells_a_track_is_as_wide_as_the_band():
+    fresh = WornTracks.none(PAPER_SHEET)
+    (width, length), origin = fresh.spacing, fresh.origin
+    spreads = []
+    for place in width * np.arange(8) / 8:  # of the sides within the cells
+        tracks = fresh.after([np.array([[place, -1.0], [place, 1.0]])])
+        row = tracks.passes[round(-origin[1] / length)]
+        aside = origin[0] + width * np.arange(len(row)) - place
+        # Straight lines between values have the second moment of these, and a sixth of a cell's.
+        spreads.append(row @ aside**2 / row.sum() + width**2 / 6)
+    assert np.mean(spreads) == pytest.approx(WORN_WIDTH**2 / 12, rel=3e-3)

@@ -31,7 +31,7 @@ from friction_estimation.discovery.data.outliers import (
     without_outliers,
 )
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
-from friction_estimation.discovery.data.wear_tracks import WearTracks
+from friction_estimation.discovery.data.wear_tracks import WearTracks, smoothed_path
 from friction_estimation.discovery.tuning import (
     CLAIMED_NOISE,
     HIGHEST_FRAME_RATE,
@@ -360,7 +360,9 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons, *blind),
         measurements=measurement_effects() if scene is None else measurement_effects_through(scene),
-        wear_tracks=WearTracks.of((order_of[track.throw], track.xy) for track in on_sheet),
+        wear_tracks=WearTracks.of(
+            (order_of[track.throw], smoothed_path(track.t, track.xy)) for track in on_sheet
+        ),
     ).with_usual_spins()
 
 

@@ -11,15 +11,22 @@ from collections.abc import Iterable
 from dataclasses import dataclass, field
 
 import numpy as np
+from scipy.ndimage import median_filter
 
 from curling_env.physics.wear import passes_over
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from curling_env.worn_tracks import WORN_WIDTH, WornTracks
+from friction_estimation.discovery.data.outliers import robust_deviation, slow_basis
+from friction_estimation.discovery.tuning import LEAST_ROWS, OUTLIER_DEVIATIONS
 
 POINT_SPACING = 0.2
 """Distance between the kept points of a path [m]. A measured stone at rest trembles, and must not
 wear the ice by that."""
+SMOOTHED_PERIODS = (8.0, 4.0, 2.0)
+"""A path has no swings faster than the first of these, or the next where it does not fit [s]."""
+FURTHEST_ASIDE = WORN_WIDTH / 4
+"""How far a smoothed path may stay away from where the stone was seen [m]."""
 LONGEST_PATH = 60.0
 """Longest path [m], half as long again as the sheet: no stone goes further."""
 
@@ -83,6 +90,41 @@ class WearTracks:
     def tracks_before(self, stones: int, sheet: Sheet) -> WornTracks:
         """Where the first stones ran."""
         return WornTracks(sheet, self.tracks(sheet)[1][stones])
+
+
+def smoothed_path(t: Floats, xy: Floats) -> Floats:
+    """Where a stone ran, (n, 2), by positions with noise.
+
+    Contacts feel the side of a track, to the millimetre. A path is therefore taken without its fast
+    part, but for the last metres of a stone that rests, and as it was seen where it is not smooth.
+
+    Parameters
+    ----------
+    t : (n,) times [s]
+    xy : (n, 2) measured positions, free of outliers [m]
+    """
+    away = np.hypot(*(xy - np.median(xy[-LEAST_ROWS:], axis=0)).T) > POINT_SPACING
+    count = int(np.flatnonzero(away)[-1]) + 1 if away.any() else 0
+    if count < 3 * LEAST_ROWS:
+        return xy
+    before, seen = t[:count], xy[:count]
+    longest_gap = float(np.diff(before).max())
+    for period in SMOOTHED_PERIODS:
+        smooth = _slow_part(slow_basis(before, period), seen)
+        aside = median_filter(seen - smooth, size=(5, 1), mode="nearest")
+        if longest_gap < period / 2 and float(np.abs(aside).max()) < FURTHEST_ASIDE:
+            return np.vstack([smooth, xy[count:]])
+    return xy
+
+
+def _slow_part(basis: Floats, values: Floats) -> Floats:
+    """The part of values (n, d) in the span of a basis (n, K), but for rows that are far off it."""
+    near, smooth = np.ones(len(values), dtype=bool), values
+    for _ in range(2):
+        smooth = basis @ np.linalg.lstsq(basis[near], values[near])[0]
+        off = np.hypot(*(values - smooth).T)
+        near = off <= OUTLIER_DEVIATIONS * robust_deviation(off) + 1e-12
+    return smooth
 
 
 def wear_refinement(sheet: Sheet) -> int:

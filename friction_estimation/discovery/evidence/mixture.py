@@ -70,11 +70,12 @@ def mixture(fitted: SessionFit) -> Mixture:
         grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, float(spread))
         found.append(gaussian(grams.sum(axis=0) + prior))
         levels.append(float(found[-1].level + log_terms.sum()))
+    by_paths = 0.0 if fitted.by_paths is None else fitted.by_paths
     return Mixture(
         spreads=spreads,
         weights=weights_of(np.array(levels), spreads),
         steps=np.array([each.step for each in found]),
-        covariances=np.array([each.covariance for each in found]),
+        covariances=np.array([each.covariance for each in found]) + by_paths,
     )
 
 

@@ -83,6 +83,11 @@ class Term:
         return self.variant is not None and self.variant.parameter == "along_path"
 
     @property
+    def follows_paths(self) -> bool:
+        """Whether it acts where earlier stones have run."""
+        return any(self.values.get(name, 0.0) != 0.0 for name in ("along_path", "under_contacts"))
+
+    @property
     def at_a_limit(self) -> bool:
         """Whether a strength is as large as no ice has it: it has taken over something else."""
         return any(

@@ -67,6 +67,8 @@ class SessionFit:
     predicted : (rows, 6) states at the measured times, as the camera sees them
     grams : (k, m, m) whitened Gram matrices of [6 states, ln factor, shared, residual]
     deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
+    by_paths : (P, P) covariance of the shared parameters by errors of the paths of earlier stones,
+        beside that of their own noise; None where it was not asked for, or nothing follows paths
     only_spread : the one spread of ln μ between throws at which the Gram matrices hold; None where
         they hold at any
     """
@@ -79,6 +81,7 @@ class SessionFit:
     predicted: Floats
     grams: Floats
     deviance: float
+    by_paths: Floats | None = None
     only_spread: float | None = None
 
     @property

@@ -29,7 +29,7 @@ from friction_estimation.discovery.evidence.unknown.pushes import (
     responses,
     variables,
 )
-from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
     eliminate_states,
@@ -186,9 +186,13 @@ class Nearby:
             if term.map_field:
                 found[label] = places, vector[places]
                 continue
-            neutral = [term.card.parameter(name).neutral for name in term.free]
-            strong = [k for k, value in enumerate(neutral) if value is not None]
-            off = np.array([vector[places[k]] - (neutral[k] or 0.0) for k in strong])
+            idle, card = neutral_values(term.card), term.card
+            strong = [
+                k
+                for k, name in enumerate(term.free)
+                if term.variant or card.parameter(name).neutral is not None
+            ]
+            off = np.array([vector[places[k]] - idle[term.free[k]] for k in strong])
             found[label] = places[strong], off
         return found
 

@@ -12,12 +12,21 @@ from curling_env.physics.session import slides_in_turn
 from curling_env.physics.wear import wear_along_path, with_wear_in_map
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Throw
+from curling_env.worn_tracks import WORN_WIDTH
 from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.data.wear_tracks import LONGEST_PATH, WearTracks, wear_refinement
+from friction_estimation.discovery.data.wear_tracks import (
+    LONGEST_PATH,
+    WearTracks,
+    smoothed_path,
+    wear_refinement,
+)
 from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.evidence.earlier_paths import with_earlier_paths
+from friction_estimation.discovery.evidence.intervals import standard_errors
+from friction_estimation.discovery.evidence.unknown.nearby import Combination, nearby
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.fit import fit
+from friction_estimation.discovery.model.fit import fit, refit
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.report import document
 
@@ -73,6 +82,55 @@ def test_what_goes_further_than_a_stone_can_leaves_no_wear_track(rng):
     rubbish = rng.uniform(-1.5, 1.5, (400, 2))
     assert np.hypot(*np.diff(rubbish, axis=0).T).sum() > LONGEST_PATH
     assert len(WearTracks.of([(0, rubbish), (1, np.zeros((0, 2)))]).paths) == 0
+
+
+def test_a_path_is_known_better_than_its_rows(rng):
+    (clean,) = play(Ice.uniform(0.009), rng, throws=1, sigma=0.0, scatter=0.0)
+    noise = SessionNoise(white=(3e-3, 3e-3, 0.0), fading=(3e-3, 3e-3, 0.0), memory=(0.2, 0.2, 0.2))
+    seen = clean.xy + noise.drawn(clean.t, rng)
+    smooth = smoothed_path(clean.t, seen)
+    aside, jitter = (smooth - clean.xy)[:, 0].std(), (seen - clean.xy)[:, 0].std()
+    assert aside < 0.7 * jitter
+    # Rows at rest are left as they were seen, and so is what no stone's path follows.
+    assert np.array_equal(smooth[-5:], seen[-5:])
+    struck = seen + np.maximum(clean.t - 8.0, 0.0)[:, None] * [0.5, 0.0]
+    assert np.abs(smoothed_path(clean.t, struck) - struck).max() < WORN_WIDTH / 2
+    pieces = seen + (clean.t > 8.0)[:, None] * [0.3, 0.0]
+    assert np.array_equal(smoothed_path(clean.t, pieces), pieces)
+
+
+@pytest.fixture
+def worn_fit(rng):
+    """A fit with wear under contacts, to throws whose noise has a memory."""
+    session = open_session(play(wearing(-0.02, 0.5, "under_contacts"), rng, throws=8))
+    model = base_model(None, session)
+    wear = next(t for t in candidates(session) if t.label == "pebble_wear[under_contacts]")
+    noise = SessionNoise(white=(2e-3, 2e-3, 0.02), fading=(3e-3, 3e-3, 0.0), memory=(0.3, 0.3, 0.1))
+    return fit(model.with_terms(wear), session, noise)
+
+
+def test_errors_of_earlier_paths_make_wear_less_sure(worn_fit):
+    label = "pebble_wear[under_contacts]", "under_contacts"
+    place = worn_fit.model.names.index(label)
+    doubled = replace(worn_fit.noise, white=(4e-3, 4e-3, 0.04), fading=(6e-3, 6e-3, 0.0))
+    fits = worn_fit, replace(worn_fit, noise=doubled)
+    once, twice = (with_earlier_paths(f, np.random.default_rng(1)) for f in fits)
+    more = standard_errors(once)[label] ** 2 - standard_errors(worn_fit)[label] ** 2
+    assert more == pytest.approx(once.by_paths[place, place], rel=0.2)
+    assert more > 0.0
+    assert twice.by_paths[place, place] == pytest.approx(4 * once.by_paths[place, place], rel=0.5)
+    plain = refit(worn_fit, worn_fit.model.without(label[0]))
+    assert with_earlier_paths(plain, np.random.default_rng(1)).by_paths is None
+
+
+def test_wear_that_is_left_out_costs_what_a_fit_says(worn_fit):
+    (label,) = (term.label for term in worn_fit.model.terms)
+    around = nearby(worn_fit, [label])
+    spread = worn_fit.model.spread
+    have, lack = (Combination(effects=frozenset(e), spread=spread) for e in ([label], []))
+    loss = around.fall_short(lack) - around.fall_short(have)
+    without = refit(worn_fit, worn_fit.model.without(label))
+    assert loss == pytest.approx(without.deviance - worn_fit.deviance, rel=0.2)
 
 
 @pytest.mark.parametrize(

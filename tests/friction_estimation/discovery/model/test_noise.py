@@ -3,6 +3,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 import numpy as np
+import pytest
 
 from friction_estimation.discovery.data.outliers import without_outliers
 from friction_estimation.discovery.data.session import open_session
@@ -94,3 +95,12 @@ def test_few_rows_of_a_film_err_by_what_they_claim(make_session, rng):
     assert session.smoothed
     noise = estimate_noise(session, rng.normal(0, 1e-3, (len(session.times), 3)))
     assert (noise.total >= (0.05, 0.05, 0.1)).all()
+
+
+def test_drawn_noise_is_the_noise_that_is_found(rng):
+    noise = SessionNoise(white=(1e-3, 2e-3, 0.0), fading=(4e-3, 3e-3, 0.0), memory=(0.4, 0.2, 0.1))
+    t = np.arange(20_000) / 30.0
+    errors = noise.drawn(t, rng)
+    assert errors.std(axis=0) == pytest.approx(noise.total[:2], rel=0.05)
+    later = np.mean(errors[3:] * errors[:-3], axis=0)
+    assert later == pytest.approx([16e-6 * np.exp(-0.25), 9e-6 * np.exp(-0.5)], rel=0.15)
