@@ -268,6 +268,9 @@ MOST_PUSHES = 4
 COPY_ERROR = 0.003
 """Part of what pushes explain that they may get wrong: they are no exact copy of what acts, and
 paths respond to them linearly in part only. A term that explains less may mend just that."""
+THE_SAME = 0.99
+"""Part of what an effect does to the throws, squared, that pushes can do as well, above which they
+are one thing. Of a slope across the sheet a constant push across it does 0.997."""
 LEAST_SURVIVING = 0.5
 """Part of what an effect explains that must be left when the unknown may act otherwise as well."""
 LARGEST_REST = 0.2

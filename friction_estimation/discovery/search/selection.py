@@ -298,8 +298,12 @@ def _without(fitted: SessionFit, term: Term) -> SessionFit:
     anew.
     """
     best = refit(fitted, fitted.model.without(term.label))
-    if term.map_field is None:
-        return best
+    return best if term.map_field is None else with_patches_sought_again(best)
+
+
+def with_patches_sought_again(fitted: SessionFit) -> SessionFit:
+    """The fit with each of its patches where it is best now, if that is better."""
+    best = fitted
     for patch in _patches(fitted):
         bare = refit(best, best.model.without(patch.label))
         for sought in find_patches(bare):

@@ -26,7 +26,11 @@ from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.score_test import sign_flip_p
-from friction_estimation.discovery.search.selection import refine, try_term
+from friction_estimation.discovery.search.selection import (
+    refine,
+    try_term,
+    with_patches_sought_again,
+)
 from friction_estimation.discovery.tuning import (
     COPY_ERROR,
     FURTHER_VARIABLE_GAIN,
@@ -127,10 +131,10 @@ def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination
     names = [] if held else [label for label in around.optional if label != MAP_CARD.name]
     effects = [made.toggled(label) for label in names]
     fewer = [made.without(push) for push in made.pushes]
-    if len(made.pushes) == MOST_PUSHES:
-        return effects + fewer
     further = [push for push in around.pushes if push not in made.pushes]
-    return effects + fewer + [made.following(p, scale) for p in further for scale in (0.3, 1.0)]
+    further = further if len(made.pushes) < MOST_PUSHES else []
+    more = [made.following(push, scale) for push in further for scale in (0.3, 1.0)]
+    return [move for move in effects + fewer + more if not around.repeats(move)]
 
 
 def surviving(around: Nearby, made: Combination, dispersion: float) -> Combination:
@@ -270,6 +274,8 @@ def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) 
             break
         tried.append(made.effects)
         fitted = calm
+    # A patch was placed, and shaped, while the unknown was missing.
+    calm = with_patches_sought_again(calm)
     return Explanation(
         fit=calm,
         pushes=made.pushes,

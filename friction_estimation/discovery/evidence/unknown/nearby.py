@@ -47,6 +47,7 @@ from friction_estimation.discovery.tuning import (
     LEAST_GAIN,
     NEARBY_SPREADS,
     PUSH_SCALES,
+    THE_SAME,
     USUAL_PUSHES,
 )
 
@@ -195,6 +196,25 @@ class Nearby:
             off = np.array([vector[places[k]] - idle[term.free[k]] for k in strong])
             found[label] = places[strong], off
         return found
+
+    def repeats(self, made: Combination) -> bool:
+        """Whether pushes of a combination do all that one of its effects does.
+
+        Computed in two ways, the difference of the two would look like something that the throws
+        tell, and large sizes of both would cancel to bring it out.
+        """
+        none = [np.empty(0, dtype=np.intp)]
+        strengths = [self.offsets[label][0] for label in made.effects - self.mapped]
+        effects = np.concatenate(none + strengths)
+        pushed = np.concatenate(none + [self.pushes[push] for push in made.pushes])
+        if not len(effects) or not len(pushed):
+            return False
+        total = self._total(made.spread)[0]
+        size = np.sqrt(np.maximum(total.diagonal(), 1e-300))
+        root = _root(total[np.ix_(pushed, pushed)] / np.outer(size[pushed], size[pushed]))
+        cross = total[np.ix_(pushed, effects)] / np.outer(size[pushed], size[effects])
+        copied = solve_triangular(root, cross, lower=True, check_finite=False)
+        return bool(((copied**2).sum(axis=0) > THE_SAME).any())
 
     @cached_property
     def values(self) -> float:
