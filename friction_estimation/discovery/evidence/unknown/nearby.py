@@ -22,6 +22,11 @@ from scipy.linalg import solve_triangular
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.unknown.minimum import (
+    best_step,
+    minimum_of,
+    root_of,
+)
 from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
     pushes_over_time,
@@ -211,7 +216,7 @@ class Nearby:
             return False
         total = self._total(made.spread)[0]
         size = np.sqrt(np.maximum(total.diagonal(), 1e-300))
-        root = _root(total[np.ix_(pushed, pushed)] / np.outer(size[pushed], size[pushed]))
+        root = root_of(total[np.ix_(pushed, pushed)] / np.outer(size[pushed], size[pushed]))
         cross = total[np.ix_(pushed, effects)] / np.outer(size[pushed], size[effects])
         copied = solve_triangular(root, cross, lower=True, check_finite=False)
         return bool(((copied**2).sum(axis=0) > THE_SAME).any())
@@ -283,16 +288,16 @@ class Nearby:
     def steps(self, made: Combination, dispersion: float = 1.0) -> tuple[Floats, Quadratic]:
         """The step of the parameters that is best for a combination, and its quadratic."""
         quadratic = self.quadratic(made, dispersion)
-        return _step(quadratic.gram), quadratic
+        return best_step(quadratic.gram), quadratic
 
     def fall_short(self, made: Combination, dispersion: float = 1.0) -> float:
         """Least −2 ln likelihood of a combination, its priors included."""
-        return _least(self.quadratic(made, dispersion).gram).value
+        return minimum_of(self.quadratic(made, dispersion).gram).value
 
     def value(self, made: Combination, dispersion: float) -> float:
         """−2 ln of the evidence of a combination, and what its terms must bring."""
         quadratic = self.quadratic(made, dispersion)
-        least = _least(quadratic.gram)
+        least = minimum_of(quadratic.gram)
         integrated = 2.0 * float(np.log(least.pivots[quadratic.always :] * quadratic.sizes).sum())
         needed = LEAST_GAIN * (len(made.pushes) + len(made.effects))
         for label in made.effects:
@@ -330,7 +335,7 @@ class Nearby:
         scores = np.empty(len(grams))
         for i, one in enumerate(grams):
             gram = self._quadratic(made, one, priors=False).gram
-            step = _step(whole - gram / dispersion)
+            step = best_step(whole - gram / dispersion)
             own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
             scores[i] = own / dispersion
         return scores
@@ -369,50 +374,6 @@ class Nearby:
 
 def _first(entry: tuple[float, Combination]) -> float:
     return entry[0]
-
-
-class Least(NamedTuple):
-    """The minimum of a quadratic.
-
-    Parameters
-    ----------
-    half : root⁻¹ of the right side, with parameters in units of `scale`
-    value : value at the minimum
-    pivots : roots of the pivots of the information
-    root : Cholesky's root of the information in units of `scale`
-    scale : units of the parameters
-    """
-
-    half: Floats
-    value: float
-    pivots: Floats
-    root: Floats
-    scale: Floats
-
-
-def _least(gram: Floats) -> Least:
-    inner = gram[:-1, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(inner.diagonal(), 1e-300))
-    root = _root(inner * scale[:, None] * scale)
-    half = solve_triangular(root, scale * gram[:-1, -1], lower=True, check_finite=False)
-    return Least(half, float(gram[-1, -1] - half @ half), root.diagonal() / scale, root, scale)
-
-
-def _step(gram: Floats) -> Floats:
-    """Where a quadratic has its minimum."""
-    least = _least(gram)
-    return least.scale * solve_triangular(least.root.T, least.half, lower=False, check_finite=False)
-
-
-def _root(matrix: Floats) -> Floats:
-    """Cholesky's root of a matrix of unit diagonal; of one a little off where it has none."""
-    for little in (1e-9, 1e-6, 1e-3):
-        try:
-            root = np.linalg.cholesky(matrix + little * np.eye(len(matrix)))
-            return np.asarray(root, dtype=np.float64)
-        except np.linalg.LinAlgError:
-            continue
-    return np.eye(len(matrix))
 
 
 def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Term] = ()) -> Nearby:

@@ -10,7 +10,11 @@ from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.patches import find_patches
 from friction_estimation.discovery.search.score_test import holm, score_candidates, sign_flip_p
-from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery.search.selection import (
+    fit_with_noise,
+    refit,
+    with_patches_sought_again,
+)
 
 from ..conftest import effect
 
@@ -52,3 +56,11 @@ def test_the_patch_is_found_where_it_is(make_session):
     (found,) = find_patches(fitted)
     assert abs(found.values["y_min"] + 4.0) < 1.6
     assert abs(found.values["y_max"]) < 1.6
+    # One that was misplaced, while something else was missing, is sought again.
+    misplaced = found.with_values(y_min=-0.6, y_max=-0.3, factor=2.0)
+    beside = refit(fitted, fitted.model.with_terms(misplaced))
+    again = with_patches_sought_again(beside)
+    assert again.deviance < beside.deviance - 100.0
+    placed = again.model.term(found.label).values
+    assert abs(placed["y_min"] + 4.0) < 0.5
+    assert abs(placed["factor"] - 1.2) < 0.02

@@ -90,3 +90,18 @@ def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around)
     whole = np.diag(around._total(made.spread)[0])
     assert lost[x] > 0.9 * whole[x]
     assert lost[y] < 0.2 * whole[y]
+
+
+def test_what_pushes_can_do_is_no_effect_besides(around):
+    """A constant push across the sheet is a slope, and one over time may be constant."""
+
+    def beside(variable, push, effect="slope"):
+        pushes = (Following(variable, push),)
+        return replace(at_spread(around, effect), pushes=pushes, scales=(1.0,))
+
+    assert around.repeats(beside("", "across the sheet"))
+    assert around.repeats(beside("t", "across the sheet"))
+    assert not around.repeats(beside("x", "across the sheet"))
+    assert not around.repeats(beside("", "left"))
+    assert not around.repeats(beside("", "across the sheet", "curl"))
+    assert not around.repeats(at_spread(around, "slope", "curl"))
