@@ -42,6 +42,7 @@ from friction_estimation.appearance.profile import (
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ADAPTING_ROUNDS,
+    ALIKE_AT_HEIGHTS,
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
@@ -192,13 +193,14 @@ def adapt_appearance(
 
     Returns
     -------
-    the look, and how unlikely the crops are for such a stone, see `profile.unlikelihood`
+    the look, and how unlikely the crops are for such a stone, beside those of other heights of the
+    camera; see `profile.unlikelihood`
     """
     prior = ShapePrior(typical=model, ties=TURNED_ALIKE if alike else UPRIGHT)
     for crop in crops:
         fit_pose(crop, look)
     look = refine_profile(crops, look, prior, ADAPTING_ROUNDS)
-    return look, unlikelihood(crops, look, prior)
+    return look, unlikelihood(crops, look, prior, ALIKE_AT_HEIGHTS)
 
 
 def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:

@@ -61,7 +61,7 @@ class StoneModel:
     radius: float
     height: float
     foot_inset: float = 0.07
-    foot_height: float = 0.035
+    foot_height: float = 0.025
     bevel_height: float = 0.025
     bevel_inset: float = 0.04
     handle_rise: float = 0.045

@@ -161,7 +161,12 @@ def shape_doubt(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> S
     return ShapeDoubt(places=places, sigma=np.array(sigma), shift=np.zeros_like(places))
 
 
-def unlikelihood(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> float:
+def unlikelihood(
+    crops: Sequence[Crop],
+    look: Appearance,
+    prior: ShapePrior,
+    alike: float = ALIKE_PICTURES,
+) -> float:
     """How unlikely the crops are for stones of a kind: -2 log likelihood, but for a constant.
 
     The misfit of the likeliest look, and how small a part of all looks of that kind explain the
@@ -172,12 +177,14 @@ def unlikelihood(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> 
     crops : crops of one stone with fitted poses
     look : fitted to them
     prior : what stones of that kind are like
+    alike : so many crops count as one
     """
     free = prior.of(look)
     equations = _joint_equations(crops, look, free)
-    left = np.linalg.slogdet(TRUE_WEIGHT / FIT_WEIGHT * equations.crops + equations.prior)[1]
+    weight = 1 / (PIXEL_CORRELATION * alike)
+    left = np.linalg.slogdet(weight / FIT_WEIGHT * equations.crops + equations.prior)[1]
     before = np.linalg.slogdet(equations.prior)[1]
-    return TRUE_WEIGHT * total_misfit(crops, look) + free.misfit(look) + float(left - before)
+    return weight * total_misfit(crops, look) + free.misfit(look) + float(left - before)
 
 
 def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> float:

@@ -95,8 +95,11 @@ ENOUGH_CROPS = 8
 """At least this many crops are kept."""
 ALIKE_PICTURES = 4.0
 """So many pictures of a stone repeat each other's faults, and count as one."""
+ALIKE_AT_HEIGHTS = 12.0
+"""The same where heights of a camera are compared: what no look can paint changes along a path as
+the picture does when the height is wrong, so that all pictures count as one."""
 ALIKE_IN_FIT = 2.0
-"""The same in a fit: with more, stones seen from low down get too typical a shape."""
+"""`ALIKE_PICTURES` in a fit: with more, stones seen from low down get too typical a shape."""
 MIN_GAIN = 0.15
 """A round that lowers the squared standard errors by less is the last."""
 MAX_FOOT_BRIGHTNESS = 1.1

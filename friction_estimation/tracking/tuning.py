@@ -82,7 +82,7 @@ SAME_HEIGHT_STEP = 0.2
 HEIGHT_PASSES = 3
 """How often heights are tried again with the looks of better ones, at most, and how often finer
 ones are tried beside the best."""
-UNLIKELY_HEIGHT = 60.0
+UNLIKELY_HEIGHT = 20.0
 """Heights that cost so much more than the best are not tried again [squared standard errors]."""
 MIN_LOG_HEIGHT_SIGMA = 0.02
 """The logarithm of the height is never claimed to be known better."""
