@@ -225,7 +225,7 @@ def _track_each(
                     if not parts:
                         if count == 1:
                             raise
-                        refused.append(error)
+                        refused.append(_alone(error))
                         left_out(f"{film.name}, {piece.name}: {error.problem}")
                         continue
                 if parts:
@@ -240,6 +240,12 @@ def _track_each(
             index, throw = index + 1, throw + 1
         if len(refused) == count:
             raise refused[0]
+
+
+def _alone(error: InputError) -> InputError:
+    """An error without what was being done: the pictures of a throw that is left out."""
+    error.__cause__ = error.__context__ = None
+    return error.with_traceback(None)
 
 
 def cameras_are_shared(tracker: Tracker) -> bool:

@@ -1,0 +1,48 @@
+"""Films tracked one after the other: what is left out is let go."""
+
+from __future__ import annotations
+
+import gc
+import weakref
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from curling_env.errors import InputError
+from friction_estimation.synthetic import scene_of
+from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.tracking import track_each
+from friction_estimation.tracking.cutting.pieces import Piece
+from friction_estimation.tracking.films import run
+from friction_estimation.tracking.films.shared_cameras import SharedCameras
+
+
+class Pictures(np.ndarray):
+    """Pictures of a throw; unlike an ordinary array, they can be watched."""
+
+
+def test_the_pictures_of_a_throw_that_is_left_out_are_not_kept(monkeypatch):
+    kept, alive, reasons = [], [], []
+
+    def refuse(*_):
+        pictures = np.zeros(3).view(Pictures)
+        gc.collect()
+        alive.append(sum(one() is not None for one in kept))
+        kept.append(weakref.ref(pictures))
+        try:
+            raise ValueError("no stone")
+        except ValueError as why:
+            raise InputError("no thrown stone found", source="film.mp4") from why
+
+    film = Path("film.mp4")
+    several = [Piece(path=film, film=film, begin=k, end=k + 1) for k in range(4)]
+    monkeypatch.setattr(run, "_pieces", lambda *_: several)
+    monkeypatch.setattr(run, "_track", refuse)
+    monkeypatch.setattr(run, "ordinary_file", lambda *_: None)
+    monkeypatch.setattr(SharedCameras, "of", lambda *_: None)
+    scene = scene_of(named_camera("gantry", (640, 360)))
+    with pytest.raises(InputError, match="no thrown stone found"):
+        list(track_each([film], scene, left_out=reasons.append))
+    assert len(reasons) == 4
+    assert alive == [0, 0, 0, 0]
