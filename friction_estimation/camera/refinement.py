@@ -24,6 +24,7 @@ from friction_estimation.camera.tuning import (
     DISPLACED_SEARCH_PX,
     DOUBTFUL_COST,
     EQUAL_COST_RATIO,
+    FOCAL_PRIOR,
     MEASURED_HEIGHT_SIGMA,
     MIN_MARKINGS,
     MIN_MARKINGS_SHARE,
@@ -234,9 +235,12 @@ def height_prior(measured: float | None) -> tuple[float, float]:
 
 
 def log_height_prior(camera: Camera, measured: float | None = None) -> float:
-    """How unlikely a camera's height is [squared standard deviations]."""
+    """How unlikely a camera's height and focal length are [squared standard deviations]."""
     middle, spread = height_prior(measured)
-    return float((np.log(camera.position[2] / middle) / spread) ** 2)
+    usual, focal_spread = FOCAL_PRIOR
+    focal = camera.lens.focal_px / (0.5 * np.hypot(*camera.size))
+    height_off = np.log(camera.position[2] / middle) / spread
+    return float(height_off**2 + (np.log(focal / usual) / focal_spread) ** 2)
 
 
 def unrefined(camera: Camera) -> RefinedCamera:

@@ -103,6 +103,10 @@ is nothing left to improve on points that were marked exactly."""
 CAMERA_HEIGHT_PRIOR = (8.0, 0.5)
 """Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
 decides only where the paint cannot, as for a camera that looks straight down."""
+FOCAL_PRIOR = (1.1, 0.5)
+"""Median focal length of cameras, in half diagonals of their picture, and its spread (in log).
+Main cameras of phones have 1.1 to 1.3 (24 to 28 mm on the 35 mm scale), wide ones 0.6 to 0.75. To
+see the whole sheet from low down takes a wider lens."""
 MEASURED_HEIGHT_SIGMA = 0.01
 """Standard error of a height that somebody measured, in log."""
 RIM_SHIFT_PX = 1.0

@@ -100,7 +100,23 @@ def test_straight_down_the_paint_leaves_the_height_open_and_says_so(views):
     assert at_height.camera.position[2] == pytest.approx(true.position[2], rel=0.03)
     assert at_height.rms_px == pytest.approx(refined.rms_px, rel=0.3)
     assert misplaced(at_height.camera, true, 0.11) < 0.008
-    assert log_height_prior(refined.camera) < log_height_prior(at_height.camera)
+
+
+def test_the_whole_sheet_is_hardly_seen_from_low_down(views):
+    true, _, _ = views["gantry"]
+
+    def unlikely(share):
+        """The same picture of the ice from a share of the height."""
+        matrix = true.lens.matrix.copy()
+        matrix[[0, 1], [0, 1]] *= share
+        position = true.position * np.array([1, 1, share])
+        lens = replace(true.lens, matrix=matrix)
+        return log_height_prior(replace(true, lens=lens, translation=-true.rotation @ position))
+
+    assert unlikely(0.6) > unlikely(1.0) + 1
+    assert unlikely(3.0) > unlikely(1.0) + 1
+    measured = true.position[2]
+    assert log_height_prior(true, 1.1 * measured) > log_height_prior(true, measured) + 50
 
 
 def test_exact_points_and_a_known_lens_are_not_made_worse(views):
