@@ -240,6 +240,8 @@ def search_session(
     if len(session) < LEAST_THROWS:
         return _too_few(everything)
     found = _search(everything, given, rng, progress)
+    if _explains_all(found):
+        return found
     odd = exceptional_throws(found.selection.best, session)
     if len(odd) and len(session) - len(odd) >= LEAST_THROWS:
         # What happened once must not spoil the rest: the other throws are searched by themselves.
@@ -249,6 +251,11 @@ def search_session(
         if misfit_of(calm.final).white and (alone.surprise > SURPRISING_THROW).all():
             return replace(calm, events=session.throws[odd].tolist())
     return found
+
+
+def _explains_all(found: Discovery) -> bool:
+    """Whether an unknown that follows something leaves nothing but noise: no throw is odd then."""
+    return bool(found.dependences) and misfit_of(found.final).white
 
 
 def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:

@@ -1,10 +1,12 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
+import friction_estimation.discovery.discover as discovery
 from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.report import document
 
@@ -66,6 +68,20 @@ def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_e
     ice = found.improved_ice()
     assert (ice.effect("unknown") is None) == (found.residual_term is not None)
     assert (ice.effect("residual") is None) == (found.residual_term is None)
+
+
+@pytest.mark.parametrize("white", [True, False])
+def test_no_throw_is_odd_where_an_unknown_explains_them_all(monkeypatch, white):
+    """Odd throws are looked for around effects alone, and a search without them takes as long."""
+    found = SimpleNamespace(dependences=["x"], final=None, selection=SimpleNamespace(best=None))
+    asked: list[str] = []
+    monkeypatch.setattr(discovery, "renew_map", lambda fitted: fitted)
+    monkeypatch.setattr(discovery, "_search", lambda *_: found)
+    monkeypatch.setattr(discovery, "misfit_of", lambda _: SimpleNamespace(white=white))
+    monkeypatch.setattr(discovery, "exceptional_throws", lambda *_: asked.append("odd") or [])
+    everything = SimpleNamespace(model=SimpleNamespace(terms=()), session=range(9))
+    assert discovery.search_session(everything, None, None) is found
+    assert bool(asked) is not white
 
 
 def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):
