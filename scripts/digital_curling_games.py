@@ -22,7 +22,7 @@ import numpy as np
 
 from agents.digital_curling import transition
 from agents.playing.tournament import wilson
-from curling_env.errors import InputError
+from curling_env.errors import CurlingError, InputError
 
 TEAMS = ("team0", "team1")
 SAME = ("end", "shot", "hammer", "scores", "extra_end_score")
@@ -75,13 +75,28 @@ def lines_of(folder: Path) -> list[dict[str, Any]]:
 
     Raises
     ------
-    InputError : the folder has no log
+    InputError : the folder has no log, or a line of it is no message
     """
+    path = folder / "wire.jsonl"
     try:
-        log = (folder / "wire.jsonl").read_text()
-    except OSError as error:
+        log = path.read_text(encoding="utf-8").splitlines()
+    except (OSError, UnicodeDecodeError) as error:
         raise InputError("expected a folder that `curling join -o` wrote", source=folder) from error
-    return [json.loads(line[2:]) for line in log.splitlines() if line.startswith("<")]
+    return [
+        _message(line[2:], path, row)
+        for row, line in enumerate(log, start=1)
+        if line.startswith("<")
+    ]
+
+
+def _message(text: str, path: Path, row: int) -> dict[str, Any]:
+    try:
+        message = json.loads(text)
+    except ValueError:
+        message = None
+    if not isinstance(message, dict) or "cmd" not in message:
+        raise InputError("expected a message of the server", source=path, where=f"line {row}")
+    return cast("dict[str, Any]", message)
 
 
 def told(folders: list[Path]) -> str:
@@ -136,7 +151,11 @@ def told(folders: list[Path]) -> str:
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("folders", type=Path, nargs="+", metavar="FOLDER")
-    print(told(parser.parse_args().folders))
+    folders = parser.parse_args().folders
+    try:
+        print(told(folders))
+    except CurlingError as error:
+        parser.exit(2, f"digital_curling_games: {error}\n")
 
 
 if __name__ == "__main__":

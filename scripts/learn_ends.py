@@ -3,7 +3,8 @@
     curling record-games --player search:200:points --opponent rulebased --opponent draw \\
         --ends 2500 --seed 7500 -o runs/data
     python scripts/learn_ends.py clone runs/data -o runs/cloned.npz --keep runs/lessons.npz
-    python scripts/learn_ends.py play -o runs/ends.npz
+    python scripts/learn_ends.py play -o runs/ends.npz --start runs/cloned.npz --deliveries 30720 \\
+        --num-envs 32
     curling tournament runs/ends.npz greedy --games 60 --ends 4
     curling benchmark runs/ends.npz
 
@@ -42,6 +43,7 @@ from agents.playing.learned.lessons import Lessons, joined, lessons_of
 from agents.playing.learned.network import IMPOSSIBLE, ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
 from curling_env.commands.cli import progress_bar
+from curling_env.errors import CurlingError
 
 DATASET = "curling/ends-v0"
 
@@ -226,12 +228,15 @@ def main() -> None:
         way.add_argument("-o", "--output", type=Path, required=True, help="file of the network")
     given = vars(parser.parse_args())
     way, output = given.pop("way"), given.pop("output")
-    for path in filter(None, (output, given.get("keep"))):
-        path.parent.mkdir(parents=True, exist_ok=True)
-    if way == "clone":
-        learn_from(output=output, **given)
-    else:
-        play(given.pop("start"), output, Settings(**given))
+    try:
+        for path in filter(None, (output, given.get("keep"))):
+            path.parent.mkdir(parents=True, exist_ok=True)
+        if way == "clone":
+            learn_from(output=output, **given)
+        else:
+            play(given.pop("start"), output, Settings(**given))
+    except CurlingError as error:
+        parser.exit(2, f"learn_ends: {error}\n")
 
 
 if __name__ == "__main__":

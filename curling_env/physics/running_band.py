@@ -56,8 +56,15 @@ _WORN = _front_half(8, 0.4)
 
 
 @inlined
-def _contact_factors(law: Any, contacts: int, motion: Any, push: Any) -> None:
-    """Fill in the factors on μ of contacts from their slips in `motion`."""
+def _slips_and_factors(
+    law: Any, front: Any, speed: float, rim: float, motion: Any, push: Any
+) -> None:
+    """Fill in the slips of a band's contacts, and the factors on their μ that follow from them."""
+    contacts = front.shape[0]
+    for q in range(contacts):
+        along = speed - rim * front[q, 0]
+        across = rim * front[q, 1]
+        motion[SLIP + q] = max(math.sqrt(along * along + across * across), MIN_SPEED)
     for q in range(contacts):
         push[CONTACT_FRICTION + q] = 1.0
     if law.per_contact > 0:
@@ -97,11 +104,7 @@ def running_band(law: Any, speed: float, spin: float, motion: Any, push: Any) ->
         rim = 0.0
     # Contacts at φ and π − φ slip equally fast: each stands for both.
     n = front.shape[0]
-    for q in range(n):
-        along = speed - rim * front[q, 0]
-        across = rim * front[q, 1]
-        motion[SLIP + q] = max(math.sqrt(along * along + across * across), MIN_SPEED)
-    _contact_factors(law, n, motion, push)
+    _slips_and_factors(law, front, speed, rim, motion, push)
     drag = 0.0
     torque = 0.0
     for q in range(n):
@@ -149,11 +152,7 @@ def band_on_tracks(law: Any, speed: float, spin: float, motion: Any, push: Any) 
     elif ratio > 0.5:
         front = _SIXTEEN
     n = front.shape[0]
-    for q in range(n):
-        along = speed - rim * front[q, 0]
-        across = rim * front[q, 1]
-        motion[SLIP + q] = max(math.sqrt(along * along + across * across), MIN_SPEED)
-    _contact_factors(law, n, motion, push)
+    _slips_and_factors(law, front, speed, rim, motion, push)
     layer = int(motion[RAN])
     forward_x, forward_y = radius * motion[TRAVEL_X], radius * motion[TRAVEL_Y]
     drag = 0.0

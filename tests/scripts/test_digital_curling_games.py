@@ -47,3 +47,15 @@ def test_a_folder_without_a_log_and_one_without_a_game(tmp_path):
         digital_curling_games.told([tmp_path])
     with pytest.raises(InputError, match="played to its end"):
         digital_curling_games.told([folder_of(tmp_path / "game", "")])
+
+
+@pytest.mark.parametrize("line", ['< {"cmd": ', "< 3"])
+def test_a_broken_line_is_told_with_its_place_and_exit_2(tmp_path, monkeypatch, capsys, line):
+    folder = folder_of(tmp_path / "game", f"> {{}}\n{line}\n")
+    monkeypatch.setattr("sys.argv", ["digital_curling_games.py", str(folder)])
+    with pytest.raises(SystemExit) as ended:
+        digital_curling_games.main()
+    assert ended.value.code == 2
+    told = capsys.readouterr().err
+    assert told.count("\n") == 1
+    assert "wire.jsonl, line 2: expected a message of the server" in told

@@ -21,6 +21,9 @@ from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 
+_OF_NOISE = 9.0
+"""Square of a slope in one direction that noise alone may make [grey levels²]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ages:
@@ -162,8 +165,8 @@ def _add_ages(before, now, behind, changed, t, aim, totals):
             right = 0.5 * (right - np.float32(now[i, j - 1, 1]) + behind[i, j - 1, 1])
             down = np.float32(now[i + 1, j, 1]) - behind[i + 1, j, 1]
             down = 0.5 * (down - np.float32(now[i - 1, j, 1]) + behind[i - 1, j, 1])
-            along = max((right * aim[0] + down * aim[1]) ** 2 - 9.0, 0.0)
-            slope = max(right**2 + down**2 - 18.0, 0.0)
+            along = max((right * aim[0] + down * aim[1]) ** 2 - _OF_NOISE, 0.0)
+            slope = max(right**2 + down**2 - 2 * _OF_NOISE, 0.0)
             totals[0] += along
             totals[1] += along * (t - changed[i, j])
             totals[2] += slope
