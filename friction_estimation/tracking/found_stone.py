@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -77,6 +77,21 @@ class FoundStone:
             self.model,
             windows,
         )
+
+    def seen_in(self, right: Sequence[Crop], crops: Sequence[Crop]) -> FoundStone:
+        """Without the sightings that are nearest to one of the pictures that do not show it.
+
+        Parameters
+        ----------
+        right : those of the pictures that do show it
+        crops : all pictures of the stone, see `crops`
+        """
+        times = np.array([crop.t for crop in crops])
+        kept = {crop.t for crop in right}
+        shown = tuple(
+            s for s in self.path.sightings if times[np.argmin(np.abs(times - s.t))] in kept
+        )
+        return replace(self, path=RoughPath(sightings=shown))
 
 
 def find_stone(

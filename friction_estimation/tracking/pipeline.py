@@ -140,6 +140,12 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     if not crops:
         raise InputError("the thrown stone is nowhere wholly in the image", source=film.path)
     appearance = learn_appearance(crops, stone.model, stone.background.noise)
+    like = [crop for crop in crops if unexplained_share([crop], appearance) < 1.0]
+    if len(crops) / 2 < len(like) < len(crops):
+        # What bare ice explains better than the look is no picture of the stone.
+        stone = stone.seen_in(like, crops)
+        crops = like
+        appearance = learn_appearance(crops, stone.model, stone.background.noise)
     grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
     if unexplained_share(crops, appearance, grain) > tuning.MAX_UNEXPLAINED:
         raise InputError(

@@ -43,6 +43,8 @@ MAX_CORE_BOX_PX = 40_000
 
 MAX_THROW_SPEED = 5.0
 """No thrown stone is faster [m/s]; the hardest take-outs reach about 4."""
+MAX_PUSH = 3.0
+"""Nobody sets a stone going faster than this [m/s²]; what seems to has taken its place."""
 MIN_TRAVEL = 0.5
 """Something that moves less over the whole film is no thrown stone [m]."""
 MIN_SIGHTINGS = 4

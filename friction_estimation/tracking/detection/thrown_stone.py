@@ -276,7 +276,7 @@ def _best_chain(
                 continue
             # A stone never gains speed once it is thrown; a person beside it may.
             gain = max(pace - speed[j] * 1.05 - 0.2 / dt, 0.0)
-            if before[j] >= 0 and gain > max_gain:
+            if before[j] >= 0 and gain > min(max_gain, tuning.MAX_PUSH * dt):
                 continue
             missed = tuning.MISSED_FRAME_COST * (gap - 1)
             value = score[j] + now.likeness - missed - min(gain, 2.0)
