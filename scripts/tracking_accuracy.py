@@ -252,8 +252,14 @@ NAMES = re.compile(r"(?P<camera>[a-z_]+)(?P<lines>[0-9]+)f(?P<rate>[0-9]+)-[0-9]
 """Of films by `other_films.py`."""
 
 
-def balanced(films: list[Path], px: float) -> list[Case]:
-    """One way for each film; see the top of this file."""
+def balanced(films: list[Path], px: float, turn: int = 0) -> list[Case]:
+    """One way for each film; see the top of this file.
+
+    Parameters
+    ----------
+    px : error of points that are off
+    turn : 0 to 3; another one gives every film another way
+    """
     about = [(film, match) for film in films if (match := NAMES.fullmatch(film.stem))]
     ranks = [
         {value: k for k, value in enumerate(sorted({match[part] for _, match in about}))}
@@ -261,7 +267,8 @@ def balanced(films: list[Path], px: float) -> list[Case]:
     ]
     chosen: list[tuple[int, Case]] = []
     for film, match in about:
-        way = sum(rank[value] for rank, value in zip(ranks, match.groups(), strict=True)) % 4
+        way = sum(rank[value] for rank, value in zip(ranks, match.groups(), strict=True))
+        way = (way + turn) % 4
         case = Case(film=film, lens=way < 2, click_px=px if way % 2 else 0.0, seed=0)
         chosen.append((int(match["lines"]), case))
     return [case for _, case in sorted(chosen, key=lambda one: (one[0], one[1].film.stem))]
@@ -319,6 +326,9 @@ def main(
     one_way_each: Annotated[
         bool, typer.Option("--balanced", help="All films there are, each in one way.")
     ] = False,
+    turn: Annotated[
+        int, typer.Option(min=0, max=3, help="Of --balanced: other ways for all films.")
+    ] = 0,
 ) -> None:
     """Track films whose truth is known, in every way, and tell how far off the tracks are."""
     folder = make_directory(output)
@@ -340,7 +350,7 @@ def main(
     lenses = {"given": (True,), "unknown": (False,), "both": (True, False)}[lens]
     todo = list(cases(chosen, lenses, clicks, click_px))
     if one_way_each:
-        todo = balanced(chosen, click_px)
+        todo = balanced(chosen, click_px, turn)
     done = _done(folder / "cases.csv")
     todo = [case for case in todo if case.key not in done]
     rows = list(done.values())
