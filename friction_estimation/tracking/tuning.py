@@ -86,8 +86,9 @@ HEIGHT_PASSES = 3
 ones are tried beside the best."""
 UNLIKELY_HEIGHT = 20.0
 """Heights that cost so much more than the best are not tried again [squared standard errors]."""
-MIN_LOG_HEIGHT_SIGMA = 0.02
-"""The logarithm of the height is never claimed to be known better."""
+MIN_LOG_HEIGHT_SIGMA = 0.05
+"""The logarithm of the height is never claimed to be known better: it follows how high a stone's
+widest place is, which is known to 3 mm of 57."""
 LOW_HEIGHT = 4.0
 """Heights are compared on the pixels in which a camera at this height shows the stone [m]."""
 HEIGHT_CROPS = 12
@@ -223,19 +224,9 @@ OUTLIER_SIGMAS = 4.0
 """Measurements this many standard errors from what all others say are left out."""
 SMOOTHING_PASSES = 4
 """How often jerk, noise and outliers are found in turn."""
-EDGE_ERROR_PX = 0.05
-"""Error of a stone's place in the picture that its look does not explain, alike in all frames [px]:
-no shape of the model is quite that of a stone."""
-SMALL_STONE_ERROR_PX = 0.1
-"""The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
-stone has, the more of them mix it with the ice."""
-LOOK_ERROR_PX = 0.06
-"""What a learnt look leaves besides, alike in a whole film, in each coordinate: the model has one
-colour for each part of a stone, and granite is not quite so. In pixels across the line of sight,
-and a low view does not stretch it. With both of these, thirty films by other renderers were off by
-0.65 of what is expected (root mean square)."""
-HEIGHT_FROM_LOOK = 2.0
-"""The last three count so often where the camera's height was found from pictures of the stone."""
+EDGE_ERROR_PX = 0.03
+"""Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
+alike in all frames [px]: no shape of the model is quite that of a stone."""
 LARGER_COORDINATE_SHARE = 0.7
 """Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
 of all coordinates lie in their intervals even where only one of the two is off."""
