@@ -164,9 +164,11 @@ def rectangle_beside(
         right_side[crossed] += reduced[own, -1]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inner_all), 1e-300))
     scaled = inner_all * scale[:, None] * scale + 1e-10 * np.eye(shared)
-    half = np.linalg.solve(scaled, scale[:, None] * cross_all.T)
-    information -= (cross_all * scale) @ half
-    right_side -= half.T @ (scale * right_all)
+    anywhere = np.unique(np.concatenate([crossed for crossed, _ in cells]))
+    cross = cross_all[anywhere] * scale
+    half = np.linalg.solve(scaled, cross.T)
+    information[np.ix_(anywhere, anywhere)] -= cross @ half
+    right_side[anywhere] -= half.T @ (scale * right_all)
     longest = round(LONGEST_PATCH / grid.size[1])
     found = _best_rectangle(
         information.reshape(nx, ny, nx, ny), right_side.reshape(nx, ny), longest
@@ -186,21 +188,26 @@ def _best_rectangle(
     a, b = np.triu_indices(ny + 1, 1)
     short = b - a <= longest
     a, b = a[short], b[short]
-    for i0 in range(nx):
-        inner = np.zeros((ny, ny))
-        right = np.zeros(ny)
-        for i1 in range(i0 + 1, nx + 1):
-            new = i1 - 1
-            right = right + right_side[new]
-            cross = information[new, :, i0:new].sum(axis=1) if new > i0 else 0.0
-            inner = inner + information[new, :, new] + cross + np.transpose(cross)
-            sums = np.zeros((ny + 1, ny + 1))
-            sums[1:, 1:] = inner.cumsum(axis=0).cumsum(axis=1)
-            heads = np.concatenate([[0.0], right.cumsum()])
+    # Of the blocks from each column to the present one: what they tell, row by row.
+    inner, right = np.zeros((nx, ny, ny)), np.zeros((nx, ny))
+    sums = np.zeros((ny + 1, ny + 1))
+    for last in range(nx):
+        added = information[last, :, last].copy()
+        for i0 in range(last, -1, -1):
+            if i0 < last:
+                cross = information[last, :, i0]
+                added += cross
+                added += cross.T
+            inner[i0] += added
+            right[i0] += right_side[last]
+            sums[1:, 1:] = inner[i0].cumsum(axis=0).cumsum(axis=1)
+            heads = np.concatenate([[0.0], right[i0].cumsum()])
             numerator = heads[b] - heads[a]
             denominator = sums[b, b] - sums[a, b] - sums[b, a] + sums[a, a]
             gains = np.where(denominator > 1e-6, numerator**2 / np.maximum(denominator, 1e-6), 0.0)
             k = int(np.argmax(gains))
-            if gains[k] > best:
-                best, found = float(gains[k]), (i0, i1, int(a[k]), int(b[k]))
+            # Where no stone ran, the side goes on to the left: nothing tells.
+            wider = found is not None and found[1] == last + 1 and gains[k] == best
+            if gains[k] > best or wider:
+                best, found = float(gains[k]), (i0, last + 1, int(a[k]), int(b[k]))
     return None if found is None else (found, best)
