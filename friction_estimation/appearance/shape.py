@@ -38,7 +38,6 @@ SHAPE_PARAMETERS = (
     "neck_length",
     "light_x",
     "light_y",
-    "gloss",
 )
 """Names of the parameters of `StoneModel`, which explains them."""
 
@@ -71,7 +70,6 @@ SHAPE_PARAMETERS = (
     NECK_LENGTH,
     LIGHT_X,
     LIGHT_Y,
-    GLOSS,
 ) = range(len(SHAPE_PARAMETERS))
 """Place of each parameter."""
 
