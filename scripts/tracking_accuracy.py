@@ -10,8 +10,8 @@ NAME.scene.json and NAME.truth.json and for each film NAME-K.mp4 and NAME-K.trut
 tracked with the lens given and unknown, with the points marked exactly and some pixels off. Only
 the scoring reads the truth. A call that was stopped goes on where it was: what stands in cases.csv
 is not tracked again. `--balanced` tracks each film in one way only, so that every camera, size and
-rate meets both lenses and both kinds of points about equally often; the smallest pictures come
-first.
+rate meets both lenses and both kinds of points about equally often, and with `--turn` in another
+one; the smallest pictures come first.
 """
 
 from __future__ import annotations
@@ -43,9 +43,11 @@ from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats, with_progress
 from friction_estimation import estimate_ice
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.synthetic import CAMERAS, FilmSpec, render_films
 from friction_estimation.tracking import track_film
+from friction_estimation.tracking.films.film_track import FilmTrack
 
 CAMERAS_TOLD = "end,gantry,side,ceiling,ceiling_home,ceiling_middle"
 OUT_OF_HAND = 1.0
@@ -55,8 +57,8 @@ LEAST_SLIDE = 8.0
 NORMAL_95 = 1.96
 TRUTH = ("t", "x", "y", "theta")
 COLUMNS = ("camera", "film", "lens", "clicks", "rows", "rms_mm", "worst_mm", "sigma_mm",
-           "within_95", "worst_sigmas", "heading_rad", "mu_error_percent",
-           "mu_sigmas", "cpu_s", "said")  # fmt: skip
+           "camera_mm", "within_95", "rms_sigmas", "worst_sigmas", "heading_rad",
+           "mu_error_percent", "mu_sigmas", "cpu_s", "said")  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -172,7 +174,9 @@ def score(case: Case) -> dict[str, Any]:
         "rms_mm": 1e3 * float(np.sqrt(np.mean(away**2))),
         "worst_mm": 1e3 * float(away.max()),
         "sigma_mm": 1e3 * float(np.sqrt(2 * np.mean(sigma**2))),
+        "camera_mm": 1e3 * float(np.sqrt(np.mean(np.sum(camera_error(case, track) ** 2, axis=1)))),
         "within_95": float(np.mean(np.abs(off) <= NORMAL_95 * sigma[:, None])),
+        "rms_sigmas": float(np.sqrt(np.mean((off / sigma[:, None]) ** 2))),
         "worst_sigmas": float(np.max(np.abs(off) / sigma[:, None])),
         "heading_rad": float(np.sqrt(np.mean(miss**2))) if len(miss) else np.nan,
     }
@@ -184,6 +188,14 @@ def score(case: Case) -> dict[str, Any]:
         except CurlingError as error:
             row["said"] = str(error)
     return row
+
+
+def camera_error(case: Case, track: FilmTrack) -> Floats:
+    """How far the camera alone misplaces the stone along its path, (n, 2) [m]."""
+    true = camera_from_scene(load_scene(case.beside(".scene.json")), track.camera.size)
+    xy, middle = track.trajectory.xy, track.appearance.model.height / 2
+    px = track.camera.project(np.column_stack([xy, np.full(len(xy), middle)]))
+    return xy - true.on_plane(px, middle)
 
 
 def summary(rows: list[dict[str, Any]]) -> str:
@@ -252,8 +264,14 @@ NAMES = re.compile(r"(?P<camera>[a-z_]+)(?P<lines>[0-9]+)f(?P<rate>[0-9]+)-[0-9]
 """Of films by `other_films.py`."""
 
 
-def balanced(films: list[Path], px: float) -> list[Case]:
-    """One way for each film; see the top of this file."""
+def balanced(films: list[Path], px: float, turn: int = 0) -> list[Case]:
+    """One way for each film; see the top of this file.
+
+    Parameters
+    ----------
+    px : error of points that are off
+    turn : 0 to 3; another one gives every film another way
+    """
     about = [(film, match) for film in films if (match := NAMES.fullmatch(film.stem))]
     ranks = [
         {value: k for k, value in enumerate(sorted({match[part] for _, match in about}))}
@@ -261,14 +279,19 @@ def balanced(films: list[Path], px: float) -> list[Case]:
     ]
     chosen: list[tuple[int, Case]] = []
     for film, match in about:
-        way = sum(rank[value] for rank, value in zip(ranks, match.groups(), strict=True)) % 4
+        way = sum(rank[value] for rank, value in zip(ranks, match.groups(), strict=True))
+        way = (way + turn) % 4
         case = Case(film=film, lens=way < 2, click_px=px if way % 2 else 0.0, seed=0)
         chosen.append((int(match["lines"]), case))
     return [case for _, case in sorted(chosen, key=lambda one: (one[0], one[1].film.stem))]
 
 
 def margins(rows: list[dict[str, Any]]) -> str:
-    """The table by one thing at a time: how often intervals hold, of places and of μ."""
+    """The table by one thing at a time: how often intervals hold, of places and of μ.
+
+    The rows of one film err together, so that its intervals hold all of them or few. Whether σ is
+    right shows over films: the root mean square of error over σ.
+    """
 
     def named(part: str) -> Callable[[dict[str, Any]], str]:
         return lambda row: NAMES.sub(rf"\g<{part}>", row["film"])
@@ -282,18 +305,21 @@ def margins(rows: list[dict[str, Any]]) -> str:
         "all": lambda row: "",
     }
     lines = [
-        "| | films | rms mm, middle (worst) | expected by σ mm | in 95 % intervals | films below "
-        "90 % | above 98 % | μ within 95 % | not tracked |",
-        "|---|---|---|---|---|---|---|---|---|",
+        "| | films | rms mm, middle (worst) | of the camera | expected by σ mm | error / σ, "
+        "rms | in 95 % intervals | films below 90 % | above 98 % | μ within 95 % | not tracked |",
+        "|---|---|---|---|---|---|---|---|---|---|---|",
     ]
     for name, part in parts.items():
         for value in sorted({part(row) for row in rows}):
             group = [row for row in rows if part(row) == value]
             tracked = [row for row in group if row["rows"]]
             held = _known(tracked, "within_95")
+            ratio = _known(tracked, "rms_sigmas")
             lines.append(
                 f"| {name} {value} | {len(group)} | {_middle(tracked, 'rms_mm'):.1f} "
-                f"({_most(tracked, 'rms_mm'):.1f}) | {_middle(tracked, 'sigma_mm'):.1f} | "
+                f"({_most(tracked, 'rms_mm'):.1f}) | {_middle(tracked, 'camera_mm'):.1f} | "
+                f"{_middle(tracked, 'sigma_mm'):.1f} | "
+                f"{np.sqrt(np.mean(ratio**2)) if len(ratio) else np.nan:.2f} | "
                 f"{100 * np.mean(held) if len(held) else np.nan:.0f} % | {np.sum(held < 0.9)} | "
                 f"{np.sum(held > 0.98)} | {_mu_held(tracked)} | {len(group) - len(tracked)} |"
             )
@@ -319,6 +345,9 @@ def main(
     one_way_each: Annotated[
         bool, typer.Option("--balanced", help="All films there are, each in one way.")
     ] = False,
+    turn: Annotated[
+        int, typer.Option(min=0, max=3, help="Of --balanced: other ways for all films.")
+    ] = 0,
 ) -> None:
     """Track films whose truth is known, in every way, and tell how far off the tracks are."""
     folder = make_directory(output)
@@ -340,7 +369,7 @@ def main(
     lenses = {"given": (True,), "unknown": (False,), "both": (True, False)}[lens]
     todo = list(cases(chosen, lenses, clicks, click_px))
     if one_way_each:
-        todo = balanced(chosen, click_px)
+        todo = balanced(chosen, click_px, turn)
     done = _done(folder / "cases.csv")
     todo = [case for case in todo if case.key not in done]
     rows = list(done.values())
@@ -362,7 +391,7 @@ def _done(path: Path) -> dict[tuple[str, str, str], dict[str, Any]]:
     with path.open(newline="") as file:
         rows: list[dict[str, Any]] = list(csv.DictReader(file))
     for row in rows:
-        row |= {name: float(row[name] or "nan") for name in COLUMNS[4:-1]}
+        row |= {name: float(row.get(name) or "nan") for name in COLUMNS[4:-1]}
     return {(row["film"], row["lens"], row["clicks"]): row for row in rows}
 
 

@@ -52,6 +52,8 @@ class StoneModel:
     contact : share of the light that the ice next to the stone's foot loses
     contact_reach : distance over which that darkness fades [m]
     mirror : strength of the stone's mirror image, relative to that in smooth ice
+    gloss : share of light that the ice mirrors besides, however steep the view: it hides lamps,
+        which are brighter than walls
     neck_length : length along the heading of the post that carries the handle's back end [m]
     collar_radius, collar_rise : radius and height of the handle's round base on the flat top [m]
     light_x, light_y : how much brighter the side is that faces along x and y, as a share of the
@@ -86,9 +88,10 @@ class StoneModel:
     neck_length: float = 0.02
     light_x: float = 0.0
     light_y: float = 0.0
+    gloss: float = 0.0
 
     def shape(self) -> Floats:
-        """The parameters in the order of `SHAPE_PARAMETERS`, (28,)."""
+        """The parameters in the order of `SHAPE_PARAMETERS`, (29,)."""
         return self._shape.copy()
 
     @cached_property

@@ -40,7 +40,7 @@ def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bo
 
     Parameters
     ----------
-    shape : (28,) see `SHAPE_PARAMETERS`
+    shape : (29,) see `SHAPE_PARAMETERS`
     pose : (3,) x, y [m] and theta [rad]
     """
     rows, columns = window.shape

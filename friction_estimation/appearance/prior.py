@@ -38,6 +38,7 @@ SHAPE_SPREAD = {
     "neck_length": 0.015,
     "light_x": 0.2,
     "light_y": 0.2,
+    "gloss": 0.05,
 }
 """Prior standard deviation of each shape parameter about its typical value (units of `StoneModel`).
 
@@ -68,6 +69,7 @@ SHAPE_BOUNDS = {
     "neck_length": (0.0, 0.06),
     "light_x": (-0.8, 0.8),
     "light_y": (-0.8, 0.8),
+    "gloss": (0.0, 0.3),
 }
 """Least and greatest value of the shape parameters; the others are unbounded."""
 HANDLE_PREFIXES = ("handle", "collar", "neck")

@@ -38,6 +38,7 @@ SHAPE_PARAMETERS = (
     "neck_length",
     "light_x",
     "light_y",
+    "gloss",
 )
 """Names of the parameters of `StoneModel`, which explains them."""
 
@@ -70,6 +71,7 @@ SHAPE_PARAMETERS = (
     NECK_LENGTH,
     LIGHT_X,
     LIGHT_Y,
+    GLOSS,
 ) = range(len(SHAPE_PARAMETERS))
 """Place of each parameter."""
 

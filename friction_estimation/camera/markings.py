@@ -36,6 +36,7 @@ from friction_estimation.camera.tuning import (
     MIN_CLEARANCE_PX,
     MIN_CONTRAST,
     MIN_LINE_WIDTH_PX,
+    MIN_RADIUS_PX,
     POINT_SEARCH_PX,
     PROFILE_STEP_PX,
 )
@@ -55,6 +56,7 @@ class Markings:
     normal : (n, 2) unit vectors across the curve
     width : (n,) width of a line, 0 for the edge of an area [m]
     clear : (n,) distance along the normal to the next thing that is painted [m]
+    bend : (n,) how much the curve bends, away from its normal: 1 / radius [1/m]
     group : (n,) number of the group of neighbours that are searched for together
     strong : (n,) whether no other curve can be mistaken for it: hog lines and the border
     curve : (n,) index of the curve's name in `CURVES`
@@ -64,6 +66,7 @@ class Markings:
     normal: Floats
     width: Floats
     clear: Floats
+    bend: Floats
     group: Integers
     strong: Flags
     curve: Integers
@@ -141,11 +144,17 @@ def markings_of(sheet: Sheet) -> Markings:
         normal=np.concatenate([row[1] for row in rows]),
         width=np.concatenate([np.full(len(row[0]), row[2]) for row in rows]),
         clear=np.concatenate([np.full(len(row[0]), row[3]) for row in rows]),
+        bend=np.concatenate([np.full(len(row[0]), _bend(row[4])) for row in rows]),
         group=np.concatenate(groups),
         strong=np.isin(curve, [CURVES.index(name) for name in ("border", "hog line")]),
         curve=curve,
     )
     return _without_crossings(markings)
+
+
+def _bend(curve: str) -> float:
+    """How much a curve bends [1/m]."""
+    return 1 / RING_RADII[RINGS.index(curve)] if curve in RINGS else 0.0
 
 
 _Row: TypeAlias = tuple[Floats, Floats, float, float, str]
@@ -245,7 +254,7 @@ def measure_markings(
     search_px : how far from there they may be
     only_strong : look for hog lines and the border only
     """
-    there, normal_px, scale = _seen(camera, markings)
+    there, normal_px, scale, radius_px = _seen(camera, markings)
     width_px = np.clip(markings.width * scale, MIN_LINE_WIDTH_PX, MAX_LINE_WIDTH_PX)
     rows, columns = grey.shape
     margin = 4.0
@@ -257,6 +266,8 @@ def measure_markings(
         ).all(axis=1)
         usable = inside & (markings.clear * scale > MIN_CLEARANCE_PX)
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
+        # Blur moves an edge that bends towards its inner side.
+        usable &= radius_px > MIN_RADIUS_PX
     if only_strong:
         usable &= markings.strong
     index = np.flatnonzero(usable)
@@ -265,7 +276,7 @@ def measure_markings(
             index=index, normal_px=np.empty((0, 2)), offset_px=np.empty(0), expected=0
         )
     half = int(np.ceil((search_px + POINT_SEARCH_PX) / PROFILE_STEP_PX))
-    widest = int(np.ceil(max(3 * EDGE_BLUR_PX, float(width_px[index].max())) / PROFILE_STEP_PX)) + 1
+    widest = int(np.ceil((3 * EDGE_BLUR_PX + float(width_px[index].max())) / PROFILE_STEP_PX)) + 1
     steps = np.arange(-half - widest, half + widest + 1) * PROFILE_STEP_PX
     maps = (
         there[index, None] + steps[None, :, None] * normal_px[index, None] - np.array(origin_px)
@@ -292,25 +303,34 @@ def measure_markings(
     )
 
 
-def _seen(camera: Camera, markings: Markings) -> tuple[Floats, Floats, Floats]:
-    """Place of every point in the image, its normal there, and pixels per metre across it."""
+def _seen(camera: Camera, markings: Markings) -> tuple[Floats, Floats, Floats, Floats]:
+    """How every point is seen.
+
+    Returns
+    -------
+    its place (n, 2) [px], the normal there (n, 2), pixels per metre across the curve (n,), and the
+    radius with which the curve bends (n,) [px]
+    """
     step = 2e-3
+    normal, tangent = markings.normal, markings.normal[:, ::-1] * [-1.0, 1.0]
+    sagged = markings.xy - 0.5 * step**2 * markings.bend[:, None] * normal
 
     def at(xy: Floats) -> Floats:
         return camera.project(np.column_stack([xy, np.zeros(len(xy))]))
 
     there = at(markings.xy)
-    tangent = np.column_stack([-markings.normal[:, 1], markings.normal[:, 0]])
     with np.errstate(invalid="ignore", divide="ignore"):
-        along = at(markings.xy + step * tangent) - there
-        across = (at(markings.xy + step * markings.normal) - there) / step
+        after, before = at(sagged + step * tangent), at(sagged - step * tangent)
+        along, bent = (after - before) / (2 * step), (after - 2 * there + before) / step**2
+        across = (at(markings.xy + step * normal) - there) / step
         length = np.linalg.norm(along, axis=1)
         normal_px = np.column_stack([-along[:, 1], along[:, 0]]) / length[:, None]
         scale = np.sum(normal_px * across, axis=1)
+        radius_px = length**2 / np.abs(np.sum(normal_px * bent, axis=1))
         normal_px *= np.sign(scale)[:, None]
         lost = ~(camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))])))
         there[lost] = np.nan
-    return there, normal_px, np.abs(scale)
+    return there, normal_px, np.abs(scale), radius_px
 
 
 def _step_filter() -> Floats:
@@ -320,12 +340,18 @@ def _step_filter() -> Floats:
 
 
 def _line_filter(width_px: float) -> Floats:
+    """A line beside its surroundings, as a camera blurs it.
+
+    Without the blur a line that is thinner than a pixel is drawn to the nearest row of pixels.
+    """
     n = int(np.ceil(width_px / PROFILE_STEP_PX)) + 1
     s = np.arange(-n, n + 1) * PROFILE_STEP_PX
     # Shares of a sample's reach inside the line and beside it, so that the width need not divide.
     inside = np.clip((width_px / 2 - np.abs(s)) / PROFILE_STEP_PX + 0.5, 0, 1)
     beside = np.clip((width_px - np.abs(s)) / PROFILE_STEP_PX + 0.5, 0, 1) - inside
-    return inside / inside.sum() - beside / beside.sum()
+    line = inside / inside.sum() - beside / beside.sum()
+    bell = np.exp(-0.5 * (np.arange(-6, 7) * PROFILE_STEP_PX / EDGE_BLUR_PX) ** 2)
+    return np.convolve(line, bell / bell.sum())
 
 
 def _filtered(profile: Singles, taps: Floats, half: int) -> Floats:

@@ -12,14 +12,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.typing import Flags, Floats, Singles
+from curling_env.typing import Flags, Floats, Integers, Singles
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, FreeLens
 from friction_estimation.camera.markings import MarkingMeasurements, Markings, measure_markings
 from friction_estimation.camera.tuning import (
+    ALIKE_REACH,
     CAMERA_HEIGHT_PRIOR,
     CLICK_SIGMA_PX,
     CONVINCING_COST,
+    CURVE_ERROR_PX,
     MARKING_CORRELATION,
     MARKING_SIGMA_PX,
     MAX_STARTS,
@@ -188,6 +190,13 @@ class MarkingsFit:
             pulls = (jacobian[:points] * weight[:points, None]).T @ _placement_errors(
                 self.markings, camera, measured
             )
+            # Points are weighed with care, for there may be other paint. How far they are off, the
+            # fit shows.
+            agrees = np.abs(now[:points]) < OUTLIER_AT * scale
+            left = _variance_together(now[:points][agrees], measured.index[agrees], self.markings)
+            noise = np.sqrt(weight)
+            noise[:points] = np.sqrt(left) * weight[:points]
+            pulls = np.column_stack([pulls, (jacobian * noise[:, None]).T])
             right = jacobian.T @ (weight * now) / unit
             before = residuals.loss(now, cut, variance)
             for _ in range(8):
@@ -207,7 +216,7 @@ class MarkingsFit:
         even = max(2 * MARKING_SIGMA_PX, self.min_scale_px)
         return FittedCamera(
             camera=camera,
-            covariance=(covariance + together @ together.T)[:count, :count],
+            covariance=(together @ together.T)[:count, :count],
             residuals_px=now[:points],
             agrees=np.abs(now[:points]) < OUTLIER_AT * scale,
             misfit=residuals.loss(now, (OUTLIER_AT * even) ** 2, even**2 * self.correlation)
@@ -282,6 +291,26 @@ class _Residuals:
         return float(total)
 
 
+def _variance_together(off_px: Floats, index: Integers, markings: Markings) -> float:
+    """Variance of one of so many points as would tell as much if each erred for itself [px²].
+
+    Parameters
+    ----------
+    off_px : (n,) how far points are off
+    index : (n,) which of the markings they are
+    markings : neighbours on a curve follow each other
+    """
+    along = np.full(len(markings.curve), np.nan)
+    along[index] = off_px
+    total = float(np.mean(off_px**2))
+    for apart in range(1, ALIKE_REACH + 1):
+        same = markings.curve[apart:] == markings.curve[:-apart]
+        pairs = (along[apart:] * along[:-apart])[same]
+        pairs = pairs[np.isfinite(pairs)]
+        total += 2 * float(np.mean(pairs)) if len(pairs) else 0.0
+    return max(total, float(np.mean(off_px**2)))
+
+
 def _rim_shift(camera: Camera, points: Floats, normal_px: Floats) -> Floats:
     """How far each point may be seen outwards of its place, across its line, (n,) [px]."""
     seen = camera.project(points) - camera.lens.matrix[:2, 2]
@@ -294,12 +323,13 @@ def _rim_shift(camera: Camera, points: Floats, normal_px: Floats) -> Floats:
 def _placement_errors(markings: Markings, camera: Camera, measured: MarkingMeasurements) -> Floats:
     """How far each point is off where one painted curve is, (n, curves) [px].
 
-    A ring or a line is laid as a whole: an error of its place is the same all along it.
+    A ring or a line is laid as a whole, and seen as a whole: an error of its place is the same all
+    along it.
     """
     xy, normal = markings.xy[measured.index], markings.normal[measured.index]
     shifted = camera.project(_on_ice(xy + PAINT_PLACEMENT_SIGMA * normal))
     across = shifted - camera.project(_on_ice(xy))
-    off = np.sum(across * measured.normal_px, axis=1)
+    off = np.hypot(np.sum(across * measured.normal_px, axis=1), CURVE_ERROR_PX)
     line = markings.width[measured.index] > 0
     line |= markings.of("border")[measured.index]
     end, side = np.sign(xy[:, 1]), np.sign(xy[:, 0])

@@ -94,16 +94,16 @@ def name_effects(
     if not found.unknown and not has_map:
         return found
     progress("asking what the unknown follows", 0.8)
-    explanation = explain(selection.best, own, rng)
-    if not found.unknown and not _replaces_map(explanation):
+    # Friction that follows something else than the place may look like a map.
+    explanation = explain(selection.best, own, rng, beyond_map=not found.unknown)
+    if explanation is None or not (found.unknown or _follows_no_place(explanation)):
         return found
     return _beside_unknown(found, explanation, selection, rng)
 
 
-def _replaces_map(explanation: Explanation) -> bool:
-    """Whether friction follows something else than the place: a map is a copy of much."""
-    elsewhere = [d for d in explanation.dependences if (d.variable, d.push) not in OF_THE_PLACE]
-    return bool(elsewhere) and explanation.beats_map
+def _follows_no_place(explanation: Explanation) -> bool:
+    """Whether friction follows something else than the place."""
+    return any((d.variable, d.push) not in OF_THE_PLACE for d in explanation.dependences)
 
 
 def _beside_unknown(

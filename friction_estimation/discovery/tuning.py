@@ -184,15 +184,18 @@ CLEARLY_CHANGED = 2.0
 """Standard errors from which on a parameter of a given model counts as changed."""
 CLEARLY_SEEN = 5.0
 """Standard errors from which an effect would have been named."""
-LEFT_OUT_INFORMATION = 0.02
-"""Part of its information that a parameter keeps when the throw that told it is left out."""
 
 # --- patches -----------------------------------------------------------------------------------
 PATCH_CELL = (0.25, 1.0)
 """Width and length of the cells of the search for a patch [m]: stones rarely run closer than this
 side by side."""
-LONGEST_PATCH = 16
-"""Longest rectangle that is tried, in cells: a longer one is the sheet, not a patch."""
+FINE_PATCH_CELL = (0.0625, 0.5)
+"""The same where a map has taken a part of the patch. A smooth map takes all of it but its sides,
+so that a side that is misplaced by a quarter of a metre says nothing."""
+MOST_CELLS_ACROSS = 48
+"""Most cells across the ice that stones crossed; of wider ice they are wider."""
+LONGEST_PATCH = 16.0
+"""Longest rectangle that is tried [m]: a longer one is the sheet, not a patch."""
 _SIDE_SHIFTS = (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4)
 SIDE_SHIFTS = (*(-shift for shift in reversed(_SIDE_SHIFTS)), *_SIDE_SHIFTS)
 """How far a side of a patch is moved to see whether it fits better [m]. Between two lanes on which
@@ -296,6 +299,7 @@ MAP_SHARE = 0.9999
 MOST_MAP_PATTERNS = 120
 """Most patterns of a field."""
 ROUGH_MAP = 1.2
-"""Correlation length up to which a map may be the sides of a patch that was not found [m]."""
+"""Correlation length up to which a map may be the sides of a patch that was not found [m]. The maps
+that are tried in its place are longer."""
 BETTER_MAP = 1.0
 """Fall of −2 ln likelihood from which on a map of another length is taken."""

@@ -21,7 +21,7 @@ from friction_estimation.appearance import (
     Crop,
     StoneFit,
     learn_appearance,
-    measure_occluded,
+    measure,
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
@@ -140,6 +140,12 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     if not crops:
         raise InputError("the thrown stone is nowhere wholly in the image", source=film.path)
     appearance = learn_appearance(crops, stone.model, stone.background.noise)
+    like = [crop for crop in crops if unexplained_share([crop], appearance) < 1.0]
+    if len(crops) / 2 < len(like) < len(crops):
+        # What bare ice explains better than the look is no picture of the stone.
+        stone = stone.seen_in(like, crops)
+        crops = like
+        appearance = learn_appearance(crops, stone.model, stone.background.noise)
     grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
     if unexplained_share(crops, appearance, grain) > tuning.MAX_UNEXPLAINED:
         raise InputError(
@@ -217,7 +223,6 @@ def _follow_alone(
     heading: HeadingCurve | None,
 ) -> Measurements:
     background, appearance = learnt.stone.background, learnt.appearance
-    people = learnt.stone.path.measured
     measured = Measurements()
     predictor = Predictor(
         path=learnt.stone.path,
@@ -230,9 +235,7 @@ def _follow_alone(
 
         def fit_at(pose: Floats, frame: Frame = frame) -> StoneFit | None:
             origin = background.origin_px
-            return measure_occluded(
-                frame, background.channels, origin, camera, appearance, pose, people=people
-            )
+            return measure(frame, background.channels, origin, camera, appearance, pose)
 
         fit = predictor.find(t, predictor.predict(t, frame), fit_at)
         predictor.update(t, fit)

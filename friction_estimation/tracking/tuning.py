@@ -43,6 +43,8 @@ MAX_CORE_BOX_PX = 40_000
 
 MAX_THROW_SPEED = 5.0
 """No thrown stone is faster [m/s]; the hardest take-outs reach about 4."""
+MAX_PUSH = 3.0
+"""Nobody sets a stone going faster than this [m/s²]; what seems to has taken its place."""
 MIN_TRAVEL = 0.5
 """Something that moves less over the whole film is no thrown stone [m]."""
 MIN_SIGHTINGS = 4
@@ -67,56 +69,6 @@ MAX_UNEXPLAINED = 0.2
 """Share of the difference from the empty ice that the learnt appearance may leave unexplained.
 Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
 
-# --- a stone that people are near ------------------------------------------------------------
-
-PEOPLE_NEAR = 1.5
-"""Somebody within this of a stone may pass for it, or hide it [m]."""
-FRAMES_WITH_PEOPLE = 3
-"""Where it is so in as many sampled frames, the stone is followed by its look."""
-LOOK_STEP = 0.2
-"""Time between the frames in which that is done [s]."""
-BAND = 60.0
-"""A part of a blob is what differs from the ice by so much more or less [grey levels]."""
-MIN_FILL = 0.5
-"""Share of its box that such a part fills."""
-SLIDE_SECONDS = (0.9, 1.7)
-"""For so long a stone must be alone to be found [s]."""
-SLIDE_SIGHTINGS = 5
-"""In as many frames it must be sighted."""
-SLIDE_PACE, SLIDE_ASIDE = 0.15, 0.12
-"""It must go so fast then [m/s], and aside by no larger share of that."""
-SLIDE_JITTER = 0.05
-"""So far from the straight line a sighting may be, and a pixel [m]."""
-SLIDES_TRIED = 5
-"""As many things that slide steadily are compared with stones."""
-CLEARLY_EXPLAINED = 0.06
-"""A look that leaves a smaller share of the pictures unexplained is a stone's. Of things that slid
-steadily, stones left 0.04 to 0.06, heads 0.085 and more, feet, coats and brooms 0.12 and more."""
-MAX_SLIDE_UNEXPLAINED = 0.1
-"""Nothing that leaves more is followed as a stone."""
-MAX_TOUCHED = 0.25
-"""Nor is what leaves more with what touches it; more than the first may be a stone and a broom."""
-LEAST_SEEN = 0.45
-"""Share of a stone that must look like it."""
-MAX_HIDDEN_SECONDS = 2.5
-"""A stone that is hidden for longer is lost [s]."""
-MOTION_SECONDS = 2.5
-"""Its motion is taken from places so far back [s]."""
-SLOWING, SLOWING_SIGMA = 0.09, 0.03
-"""How fast stones slow down, and how much that differs [m/s²]."""
-CURVING_SIGMA = 0.015
-"""How fast stones are pushed aside, about [m/s²]."""
-PLACE_SIGMA, PLACE_SIGMA_PX = 0.003, 0.15
-"""Error of a place that is measured so, in metres and in pixels."""
-PLACE_GATE, PACE_SIGMA = 0.04, 0.05
-"""A place may be so far from where it should be [m], and so much for each second unseen [m/s]."""
-PATH_PARTS, CLEAR_IN_PART = 10, 2
-"""The look is learnt anew from so many pictures of each of so many parts of the path."""
-CLEAR_PICTURE, LEAST_CLEAR = 0.1, 8
-"""Of them those of which less is unexplained; where these are fewer, so many of the whole path."""
-LED_GATE = 0.1
-"""Where the path was measured so, a frame's measurement may be so far from it [m]."""
-
 # --- focal length from the stone, where the paint leaves it open --------------------------------
 
 OPEN_FOCAL_SIGMA = 0.02
@@ -134,8 +86,9 @@ HEIGHT_PASSES = 3
 ones are tried beside the best."""
 UNLIKELY_HEIGHT = 20.0
 """Heights that cost so much more than the best are not tried again [squared standard errors]."""
-MIN_LOG_HEIGHT_SIGMA = 0.02
-"""The logarithm of the height is never claimed to be known better."""
+MIN_LOG_HEIGHT_SIGMA = 0.05
+"""The logarithm of the height is never claimed to be known better: it follows how high a stone's
+widest place is, which is known to 3 mm of 57."""
 LOW_HEIGHT = 4.0
 """Heights are compared on the pixels in which a camera at this height shows the stone [m]."""
 HEIGHT_CROPS = 12
@@ -271,19 +224,9 @@ OUTLIER_SIGMAS = 4.0
 """Measurements this many standard errors from what all others say are left out."""
 SMOOTHING_PASSES = 4
 """How often jerk, noise and outliers are found in turn."""
-EDGE_ERROR_PX = 0.05
-"""Error of a stone's place in the picture that its look does not explain, alike in all frames [px]:
-no shape of the model is quite that of a stone."""
-SMALL_STONE_ERROR_PX = 0.1
-"""The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
-stone has, the more of them mix it with the ice."""
-LOOK_ERROR_PX = 0.06
-"""What a learnt look leaves besides, alike in a whole film, in each coordinate: the model has one
-colour for each part of a stone, and granite is not quite so. In pixels across the line of sight,
-and a low view does not stretch it. With both of these, thirty films by other renderers were off by
-0.65 of what is expected (root mean square)."""
-HEIGHT_FROM_LOOK = 2.0
-"""The last three count so often where the camera's height was found from pictures of the stone."""
+EDGE_ERROR_PX = 0.03
+"""Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
+alike in all frames [px]: no shape of the model is quite that of a stone."""
 LARGER_COORDINATE_SHARE = 0.7
 """Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
 of all coordinates lie in their intervals even where only one of the two is off."""

@@ -24,6 +24,7 @@ from friction_estimation.appearance.shape import (
     FOOT_HEIGHT,
     FOOT_INSET,
     FOOT_ROUNDNESS,
+    GLOSS,
     HANDLE_BACK,
     HANDLE_DEPTH,
     HANDLE_FRONT,
@@ -71,7 +72,7 @@ def _outline(shape, nodes, turned):
 
     Parameters
     ----------
-    shape : (28,) see `shape.SHAPE_PARAMETERS`
+    shape : (29,) see `shape.SHAPE_PARAMETERS`
     nodes : (NODES, 2) height and radius of the circles that bound its cones [m]
     turned : (NODES,) how far each cone is turned from upright, 0 to 1 within foot and bevel
     """
@@ -120,7 +121,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     Parameters
     ----------
     x, y : place of the stone, sheet frame [m]
-    shape : (28,) see `shape.SHAPE_PARAMETERS`
+    shape : (29,) see `shape.SHAPE_PARAMETERS`
     ray_xy, ray_slope, scale, rows, columns : rays and size of a `PixelWindow`
     planes : (7, rows·FINE, columns·FINE), of which foot, side, bevel, top and light from one
         side are filled. The body's mirror image in the ice counts as foot and side
@@ -136,6 +137,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
     surely_top = max(top_r - 2 * widest, 0.0)
     values = np.empty(NODES)
+    mirrored = shape[MIRROR] > 0.0 or shape[GLOSS] > 0.0
     aslant = shape[LIGHT_X] != 0.0 or shape[LIGHT_Y] != 0.0
     for row in range(rows):
         below = min(row, rows - 2)
@@ -234,7 +236,7 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             rho = math.sqrt(dx * dx + dy * dy) * math.sqrt(1.0 + slope * slope)
                             towards = shape[LIGHT_X] * dx + shape[LIGHT_Y] * dy
                             planes[LIT, i, j] = side * towards / (rho + 1e-9)
-                    if cover < 1 and shape[MIRROR] > 0.0:
+                    if cover < 1 and mirrored:
                         z = min(max(c1 / (c2 + 1e-12), 0.0), height)
                         if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:
                             image = 1e9
@@ -247,7 +249,8 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             if image < 1.0:  # the pebble spreads the mirror image
                                 steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)
                                 share = NORMAL_MIRROR + (1.0 - NORMAL_MIRROR) * steep**5
-                                share *= shape[MIRROR] * (1 - cover) * _ramp(0.5 * image)
+                                share = shape[GLOSS] + share * shape[MIRROR]
+                                share *= (1 - cover) * _ramp(0.5 * image)
                                 planes[FOOT, i, j] += 0.5 * share
                                 planes[SIDE, i, j] += 0.5 * share
 

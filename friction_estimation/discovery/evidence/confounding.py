@@ -15,7 +15,7 @@ from friction_estimation.discovery.evidence.trial_throws import TrialThrow, lay_
 from friction_estimation.discovery.model.candidates import candidates, effect_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.score_test import left_out_scores, score_candidates
+from friction_estimation.discovery.search.score_test import score_candidates, throw_deviances
 from friction_estimation.discovery.search.selection import refit, try_term
 from friction_estimation.discovery.tuning import RIVAL_GAIN, RULED_OUT
 
@@ -84,7 +84,7 @@ def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
     ideal = predict(one.model, session, states, np.zeros(len(session)))
     seen = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA])
     adapted = fit(other.model, seen, other.noise, states=states, shared=False)
-    scores = left_out_scores(adapted, shared=False)
+    scores = throw_deviances(adapted)
     k = int(np.argmax(scores))
     direction = "towards the away end" if states[k, State.VY] > 0 else "towards the home end"
     side = "counter-clockwise" if states[k, State.OMEGA] > 0 else "clockwise"

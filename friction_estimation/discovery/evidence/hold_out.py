@@ -54,7 +54,7 @@ class ForecastGap:
 def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
     """Indices of throws to hold out, spread over directions, spins, speeds and time.
 
-    Every stone stays among the others where that is possible.
+    Every stone stays among the others where that is possible, and so do throws that were swept.
     """
     n = len(session)
     count = max(2, round(HELD_OUT_SHARE * n)) if n >= 8 else 0
@@ -69,11 +69,13 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
             2 * session.orders / max(n - 1, 1) - 1,
         ]
     )
+    swept = np.array([bool(session.swept[session.rows(i)].any()) for i in range(n)])
+    kinds = (session.stones, swept)
     best: tuple[float, Indices] | None = None
     for _ in range(300 if count else 0):
         chosen = np.sort(rng.choice(n, count, replace=False))
         rest = np.setdiff1d(np.arange(n), chosen)
-        lost = len(np.unique(session.stones)) - len(np.unique(session.stones[rest]))
+        lost = sum(len(np.unique(kind)) - len(np.unique(kind[rest])) for kind in kinds)
         bias = np.abs(features[chosen].mean(axis=0) - features.mean(axis=0)).sum()
         spread = np.abs(features[chosen].std(axis=0) - features.std(axis=0)).sum()
         score = bias + 0.5 * spread + 3.0 * lost

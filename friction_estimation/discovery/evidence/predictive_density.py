@@ -22,6 +22,7 @@ import numpy as np
 from scipy.special import logsumexp
 
 from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.mixture import (
     integrated_spreads,
     levels_of,
@@ -29,7 +30,7 @@ from friction_estimation.discovery.evidence.mixture import (
 )
 from friction_estimation.discovery.evidence.posterior import throw_constants
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import prior_gram
 
@@ -111,6 +112,24 @@ def left_out_densities(fitted: SessionFit) -> Floats:
     evidence = logsumexp(log_widths - 0.5 * whole)
     without = logsumexp(log_widths[:, None] - 0.5 * others, axis=0)
     return evidence - without - 0.5 * throw_constants(fitted)
+
+
+def left_out_scores(fitted: SessionFit) -> Floats:
+    """−2 ln of the density of every throw under the fit to all the others, (k,).
+
+    It is that of `left_out_densities` at the spread of the fit, up to a constant of each throw.
+    """
+    each = left_out(fitted, fitted.model.spread)
+    return levels_of(each.whole) - levels_of(each.others) + each.log_terms
+
+
+def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
+    """The same of throws that a fit has not seen, each for itself, (k,)."""
+    seen = fit(fitted.model, session, fitted.noise, shared=False)
+    reduced = eliminate_states(seen.grams)
+    grams, log_terms = eliminate_factor(reduced, seen.ln_factors, fitted.model.spread)
+    whole = left_out(fitted, fitted.model.spread).whole
+    return levels_of(whole + grams) - levels_of(whole) + log_terms
 
 
 def leave_one_out_levels(fitted: SessionFit) -> tuple[Floats, Floats]:

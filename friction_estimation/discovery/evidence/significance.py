@@ -1,7 +1,8 @@
 """Significance: whether throws prove an effect, and whether their own frictions differ by chance.
 
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
-seen it, with and without the effect; the signs of the differences are then flipped at random.
+seen it, with and without the effect: by its density, in which all that is uncertain in the fit is
+integrated out. The signs of the differences are then flipped at random.
 An effect between throws (wear, drift, a stone) is tested by permuting the throws' own frictions:
 chance must rarely do as well as the best of all such effects. What one stone does within its throws
 shows in these few alone; it is tested in the same way, by what every throw shows of it.
@@ -17,11 +18,14 @@ from scipy.stats import t as student_t
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.predictive_density import (
+    left_out_scores,
+    unseen_scores,
+)
 from friction_estimation.discovery.model.candidates import Term, candidates, neutral_values
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.fit import SessionFit, fit, fit_to, linearise
+from friction_estimation.discovery.model.fit import SessionFit, fit_to, linearise
 from friction_estimation.discovery.search.score_test import (
-    left_out_scores,
     score_candidates,
     sign_flip_p,
 )
@@ -54,11 +58,6 @@ class EffectEvidence:
     corrected: float = 1.0
 
 
-def score_unseen(fitted: SessionFit, session: Session) -> Floats:
-    """Deviance of throws that a fit has not seen, (k,): only releases and factors are fitted."""
-    return left_out_scores(fit(fitted.model, session, fitted.noise, shared=False), shared=False)
-
-
 def weigh_evidence(
     fitted: SessionFit,
     label: str,
@@ -85,7 +84,7 @@ def weigh_evidence(
     improvements = left_out_scores(without) - left_out_scores(fitted)
     throws = fitted.session.throws
     if held_out is not None and len(held_out):
-        more = score_unseen(without, held_out) - score_unseen(fitted, held_out)
+        more = unseen_scores(without, held_out) - unseen_scores(fitted, held_out)
         improvements = np.concatenate([improvements, more])
         throws = np.concatenate([throws, held_out.throws])
     p = sign_flip_p(improvements, rng)

@@ -6,8 +6,9 @@ several lengths can be compared without fitting any of them.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
+from typing import NamedTuple
 
 import numpy as np
 
@@ -32,7 +33,7 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     if fitted.model.map_field is not None:
         return None
     without = least_deviance(fitted, fitted.model, eliminate_states(fitted.grams))
-    fields = _fields(fitted.session, fitted.model.ice.sheet)
+    fields = fields_of(fitted.session, fitted.model.ice.sheet)
     scores = _deviances(fitted, fitted.model, fields)
     field = min(scores, key=lambda f: scores[f])
     return Term(card=CARD, map_field=field), without - scores[field]
@@ -46,7 +47,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     bare = fitted.model.without(CARD.name)
     # Around the present map the other fields are deviations from it.
     if present.known is None:
-        fields = _fields(fitted.session, present.sheet)
+        fields = fields_of(fitted.session, present.sheet)
     else:
         fields = fields_to_try(present.sheet, _paths(fitted.session), present.known)
     scores = _deviances(fitted, bare, fields)
@@ -61,7 +62,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
 
 
 @lru_cache(maxsize=2)
-def _fields(session: Session, sheet: Sheet) -> list[FrictionField]:
+def fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
     """Fields of zero of all shapes, made once: they follow from where the stones ran alone."""
     return fields_to_try(sheet, _paths(session))
 
@@ -75,6 +76,40 @@ def _deviances(
     fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
 ) -> dict[FrictionField, float]:
     """F with fields of several lengths if everything stays linear around a fit.
+
+    Parameters
+    ----------
+    fitted, bare, fields : as of `with_other_maps`
+    """
+    found: dict[FrictionField, float] = {}
+    for other in with_other_maps(fitted, bare, fields):
+        stacked = np.concatenate([other.columns, other.residual[:, :, None]], axis=2)
+        reduced = eliminate_states(gram_matrices(fitted.session, fitted.noise, stacked))
+        found[other.field] = least_deviance(fitted, other.model, reduced)
+    return found
+
+
+class OtherMap(NamedTuple):
+    """A model with another map, linear around a fit.
+
+    Parameters
+    ----------
+    field : the map, of zero
+    model : the model with it
+    columns : (rows, 3, 7 + P) sensitivities of that model
+    residual : (rows, 3) what it leaves without a map
+    """
+
+    field: FrictionField
+    model: Model
+    columns: Floats
+    residual: Floats
+
+
+def with_other_maps(
+    fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
+) -> Iterator[OtherMap]:
+    """Models with other maps in place of that of a fit.
 
     Parameters
     ----------
@@ -93,13 +128,11 @@ def _deviances(
         residual = residual + columns[:, :, area] @ model.map_field.values
         own = np.delete(columns, np.r_[area], axis=2)
     at = 7 + bare.map_slice.start
-    found: dict[FrictionField, float] = {}
     for field in fields:
-        mapped = bare.with_terms(Term(card=CARD, map_field=field))
         response = paths.responses_to_friction(field.patterns_at(paths.xy))
-        stacked = np.concatenate(
-            [own[:, :, :at], response, own[:, :, at:], residual[:, :, None]], axis=2
+        yield OtherMap(
+            field,
+            bare.with_terms(Term(card=CARD, map_field=field)),
+            np.concatenate([own[:, :, :at], response, own[:, :, at:]], axis=2),
+            residual,
         )
-        reduced = eliminate_states(gram_matrices(session, fitted.noise, stacked))
-        found[field] = least_deviance(fitted, mapped, reduced)
-    return found

@@ -7,22 +7,71 @@ so that all rectangles can be tried.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 
-from curling_env.typing import Floats
+from curling_env.physics.effects import EffectCard
+from curling_env.sheet import Sheet
+from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.candidates import Term, known_effects
 from friction_estimation.discovery.model.elimination import (
     eliminate_factor,
     eliminate_states,
-    gram_matrices,
+    gram_matrix,
 )
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import prior_gram
+from friction_estimation.discovery.model.response import LinearisedPaths
 from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
-from friction_estimation.discovery.tuning import LONGEST_PATCH, PATCH_CELL
+from friction_estimation.discovery.tuning import LONGEST_PATCH, MOST_CELLS_ACROSS, PATCH_CELL
 
 Rectangle = tuple[float, float, float, float]
 """Least and greatest x, least and greatest y [m]."""
+Block = tuple[int, int, int, int]
+"""First cell and cell after the last, across and along."""
+
+
+class Grid(NamedTuple):
+    """Cells of which a rectangle consists.
+
+    Parameters
+    ----------
+    low : least x and y [m]
+    size : width and length of a cell [m]
+    shape : number of cells across and along
+    """
+
+    low: tuple[float, float]
+    size: tuple[float, float]
+    shape: tuple[int, int]
+
+    def cells_of(self, xy: Floats) -> Indices:
+        """Flat indices of the cells in which points (n, 2) lie, (n,)."""
+        (nx, ny), place = self.shape, ((xy - self.low) / self.size).astype(int)
+        return np.clip(place[:, 0], 0, nx - 1) * ny + np.clip(place[:, 1], 0, ny - 1)
+
+    def rectangle(self, block: Block, sheet: Sheet) -> Rectangle | None:
+        """A block of cells as a rectangle of a sheet; None where it lies outside.
+
+        Beside the outermost stones it goes on: nothing tells.
+        """
+        (i0, i1, j0, j1), (x, y), (width, length) = block, self.low, self.size
+        x_edge, y_edge = sheet.width / 2, sheet.length / 2
+        beside = (0.5 if i0 == 0 else 0.0, 0.5 if i1 == self.shape[0] else 0.0)
+        sides = (x + i0 * width - beside[0], x + i1 * width + beside[1])
+        left, right = np.clip(sides, -x_edge, x_edge).tolist()
+        near, far = np.clip((y + j0 * length, y + j1 * length), -y_edge, y_edge).tolist()
+        return (left, right, near, far) if left < right and near < far else None
+
+
+def grid_over(xy: Floats, size: tuple[float, float]) -> Grid:
+    """The grid of cells of a size over points (n, 2)."""
+    low, span = xy.min(axis=0), np.ptp(xy, axis=0)
+    width = max(size[0], float(span[0]) / MOST_CELLS_ACROSS)
+    shape = np.maximum(1, np.ceil(span / (width, size[1]))).astype(int)
+    return Grid((float(low[0]), float(low[1])), (width, size[1]), (int(shape[0]), int(shape[1])))
 
 
 def find_patches(fitted: SessionFit) -> list[Term]:
@@ -30,102 +79,135 @@ def find_patches(fitted: SessionFit) -> list[Term]:
 
     They are the effects of the catalogue whose card names an area, unless the model has them.
     """
-    present = {term.name for term in fitted.model.terms}
-    cards = [
-        card
-        for card in known_effects(fitted.session.measurements).values()
-        if card.search.area is not None and card.name not in present
-    ]
-    rectangle = _find_rectangle(fitted) if cards else None
-    if rectangle is None:
+    cards = cards_of_areas(fitted)
+    if not cards:
         return []
-    return [
-        Term(
-            card=card,
-            values={**dict(zip(card.search.area or (), rectangle, strict=True)), **card.neutral},
-            free=card.first,
-        )
-        for card in cards
-    ]
-
-
-def _find_rectangle(fitted: SessionFit) -> Rectangle | None:
-    """The rectangle whose friction, if it were free, would improve the fit most."""
     session, model = fitted.session, fitted.model
-    cell_x, cell_y = PATCH_CELL
     predicted, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
     paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
-    x_low, y_low = predicted[:, 0].min(), predicted[:, 1].min()
-    nx = max(1, int(np.ceil((predicted[:, 0].max() - x_low) / cell_x)))
-    ny = max(1, int(np.ceil((predicted[:, 1].max() - y_low) / cell_y)))
-    size = nx * ny
-    information, right_side = np.zeros((size, size)), np.zeros(size)
-    shared = len(model.vector)
-    prior = prior_gram(model, shared + 1)
-    cross_all, inner_all, right_all = np.zeros((size, shared)), prior[:-1, :-1], prior[:-1, -1]
-    residual = fitted.residuals
-    for i in range(len(session)):
-        rows = session.rows(i)
+    grid = grid_over(predicted[:, :2], PATCH_CELL)
+    cells = responses_of_cells(paths, grid)
+    found = rectangle_beside(fitted, model, columns, fitted.residuals, cells, grid)
+    return [] if found is None else [term_within(card, found.rectangle) for card in cards]
+
+
+def cards_of_areas(fitted: SessionFit) -> list[EffectCard]:
+    """Effects whose card names an area, and that the model of a fit does not have."""
+    present = {term.name for term in fitted.model.terms}
+    known = known_effects(fitted.session.measurements).values()
+    return [card for card in known if card.search.area is not None and card.name not in present]
+
+
+def term_within(card: EffectCard, rectangle: Rectangle) -> Term:
+    """An effect within a rectangle, at its neutral values."""
+    sides = dict(zip(card.search.area or (), rectangle, strict=True))
+    return Term(card=card, values={**sides, **card.neutral}, free=card.first)
+
+
+def responses_of_cells(paths: LinearisedPaths, grid: Grid) -> list[tuple[Indices, Floats]]:
+    """For every throw the cells that it crosses, (c,), and how its rows respond, (rows, 3, c)."""
+    found: list[tuple[Indices, Floats]] = []
+    for i in range(len(paths.session)):
         at = paths.instants_of_throw(i)
-        x, y = paths.xy[at].T
-        cell = np.clip(((x - x_low) / cell_x).astype(int), 0, nx - 1) * ny
-        cell += np.clip(((y - y_low) / cell_y).astype(int), 0, ny - 1)
+        cell = grid.cells_of(paths.xy[at])
         crossed = np.unique(cell)
         inside = (cell[:, None] == crossed).astype(np.float64)
-        response = paths.responses_of_throw(i, paths.friction[at], inside)
+        found.append((crossed, paths.responses_of_throw(i, paths.friction[at], inside)))
+    return found
+
+
+class Promised(NamedTuple):
+    """What a rectangle promises.
+
+    Parameters
+    ----------
+    rectangle : the rectangle
+    gain : fall of −2 ln likelihood if everything stays linear
+    """
+
+    rectangle: Rectangle
+    gain: float
+
+
+def rectangle_beside(
+    fitted: SessionFit,
+    model: Model,
+    columns: Floats,
+    residual: Floats,
+    cells: list[tuple[Indices, Floats]],
+    grid: Grid,
+) -> Promised | None:
+    """The rectangle whose friction, if it were free, would improve a fit most.
+
+    Parameters
+    ----------
+    fitted : the fit
+    model : its model, or one that is linear around it
+    columns, residual : (rows, 3, 7 + P), (rows, 3) sensitivities of that model, and what it leaves
+    cells, grid : the cells and the responses to them, as of `responses_of_cells`
+    """
+    session, (nx, ny) = fitted.session, grid.shape
+    shared = len(model.vector)
+    information, right_side = np.zeros((nx * ny, nx * ny)), np.zeros(nx * ny)
+    prior = prior_gram(model, shared + 1)
+    cross_all, inner_all, right_all = np.zeros((nx * ny, shared)), prior[:-1, :-1], prior[:-1, -1]
+    for i, (crossed, response) in enumerate(cells):
+        rows = session.rows(i)
         stacked = np.concatenate([columns[rows], response, residual[rows][:, :, None]], axis=2)
-        grams = eliminate_states(gram_matrices(session.only([i]), fitted.noise, stacked))
-        reduced = eliminate_factor(grams, fitted.ln_factors[[i]], model.spread)[0][0]
-        cells = slice(shared, -1)
-        information[np.ix_(crossed, crossed)] += reduced[cells, cells]
-        cross_all[crossed] += reduced[cells, :shared]
+        grams = eliminate_states(gram_matrix(session, fitted.noise, i, stacked)[None])
+        reduced = eliminate_factor(grams, fitted.ln_factors[[i]], fitted.model.spread)[0][0]
+        own = slice(shared, -1)
+        information[np.ix_(crossed, crossed)] += reduced[own, own]
+        cross_all[crossed] += reduced[own, :shared]
         inner_all += reduced[:shared, :shared]
         right_all += reduced[:shared, -1]
-        right_side[crossed] += reduced[cells, -1]
+        right_side[crossed] += reduced[own, -1]
     scale = 1.0 / np.sqrt(np.maximum(np.diag(inner_all), 1e-300))
     scaled = inner_all * scale[:, None] * scale + 1e-10 * np.eye(shared)
-    half = np.linalg.solve(scaled, scale[:, None] * cross_all.T)
-    information -= (cross_all * scale) @ half
-    right_side -= half.T @ (scale * right_all)
-    found = _best_rectangle(information.reshape(nx, ny, nx, ny), right_side.reshape(nx, ny))
+    anywhere = np.unique(np.concatenate([crossed for crossed, _ in cells]))
+    cross = cross_all[anywhere] * scale
+    half = np.linalg.solve(scaled, cross.T)
+    information[np.ix_(anywhere, anywhere)] -= cross @ half
+    right_side[anywhere] -= half.T @ (scale * right_all)
+    longest = round(LONGEST_PATCH / grid.size[1])
+    found = _best_rectangle(
+        information.reshape(nx, ny, nx, ny), right_side.reshape(nx, ny), longest
+    )
     if found is None:
         return None
-    i0, i1, j0, j1 = found
-    # Beside the outermost stones a rectangle may go on: nothing tells.
-    sides = (
-        x_low + i0 * cell_x - (0.5 if i0 == 0 else 0.0),
-        x_low + i1 * cell_x + (0.5 if i1 == nx else 0.0),
-        y_low + j0 * cell_y,
-        y_low + j1 * cell_y,
-    )
-    x_edge, y_edge = model.ice.sheet.width / 2, model.ice.sheet.length / 2
-    left, right = np.clip(sides[:2], -x_edge, x_edge).tolist()
-    near, far = np.clip(sides[2:], -y_edge, y_edge).tolist()
-    return (left, right, near, far) if left < right and near < far else None
+    rectangle = grid.rectangle(found[0], model.ice.sheet)
+    return None if rectangle is None else Promised(rectangle, found[1])
 
 
-def _best_rectangle(information: Floats, right_side: Floats) -> tuple[int, int, int, int] | None:
-    """First cell and cell after the last, across and along, of the rectangle that gains most."""
+def _best_rectangle(
+    information: Floats, right_side: Floats, longest: int
+) -> tuple[Block, float] | None:
+    """The block of cells that gains most, no longer than some cells, and its gain."""
     nx, ny = right_side.shape
     best, found = 0.0, None
-    for i0 in range(nx):
-        inner = np.zeros((ny, ny))
-        right = np.zeros(ny)
-        for i1 in range(i0 + 1, nx + 1):
-            new = i1 - 1
-            right = right + right_side[new]
-            cross = information[new, :, i0:new].sum(axis=1) if new > i0 else 0.0
-            inner = inner + information[new, :, new] + cross + np.transpose(cross)
-            sums = np.zeros((ny + 1, ny + 1))
-            sums[1:, 1:] = inner.cumsum(axis=0).cumsum(axis=1)
-            heads = np.concatenate([[0.0], right.cumsum()])
-            a, b = np.triu_indices(ny + 1, 1)
-            short = b - a <= LONGEST_PATCH
-            a, b = a[short], b[short]
+    a, b = np.triu_indices(ny + 1, 1)
+    short = b - a <= longest
+    a, b = a[short], b[short]
+    # Of the blocks from each column to the present one: what they tell, row by row.
+    inner, right = np.zeros((nx, ny, ny)), np.zeros((nx, ny))
+    sums = np.zeros((ny + 1, ny + 1))
+    for last in range(nx):
+        added = information[last, :, last].copy()
+        for i0 in range(last, -1, -1):
+            if i0 < last:
+                cross = information[last, :, i0]
+                added += cross
+                added += cross.T
+            inner[i0] += added
+            right[i0] += right_side[last]
+            sums[1:, 1:] = inner[i0].cumsum(axis=0).cumsum(axis=1)
+            heads = np.concatenate([[0.0], right[i0].cumsum()])
             numerator = heads[b] - heads[a]
             denominator = sums[b, b] - sums[a, b] - sums[b, a] + sums[a, a]
             gains = np.where(denominator > 1e-6, numerator**2 / np.maximum(denominator, 1e-6), 0.0)
             k = int(np.argmax(gains))
-            if gains[k] > best:
-                best, found = float(gains[k]), (i0, i1, int(a[k]), int(b[k]))
-    return found
+            # Where no stone ran, the side goes on to the left: nothing tells.
+            wider = found is not None and found[1] == last + 1 and gains[k] == best
+            if gains[k] > best or wider:
+                best, found = float(gains[k]), (i0, last + 1, int(a[k]), int(b[k]))
+    return None if found is None else (found, best)

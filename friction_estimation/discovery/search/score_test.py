@@ -21,13 +21,8 @@ from friction_estimation.discovery.model.quadratic import (
     prior_gram,
     profile_amplitudes,
     profile_spread,
-    solve_shared,
 )
-from friction_estimation.discovery.tuning import (
-    CLEARLY_SEEN,
-    LEAST_SPREAD,
-    LEFT_OUT_INFORMATION,
-)
+from friction_estimation.discovery.tuning import CLEARLY_SEEN, LEAST_SPREAD
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -114,27 +109,11 @@ def _project(total: Floats, own: int) -> Floats:
     return total[own:-1, own:-1] - cross.T @ np.linalg.solve(scaled, cross)
 
 
-def left_out_scores(fitted: SessionFit, *, shared: bool = True) -> Floats:
-    """Deviance of every throw under the fit to all the others, (k,).
-
-    Around a fit everything is quadratic, so that a throw is left out by subtracting it.
-
-    Parameters
-    ----------
-    fitted : fit of all of them
-    shared : whether the shared parameters were fitted to these throws; else they stay as they are
-    """
+def throw_deviances(fitted: SessionFit) -> Floats:
+    """Deviance of every throw under a fit whose shared parameters were not fitted to it, (k,)."""
     reduced = eliminate_states(fitted.grams)
     grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
-    total = grams.sum(axis=0) + prior_gram(fitted.model, grams.shape[1])
-    # A parameter of which only that throw told stays near its fitted value.
-    held = LEFT_OUT_INFORMATION * np.diag(np.append(np.diag(total)[:-1], 0.0))
-    scores = np.empty(len(grams))
-    for i, gram in enumerate(grams):
-        step = solve_shared(total - gram + held)[0] if shared else np.zeros(len(gram) - 1)
-        own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
-        scores[i] = own + log_terms[i]
-    return scores
+    return grams[:, -1, -1] + log_terms
 
 
 def sign_flip_p(improvements: Floats, rng: np.random.Generator) -> float:

@@ -14,8 +14,13 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.maps import find_map, renew_map
+from friction_estimation.discovery.search.patch_and_map import find_patch_and_map
 from friction_estimation.discovery.search.patch_sides import place_sides_of
-from friction_estimation.discovery.search.patches import find_patches
+from friction_estimation.discovery.search.patches import (
+    cards_of_areas,
+    find_patches,
+    term_within,
+)
 from friction_estimation.discovery.search.residuals import Misfit, misfit
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
 from friction_estimation.discovery.tuning import (
@@ -221,7 +226,7 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
         trials = best_trials(present, scores)
         good = [t for t in trials if t.gain > t.needed]
         if not good and _has_rough_map(present, kept):
-            swapped = patch_before_map(present)
+            swapped = patch_and_smoother_map(present)
             good = [swapped] if swapped and swapped.gain > swapped.needed else []
             trials = [*good, *trials]
         unknown = number >= MOST_EFFECTS and not misfit_of(present).white
@@ -313,34 +318,32 @@ def with_patches_sought_again(fitted: SessionFit) -> SessionFit:
     return best
 
 
-def patch_before_map(fitted: SessionFit) -> Trial | None:
-    """A patch that is sought before the map, with the map that is then best beside it.
-
-    A map that came first has taken a part of the patch and is as rough as its sides. Beside such a
-    map a patch is too wide and too weak, or promises nothing, and no small step leads away from
-    there.
+def patch_and_smoother_map(fitted: SessionFit) -> Trial | None:
+    """A patch with a smoother map, in place of a rough map with or without a patch.
 
     Parameters
     ----------
-    fitted : fit of a model with a map, with or without a patch
+    fitted : fit of a model with a map
 
     Returns
     -------
-    the best of them as a trial beside that fit; None where no patch promises anything
+    the patch as a trial beside that fit; None where none promises anything
     """
     patches = _patches(fitted)
-    bare = refit(fitted, fitted.model.without(CARD.name, *(patch.label for patch in patches)))
+    bare = refit(fitted, fitted.model.without(*(p.label for p in patches))) if patches else fitted
+    found = find_patch_and_map(bare)
+    if found is None:
+        return None
+    rectangle, field = found
+    model = bare.model.without(CARD.name).with_terms(Term(card=CARD, map_field=field))
+    smooth = refit(bare, model)
     best: Trial | None = None
-    for sought in find_patches(bare):
-        # Its sides stay sharp until there is a map: soft ones would copy that.
-        alone = try_term(bare, sought)
-        found = find_map(alone.fit)
-        if found is None:
-            continue
-        fit = renew_map(refine(try_term(alone.fit, found[0]).fit))
+    for card in cards_of_areas(smooth):
+        beside = try_term(smooth, term_within(card, rectangle))
+        fit = renew_map(beside.fit)
         gain = fitted.deviance - fit.deviance
         if best is None or gain > best.gain:
-            term, cost = fit.model.term(sought.label), 0 if patches else alone.cost
+            term, cost = fit.model.term(beside.term.label), 0 if patches else beside.cost
             best = Trial(term=term, fit=fit, gain=gain, cost=cost)
     return best
 

@@ -14,7 +14,6 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
 
@@ -39,20 +38,9 @@ class Sighting:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RoughPath:
-    """Roughly where a stone is at any time: sightings joined by a smooth monotone curve.
-
-    Parameters
-    ----------
-    sightings : where it was seen, in order
-    measured : whether its look was fitted there: then the path is nearer than optical flow
-    """
+    """Roughly where a stone is at any time: sightings joined by a smooth monotone curve."""
 
     sightings: tuple[Sighting, ...]
-    measured: bool = False
-
-    def leads(self, t: float) -> bool:
-        """Whether the path tells best where the stone is at a time [s]."""
-        return self.measured and t <= self._t[-1]
 
     def at(self, t: float) -> Floats:
         """Place at a time [s], (2,) [m].
@@ -94,7 +82,7 @@ class ThrownStone:
     """
 
     path: RoughPath
-    pictures: Sequence[tuple[float, Frame]]
+    pictures: Sequence[tuple[float, Image]]
     sightings: tuple[Sighting, ...] = ()
 
 
@@ -288,7 +276,7 @@ def _best_chain(
                 continue
             # A stone never gains speed once it is thrown; a person beside it may.
             gain = max(pace - speed[j] * 1.05 - 0.2 / dt, 0.0)
-            if before[j] >= 0 and gain > max_gain:
+            if before[j] >= 0 and gain > min(max_gain, tuning.MAX_PUSH * dt):
                 continue
             missed = tuning.MISSED_FRAME_COST * (gap - 1)
             value = score[j] + now.likeness - missed - min(gain, 2.0)

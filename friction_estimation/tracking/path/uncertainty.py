@@ -57,15 +57,10 @@ def systematic_sigma(
     """
     camera, middle = refined.camera, model.height / 2
     variance = camera_variance(refined, xy, middle)
-    metre, radius_px = _metres_per_px(camera, xy, middle), _radius_px(camera, xy, model)
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    edge_px = np.hypot(tuning.EDGE_ERROR_PX, tuning.SMALL_STONE_ERROR_PX / radius_px)
-    # A height that was found from the same look has the look's errors in it.
-    often = 1.0 if refined.farther is None else tuning.HEIGHT_FROM_LOOK
-    edge_px = np.hypot(often * edge_px, loose_px)
-    variance += (edge_px[:, None] * metre) ** 2
-    variance += ((often * tuning.LOOK_ERROR_PX * model.radius / radius_px) ** 2)[:, None]
+    edge_px = np.hypot(tuning.EDGE_ERROR_PX, loose_px)
+    variance += (edge_px * _metres_per_px(camera, xy, middle)) ** 2
     if doubt is not None:
         variance += doubt.at(xy) ** 2
     if unseen is not None:
@@ -103,12 +98,6 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     z = model.height + model.handle_rise
     least_scale = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
     return tuning.HANDLE_ERROR_PX / (length * np.array(least_scale, dtype=np.float64))
-
-
-def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
-    """The stone's largest radius in the picture, (n,) [px]."""
-    scale = [np.linalg.norm(camera.px_per_metre(place, model.height / 2), 2) for place in xy]
-    return model.radius * np.array(scale, dtype=np.float64)
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:

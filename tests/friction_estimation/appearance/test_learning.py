@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from itertools import islice
 
 import numpy as np
@@ -9,8 +10,13 @@ import numpy as np
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
-from friction_estimation.appearance import StoneModel, crops_at, learn_appearance
+from friction_estimation.appearance import Appearance, StoneModel, crops_at, learn_appearance
+from friction_estimation.appearance.crops import Crop, composite, coverage
 from friction_estimation.appearance.fit import channels_of
+from friction_estimation.appearance.model import window_at
+from friction_estimation.appearance.prior import ShapePrior
+from friction_estimation.appearance.profile import refine_profile
+from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, all_on_film
 
 
@@ -32,3 +38,31 @@ def test_shade_that_does_not_turn_with_the_stone_is_not_taken_for_its_handle():
     miss = np.angle(np.exp(1j * (headings - np.interp(t, truth.t, truth.theta))))
     assert np.ptp(truth.theta[truth.t <= t[-1]]) > 2.5
     assert np.abs(miss).max() < 0.4
+
+
+def test_a_mirror_image_of_lamps_from_above_does_not_move_the_stone():
+    """Stones on glossy ice were placed too near the point below the camera."""
+    camera = Camera.looking_at(
+        position=(0.0, 0.0, 8.0),
+        target=(0.0, 0.0, 0.0),
+        up=(-1.0, 0.0, 0.0),
+        focal_px=480.0,
+        size=(960, 540),
+    )
+    model = StoneModel(radius=0.145, height=0.1143)
+    colours = np.array([[90, 0, 0], [80, 0, 0], [95, 0, 0], [100, 0, 0], [100, 0, 0]], dtype=float)
+    shown = Appearance(
+        model=replace(model, gloss=0.08), colours=colours, noise=np.ones(3), has_handle=False
+    )
+    crops, places = [], (2.0, 3.5, 5.0, 6.5)
+    for t, y in enumerate(places):
+        place = np.array([0.3, y, 0.0])
+        window = window_at(camera, model.outline_px(camera, place[:2]), 8.0)
+        ice = np.tile([230.0, 0.0, 0.0], (len(window.ray_xy), 1))
+        crop = Crop(window=window, pixels=ice, background=ice, pose=place, t=float(t))
+        seen = np.round(composite(coverage(crop, shown), ice, colours))
+        crops.append(replace(crop, pixels=seen, pose=place + np.array([0.0, 0.004, 0.0])))
+    dull = replace(shown, model=model)
+    found = refine_profile(crops, dull, ShapePrior(typical=model), 20)
+    assert abs(found.model.gloss - 0.08) < 0.02
+    assert max(abs(crop.pose[1] - y) for crop, y in zip(crops, places, strict=True)) < 0.001

@@ -4,10 +4,13 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import cv2
 import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from curling_env.sheet import RING_RADII, TEE_Y, Sheet
+from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings import grey_levels, markings_of, measure_markings
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import log_height_prior, refine, refine_at_focal
@@ -171,3 +174,49 @@ def test_part_of_a_picture_serves_with_its_place(views):
     whole = refine(before, known, still).camera
     part = refine(before, known, still[10:, 40:], (40, 10)).camera
     assert part.translation == pytest.approx(whole.translation, abs=0.01)
+
+
+def test_a_line_thinner_than_a_pixel_is_seen_where_it_is():
+    """Wherever it lies between rows of pixels, which it is along all of its length."""
+    sheet = Sheet()
+    markings = markings_of(sheet)
+    centre = markings[markings.of("centre line")]
+    # From above, 18 px a metre: the line is a quarter of a pixel wide, along the rows.
+    px_per_metre, size = 18.0, (853, 480)
+    off = []
+    for phase in np.linspace(0.0, 0.9, 10):
+        camera = Camera.looking_at(
+            position=(phase / px_per_metre, 0.0, 16.0),
+            target=(phase / px_per_metre, 0.0, 0.0),
+            up=(-1.0, 0.0, 0.0),
+            focal_px=px_per_metre * 16.0,
+            size=size,
+        )
+        row = camera.project([[0.0, 0.0, 0.0]])[0, 1]
+        light = 230.0 - 40.0 * np.exp(-0.5 * ((np.arange(size[1]) - row) / 0.65) ** 2)
+        grey = np.repeat(light[:, None], size[0], axis=1).astype(np.float32)
+        seen = measure_markings(grey, (0, 0), camera, centre, 2.0)
+        off.append(np.mean(seen.offset_px))
+        assert len(seen.index) > 50
+    assert np.abs(off).max() < 0.02
+
+
+def test_a_ring_seen_at_a_slant_is_where_it_is():
+    """Its narrow ends, which a blur moves inwards, are left out."""
+    camera = Camera.looking_at(
+        position=(0.4, -36.5, 8.8), target=(0.0, -12.5, 0.0), focal_px=1480.0, size=(1280, 720)
+    )
+    far, near = camera.project([[-2, TEE_Y + 2, 0], [2, TEE_Y - 2, 0]])
+    (u0, v0), (u1, v1) = np.floor(far) - 15, np.floor(near) + 15
+    fine = (np.arange(5) - 2) / 5
+    u = (np.arange(u0, u1)[:, None] + fine).ravel()
+    v = (np.arange(v0, v1)[:, None] + fine).ravel()
+    rays = np.stack(np.meshgrid(u, v), axis=-1).reshape(-1, 2)
+    inside = np.linalg.norm(camera.on_plane(rays) - [0, TEE_Y], axis=1) < RING_RADII[1]
+    shares = inside.reshape(len(v) // 5, 5, len(u) // 5, 5).mean(axis=(1, 3))
+    grey = cv2.GaussianBlur(230 - 100 * shares.astype(np.float32), (0, 0), 0.6)
+    markings = markings_of(Sheet())
+    ring = markings[markings.of("8-foot ring") & (markings.xy[:, 1] > 0)]
+    seen = measure_markings(grey, (int(u0), int(v0)), camera, ring, 2.0)
+    assert len(seen.index) > 10
+    assert np.abs(seen.offset_px).max() < 0.12

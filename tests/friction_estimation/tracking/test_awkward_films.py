@@ -13,6 +13,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
@@ -195,6 +196,26 @@ def test_a_film_with_a_corrupt_end_gives_the_rows_before_it(clean, tmp_path):
     sound = track.t < 0.5 * truth.t[-1]
     there = np.column_stack([np.interp(track.t, truth.t, truth.xy[:, i]) for i in (0, 1)])
     assert np.linalg.norm(track.xy - there, axis=1)[sound].max() < 0.02
+
+
+def test_a_spot_on_the_ice_before_the_throw_is_not_the_stone(clean, tmp_path):
+    """It has a stone's size and is a little darker than the ice; in the film's first second."""
+    frames, truth, scene = clean
+    camera = camera_from_scene(scene, SIZE)
+    lies = truth.xy[0] - [0.0, 1.5]
+    u, v = camera.project(np.array([[*lies, 0.0]]))[0].astype(int)
+    bare = np.median(frames[::8], axis=0)
+    spotted = bare.copy()
+    spotted[v - 2 : v + 4, u - 3 : u + 3] -= 30
+    noise = np.random.default_rng(0).normal(0, 1.5, bare.shape)
+    before = [
+        (still + noise).clip(0, 255).astype(np.uint8) for still in [spotted] * 20 + [bare] * 10
+    ]
+    write_film(tmp_path / "film.mp4", before + frames, FPS)
+    track = track_film(tmp_path / "film.mp4", scene).trajectory
+    assert track.t[0] > 1.4
+    there = np.column_stack([np.interp(track.t - 1.5, truth.t, truth.xy[:, i]) for i in (0, 1)])
+    assert np.sqrt(np.mean(np.sum((track.xy - there) ** 2, axis=1))) < 0.02
 
 
 def test_grain_of_twenty_grey_levels_hides_no_stone(clean, tmp_path):

@@ -228,24 +228,27 @@ def find_dependences(fitted: SessionFit, rng: np.random.Generator) -> list[Depen
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Explanation:
-    """Effects and an unknown that together explain a session.
+    """Effects and an unknown that together explain a session; a friction map is never among them.
 
     Parameters
     ----------
     fit : fit of the effects to the session in which the unknown acts
     pushes : pushes of the unknown
     dependences : variables that these follow
-    beats_map : whether they explain more than a friction map in the fit that they began with; a map
-        is never among these effects
     """
 
     fit: SessionFit
     pushes: tuple[Following, ...]
-    beats_map: bool
     dependences: list[Dependence]
 
 
-def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) -> Explanation:
+def explain(
+    fitted: SessionFit,
+    given: Iterable[str],
+    rng: np.random.Generator,
+    *,
+    beyond_map: bool = False,
+) -> Explanation | None:
     """Effects and an unknown that together explain a session.
 
     Parameters
@@ -253,10 +256,14 @@ def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) 
     fitted : fit with effects that were selected without the unknown
     given : labels of terms that stay in any case
     rng : source of the flipped signs
+    beyond_map : whether they must explain more than the friction map of the fit
+
+    Returns
+    -------
+    the explanation; None where it must explain more than the map, and does not
     """
     session, kept = fitted.session, set(given)
     tried: list[frozenset[str]] = []
-    beats_map = True
     while True:
         optional = [term.label for term in fitted.model.terms if term.label not in kept]
         own = [label for label in optional if label != MAP_CARD.name]
@@ -266,9 +273,10 @@ def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) 
         least = min(dispersion for _, dispersion in found)
         made, dispersion = min(found, key=lambda each: around.value(each[0], least))
         made = surviving(around, made, dispersion)
-        if MAP_CARD.name in optional:
+        if beyond_map and MAP_CARD.name in optional:
             with_map = around.at_best(Combination(effects=frozenset(optional)), least)[0]
-            beats_map = around.value(made, least) < with_map - LEAST_GAIN
+            if around.value(made, least) >= with_map - LEAST_GAIN:
+                return None
         calm = _fit_beside(around, made, dispersion, others, shaped=True)
         if len(tried) == MOST_ROUNDS or (tried and made.effects in tried):
             break
@@ -279,7 +287,6 @@ def explain(fitted: SessionFit, given: Iterable[str], rng: np.random.Generator) 
     return Explanation(
         fit=calm,
         pushes=made.pushes,
-        beats_map=beats_map,
         dependences=dependences(around, made, dispersion, rng),
     )
 

@@ -13,7 +13,7 @@ from curling_env.physics.effects.residual import KNOTS, VARIABLES
 from curling_env.physics.state import State
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.hold_out import ForecastGap, forecast
-from friction_estimation.discovery.evidence.significance import score_unseen
+from friction_estimation.discovery.evidence.predictive_density import unseen_scores
 from friction_estimation.discovery.evidence.unknown.explanation import Dependence
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import SessionFit
@@ -38,7 +38,7 @@ def try_table(
     if card is None or any(term.name == NAME for term in named.model.terms):
         return None
     plain = forecast(named.model, unseen, named.noise)
-    score = score_unseen(named, unseen).sum()
+    score = unseen_scores(named, unseen).sum()
     for variable in [d.variable for d in dependences if d.variable in VARIABLES]:
         low, high = _range(named, variable)
         knots = [f"log_factor_{k}" for k in range(KNOTS)]
@@ -52,7 +52,7 @@ def try_table(
         fitted = refit(named, named.model.with_terms(term))
         gap = forecast(fitted.model, unseen, fitted.noise)
         better = gap.rest_error < TABLE_WORTH * plain.rest_error
-        if better and score_unseen(fitted, unseen).sum() < score:
+        if better and unseen_scores(fitted, unseen).sum() < score:
             return fitted, gap
     return None
 

@@ -29,6 +29,15 @@ def test_a_quarter_is_held_out_that_is_like_the_rest(make_session, rng):
     assert again.tolist() == choose_held_out(session, np.random.default_rng(3)).tolist()
 
 
+def test_some_swept_throws_stay_among_the_others(make_session):
+    session = open_session(make_session(throws=16))
+    first = choose_held_out(session, np.random.default_rng(3))
+    swept = np.isin(session.owner, first).astype(np.float64)
+    chosen = choose_held_out(replace(session, swept=swept), np.random.default_rng(3))
+    assert len(chosen) == len(first)
+    assert set(first) - set(chosen)
+
+
 def test_few_throws_are_all_needed(make_session, rng):
     assert choose_held_out(open_session(make_session(throws=7)), rng).tolist() == []
     assert len(choose_held_out(open_session(make_session(throws=8)), rng)) == 2

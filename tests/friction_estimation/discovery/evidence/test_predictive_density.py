@@ -8,14 +8,17 @@ import numpy as np
 import pytest
 
 from friction_estimation.discovery.evidence import predictive_density
+from friction_estimation.discovery.evidence.posterior import throw_constants
 from friction_estimation.discovery.evidence.predictive_density import (
     broad_prior,
     compare_models,
     left_out_densities,
+    left_out_scores,
+    unseen_scores,
 )
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.fit import linearise
+from friction_estimation.discovery.model.fit import fit, linearise
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.selection import refit
@@ -84,6 +87,24 @@ def test_the_model_that_the_ice_has_is_best_and_needless_terms_are_not_clearly_b
     spread = np.std(worst.per_throw - best.per_throw, ddof=1)
     assert worst.difference_se == pytest.approx(float(spread) * np.sqrt(12))
     assert worst.elpd == pytest.approx(float(worst.per_throw.sum()))
+
+
+def test_scores_are_densities_at_the_spread_of_the_fit(curl_fit, monkeypatch):
+    fitted = curl_fit(throws=5, scatter=0.01)
+    spread = np.array([fitted.model.spread])
+    monkeypatch.setattr(predictive_density, "tried_spreads", lambda _: spread)
+    expected = -2.0 * left_out_densities(fitted) - throw_constants(fitted)
+    assert left_out_scores(fitted) == pytest.approx(expected)
+
+
+def test_a_throw_that_was_not_seen_scores_as_one_that_is_left_out(curl_fit):
+    fitted = curl_fit(throws=6, scatter=0.01)
+    others = fitted.session.only(np.arange(5))
+    model, noise = fitted.model, fitted.noise
+    start = {"states": fitted.states[:5], "ln_factors": fitted.ln_factors[:5]}
+    part = fit(model, others, noise, **start, spreads=np.array([model.spread]))
+    unseen = unseen_scores(part, fitted.session.only(np.array([5])))
+    assert unseen == pytest.approx(left_out_scores(fitted)[5:], abs=0.5)
 
 
 def test_a_parameter_of_which_one_throw_alone_tells_does_not_break_the_comparison(curl_fit):

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from friction_estimation.discovery.data.session import open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.evidence.unknown.explanation import (
@@ -14,8 +15,10 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
     surviving,
 )
 from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
+from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery.search.maps import find_map
+from friction_estimation.discovery.search.selection import fit_with_noise, refit, try_term
 
 from ..conftest import effect
 
@@ -89,3 +92,12 @@ def test_an_effect_that_the_unknown_may_be_does_not_survive_beside_it(fitted_to)
     # What follows the spin explains nothing of it.
     made = Combination(effects=frozenset(both)).following(Following("spin", "along the sheet"))
     assert surviving(around, made, 1.0) == made
+
+
+def test_an_unknown_is_asked_for_no_further_where_a_map_explains_more(sliding, rng):
+    smooth = sliding.random_field(rng, mu=0.009, spread=0.03, length=4.0)
+    tracks = sliding.measured_throws(smooth, sliding.varied_starts(rng, 6), rng, fps=5)
+    base = fit_with_noise(base_model(None, open_session(tracks)), open_session(tracks))
+    mapped = try_term(base, find_map(base)[0]).fit
+    assert explain(mapped, (), rng, beyond_map=True) is None
+    assert explain(mapped, (), rng) is not None

@@ -1,4 +1,4 @@
-"""A patch beside a friction map is sought before the map as well."""
+"""A patch and a smooth map in place of a map as rough as the patch's sides."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from friction_estimation.discovery.model.friction_field import CARD, crossed_by,
 from friction_estimation.discovery.search.patches import find_patches
 from friction_estimation.discovery.search.selection import (
     fit_with_noise,
-    patch_before_map,
+    patch_and_smoother_map,
     refit,
 )
 
@@ -36,7 +36,7 @@ def test_a_patch_that_a_map_had_taken_gets_its_size_back(sliding) -> None:
     (patch,) = find_patches(mapped)
     wide = patch.with_values(y_min=3.0, y_max=13.0, factor=0.9)
     beside = refit(mapped, mapped.model.with_terms(wide))
-    trial = patch_before_map(beside)
+    trial = patch_and_smoother_map(beside)
     assert trial is not None
     found = trial.fit
     assert trial.gain == pytest.approx(beside.deviance - found.deviance)
