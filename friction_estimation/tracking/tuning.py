@@ -227,6 +227,9 @@ SMOOTHING_PASSES = 4
 EDGE_ERROR_PX = 0.03
 """Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
 alike in all frames [px]: no shape of the model is quite that of a stone."""
+SMALL_STONE_ERROR_PX = 0.15
+"""The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
+stone has, the more of them mix it with the ice."""
 LARGER_COORDINATE_SHARE = 0.7
 """Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
 of all coordinates lie in their intervals even where only one of the two is off."""

@@ -59,8 +59,9 @@ def systematic_sigma(
     variance = camera_variance(refined, xy, middle)
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    edge_px = np.hypot(tuning.EDGE_ERROR_PX, loose_px)
-    variance += (edge_px * _metres_per_px(camera, xy, middle)) ** 2
+    small_px = tuning.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
+    edge_px = np.sqrt(tuning.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2)
+    variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
     if doubt is not None:
         variance += doubt.at(xy) ** 2
     if unseen is not None:
@@ -98,6 +99,12 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     z = model.height + model.handle_rise
     least_scale = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
     return tuning.HANDLE_ERROR_PX / (length * np.array(least_scale, dtype=np.float64))
+
+
+def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
+    """The stone's largest radius in the picture, (n,) [px]."""
+    scale = [np.linalg.norm(camera.px_per_metre(place, model.height / 2), 2) for place in xy]
+    return model.radius * np.array(scale, dtype=np.float64)
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
