@@ -152,11 +152,27 @@ def find_resting_stones(
             if other is not one and other.is_beside(one)
         ]
         stone = _resting_stone(one, frames, ice, background, camera, appearance, beside)
-        if stone is not None and all(
-            np.linalg.norm(stone.xy - k.xy) > tuning.SAME_PLACE for k in known
+        if (
+            stone is not None
+            and lies_within(sheet, stone.xy, appearance.model.radius)
+            and all(np.linalg.norm(stone.xy - k.xy) > tuning.SAME_PLACE for k in known)
         ):
             known.append(stone)
     return known
+
+
+def lies_within(sheet: Sheet, xy: Floats, radius: float) -> bool:
+    """Whether a stone lies between the boards, as near to them as a rough scene may put it.
+
+    A dark corner of the boards may look like one that reaches into them.
+
+    Parameters
+    ----------
+    xy : (2,) where it is seen to lie [m]
+    radius : of the stone [m]
+    """
+    room = np.array([sheet.width, sheet.length]) / 2 - np.abs(xy)
+    return bool((room > radius / 2).all())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
