@@ -6,7 +6,8 @@ python scripts/tracking_accuracy.py --films-in runs/other --cameras end480f15,si
 Its lens, ray caster, stone, paint and motion are written anew here; OpenCV blurs and PyAV
 compresses. Cameras hang a little elsewhere for every seed, stones have radii of 0.140 to
 0.146 m and a profile of their own, and lenses bend and sit a little askew. Every film is written in
-all sizes and rates asked for; those that are there are kept. What a user would know goes into
+all sizes and rates asked for; those that are there are kept. With `--people` there are a thrower, a
+skip and sweepers at work, see `other_people.py`. What a user would know goes into
 NAME.scene.json, the truth into NAME.truth.json and NAME-K.truth.csv, as
 `tracking_accuracy.py --films-in` reads them.
 """
@@ -19,6 +20,7 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -26,10 +28,12 @@ import av
 import cv2
 import numba
 import numpy as np
+import other_people
 import typer
 from av.container import OutputContainer
 from av.video.stream import VideoStream
 from numpy.typing import NDArray
+from other_views import PLACES, View, view_of
 
 Array = NDArray[np.floating[Any]]
 
@@ -42,6 +46,8 @@ STONE_HEIGHT = 0.1143
 BAND = 0.0625
 """Radius of a stone's running band [m]."""
 GRAVITY = 9.80665
+MIXED = ("both", "left", "both", "right")
+"""Where sweepers go in one throw after the other, see `other_people.SIDES`."""
 LEAD, TAIL = 0.6, 1.0
 """What is filmed before the release and after the stone rests [s]."""
 REAL, ROUND = (6.0, 12.0), (2.2, 3.4)
@@ -56,64 +62,6 @@ NOISE = 2.0
 """Standard deviation of the camera's noise [grey levels]."""
 SOFT = 0.55
 """Standard deviation of the lens's blur [px]."""
-
-PLACES: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], float, float]] = {
-    "end": ((0.4, -36.5, 8.8), (0.0, -12.5, 0.0), (0.0, 0.0, 1.0), 1.16, -0.12),
-    "gantry": ((0.2, 0.1, 15.5), (0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.335, -0.05),
-    "side": ((-13.8, 0.2, 10.6), (0.3, 0.0, 0.0), (0.0, 0.0, 1.0), 0.36, -0.08),
-    "ceiling": ((0.1, 15.2, 6.1), (0.0, 15.0, 0.0), (-1.0, 0.0, 0.0), 0.54, -0.2),
-}
-"""Place, target, what is up, focal length and displacement of the picture's end, in widths."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class View:
-    """A camera: rotation (3, 3), place (3,), focal length, axis, distortion and size [px]."""
-
-    turn: Array
-    place: Array
-    focal: float
-    axis: tuple[float, float]
-    k1: float
-    k2: float
-    size: tuple[int, int]
-
-    def pixels(self, points: Array) -> Array:
-        """Where points (n, 3) [m] are seen, (n, 2) [px]."""
-        local = (points - self.place) @ self.turn.T
-        a, b = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
-        r = a * a + b * b
-        bend = 1 + r * (self.k1 + r * self.k2)
-        return np.stack([self.focal * a * bend, self.focal * b * bend], 1) + np.array(self.axis)
-
-    def rays(self, u: Array, v: Array) -> Array:
-        """Directions (..., 3) through pixels; the bend is undone by repetition."""
-        p, q = (u - self.axis[0]) / self.focal, (v - self.axis[1]) / self.focal
-        a, b = p.copy(), q.copy()
-        for _ in range(24):
-            r = a * a + b * b
-            bend = 1 + r * (self.k1 + r * self.k2)
-            a, b = p / bend, q / bend
-        return np.stack([a, b, np.ones_like(a)], -1) @ self.turn
-
-
-def view_of(name: str, height: int, rng: np.random.Generator) -> View:
-    """A camera of a kind, hung a little elsewhere."""
-    place, target, up, focal, bend = PLACES[name]
-    size = (height * 4 // 3, height) if name == "ceiling" else (round(height * 16 / 9), height)
-    size = (size[0] - size[0] % 2, size[1])
-    at = np.array(place) * [1, 1, rng.uniform(0.92, 1.08)] + rng.normal(0, 0.15, 3)
-    to = np.array(target) + np.append(rng.normal(0, 0.1, 2), 0.0)
-    ahead = (to - at) / np.linalg.norm(to - at)
-    right = np.cross(ahead, np.array(up))
-    right /= np.linalg.norm(right)
-    f = focal * rng.uniform(0.96, 1.0) * (1 if name == "end" else at[2] / place[2]) * size[0]
-    half = (size[0] / 2 / f) ** 2
-    k1 = bend * rng.uniform(0.5, 1.0) / half
-    off = rng.normal(0, 0.004, 2) * size[0]
-    return View(turn=np.stack([right, np.cross(ahead, right), ahead]), place=at, focal=float(f),
-                axis=(size[0] / 2 + off[0], size[1] / 2 + off[1]), k1=float(k1),
-                k2=float(-0.12 * k1 / half), size=size)  # fmt: skip
 
 
 # --- the ice ------------------------------------------------------------------------------------
@@ -318,6 +266,7 @@ def film(
     path: tuple[Array, Array],
     quality: int,
     rng: np.random.Generator,
+    people: other_people.People | None = None,
 ) -> None:
     """Write one throw's films and their truths, by frames per second; slower ones leave out frames.
 
@@ -339,8 +288,13 @@ def film(
                    for fps, base in bases.items()}  # fmt: skip
         for k, (x, y, turn) in enumerate(there):
             picture = blurred
-            changed = draw_stone(sharp, view, stone, x, y, turn)
-            if changed is not None:
+            if people is not None:
+                full, own = ice.copy(), there[k]
+                parts = people.parts(moments[k] - LEAD, own)
+                draw = partial(draw_stone, full, view, stone, *own)
+                other_people.draw(full, view, parts, own[:2], draw)
+                picture = cv2.GaussianBlur(full, (0, 0), SOFT)
+            elif (changed := draw_stone(sharp, view, stone, x, y, turn)) is not None:
                 near = tuple(slice(max(s.start - 6, 0), s.stop + 6) for s in changed)
                 picture = blurred.copy()
                 picture[near] = cv2.GaussianBlur(sharp[near], (0, 0), SOFT)
@@ -406,6 +360,13 @@ def main(
     round_stones: Annotated[
         bool, typer.Option("--round", help="Stones rounder, and lighter, than the rules allow.")
     ] = False,
+    people: Annotated[
+        str,
+        typer.Option(
+            help="Nobody (no), or a thrower, a skip and sweepers: none, left, right, "
+            "both, or mixed, which differs from throw to throw."
+        ),
+    ] = "no",
     seed: Annotated[int, typer.Option(help="Of cameras, stones and throws.")] = 0,
 ) -> None:
     """Render films of known throws."""
@@ -451,9 +412,24 @@ def main(
                 bases = {fps: output / f"{name}-{k}" for fps, name in names.items()}
                 if all(base.with_suffix(".truth.csv").exists() for base in bases.values()):
                     continue
-                path = path_of(mu, np.random.default_rng([seed, kind, 3 + k]),
-                               1 if k % 2 == 0 or camera == "ceiling" else -1)  # fmt: skip
-                film(bases, view, ice, stone, path, quality, np.random.default_rng([seed, kind, k]))
+                way = 1 if k % 2 == 0 or camera == "ceiling" else -1
+                path = path_of(mu, np.random.default_rng([seed, kind, 3 + k]), way)
+                on_ice = None
+                if people != "no":
+                    sides = MIXED[k % len(MIXED)] if people == "mixed" else people
+                    on_ice = other_people.People(
+                        sides, path, way, np.random.default_rng([seed, kind, k, 1])
+                    )
+                film(
+                    bases,
+                    view,
+                    ice,
+                    stone,
+                    path,
+                    quality,
+                    np.random.default_rng([seed, kind, k]),
+                    on_ice,
+                )
                 print(*(base.with_suffix(".mp4") for base in bases.values()), flush=True)
 
 

@@ -6,6 +6,7 @@ does so among other stones. `learning` finds from a film what no scene file says
 
 from friction_estimation.appearance.crops import (
     Crop,
+    clear_surroundings,
     crops_at,
     total_misfit,
     unexplained_share,
@@ -25,7 +26,7 @@ from friction_estimation.appearance.learning import (
     turned_alike,
 )
 from friction_estimation.appearance.model import PixelWindow, StoneModel
-from friction_estimation.appearance.occlusion import PosedStone, measure_occluded
+from friction_estimation.appearance.occlusion import PosedStone, fill_hidden, measure_occluded
 from friction_estimation.appearance.tuning import CROPS_TO_LEARN_FROM
 
 __all__ = [
@@ -40,7 +41,9 @@ __all__ = [
     "StoneModel",
     "adapt_appearance",
     "channels_of",
+    "clear_surroundings",
     "crops_at",
+    "fill_hidden",
     "heading_costs",
     "learn_appearance",
     "measure",

@@ -5,12 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.fit import Appearance, Channels, channels_of, fit_stone
 from friction_estimation.appearance.kernels.fit_kernels import robust_misfit
-from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
+from friction_estimation.appearance.model import CIRCLE, PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
 from friction_estimation.appearance.shape import LIT, PARTS, SHADE, SIDE
 from friction_estimation.appearance.tuning import (
@@ -19,6 +20,7 @@ from friction_estimation.appearance.tuning import (
     MIN_NOISE,
     MIN_STONE_SHARE,
     OUTLIER_AT,
+    SHADOW_REACH,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
@@ -98,6 +100,24 @@ def crops_at(
             )
         )
     return found
+
+
+def clear_surroundings(crop: Crop, camera: Camera, model: StoneModel) -> None:
+    """Put bare ice where stone, handle and shadow do not reach, in place: people may be there."""
+    reach = model.radius + SHADOW_REACH
+    levels = (0.0, model.height, model.height + model.handle_rise)
+    around = np.concatenate(
+        [np.column_stack([crop.pose[:2] + reach * CIRCLE, np.full(len(CIRCLE), z)]) for z in levels]
+    )
+    px = camera.project(around)
+    if not np.isfinite(px).all():
+        return
+    hull = cv2.convexHull((px - np.array(crop.window.origin_px)).astype(np.float32))
+    near = np.zeros(crop.window.shape, dtype=np.uint8)
+    cv2.fillConvexPoly(near, np.rint(hull).astype(np.int32), 1)
+    near = cv2.dilate(near, np.ones((3, 3), np.uint8))
+    beyond = near.ravel() == 0
+    crop.pixels[beyond] = crop.background[beyond]
 
 
 def fit_pose(crop: Crop, look: Appearance) -> float:

@@ -5,10 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.appearance.crops import Crop, composite, coverage
+from friction_estimation.appearance.crops import Crop, composite, coverage, robust_weights
 from friction_estimation.appearance.fit import Appearance, Channels, StoneFit, cut_out, fit_window
 from friction_estimation.appearance.model import PixelWindow
 from friction_estimation.appearance.shape import PARTS
@@ -17,6 +18,7 @@ from friction_estimation.appearance.tuning import (
     HIDDEN_SHARE,
     MARGIN_PX,
     MAX_HIDDEN,
+    STRANGE_WEIGHT,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
@@ -45,9 +47,10 @@ def measure_occluded(
     camera: Camera,
     appearance: Appearance,
     start: Floats,
-    others: Sequence[PosedStone],
+    others: Sequence[PosedStone] = (),
+    people: bool = False,
 ) -> StoneFit | None:
-    """The stone near `start` in a frame with other stones around it; see `measure`.
+    """The stone near `start` in a frame with other stones or people around it; see `measure`.
 
     Hidden pixels are filled, round by round, with what the stone shows at the pose found so far, so
     that they do not influence it (expectation and maximisation).
@@ -55,6 +58,8 @@ def measure_occluded(
     Parameters
     ----------
     others : the stones around it, where they are in this frame
+    people : whether somebody may be in the way: what neither stone nor ice explains counts as
+        hidden, and so do its neighbours, into which it is blurred
 
     Returns
     -------
@@ -68,7 +73,8 @@ def measure_occluded(
     hidden = set_among(own, others, camera)
     behind = own.background
     if not hidden.any():
-        return fit_window(picture, behind, window, camera, appearance, start)
+        fit = fit_window(picture, behind, window, camera, appearance, start)
+        return _without_people(own, fit, camera, appearance) if people else fit
     body = coverage(own, appearance)[0, :, : len(PARTS)].sum(axis=1)
     if body[hidden].sum() > MAX_HIDDEN * body.sum():
         return None
@@ -81,6 +87,48 @@ def measure_occluded(
         fit = fit_window(picture, behind, window, camera, appearance, pose)
         pose = np.array([*fit.xy, fit.theta if appearance.has_handle else pose[2]])
     return fit
+
+
+def _without_people(crop: Crop, fit: StoneFit, camera: Camera, appearance: Appearance) -> StoneFit:
+    """A fit without the pixels that neither the stone nor the ice explains.
+
+    Parameters
+    ----------
+    crop : the stone; its pose is changed
+    fit : to all of its pixels
+    """
+    found, seen = fit, crop.pixels
+    for _ in range(FILL_ROUNDS):
+        turned = found.theta if appearance.has_handle else crop.pose[2]
+        crop.pose = np.array([*found.xy, turned])
+        crop.pixels = seen
+        hidden = fill_hidden(crop, appearance)
+        if hidden is None:
+            break
+        if hidden > MAX_HIDDEN:
+            return fit
+        found = fit_window(crop.pixels, crop.background, crop.window, camera, appearance, crop.pose)
+        found = replace(found, covariance=found.covariance / (1 - hidden) ** 2, visible=fit.visible)
+    return found
+
+
+def fill_hidden(crop: Crop, appearance: Appearance) -> float | None:
+    """Put what a stone shows where something else is, and around that, in a crop, in place.
+
+    Returns
+    -------
+    the share of the stone that was filled in; None where all pixels show it or the ice
+    """
+    cover = coverage(crop, appearance)
+    shown = composite(cover, crop.background, appearance.colours)
+    strange = robust_weights(crop.pixels - shown, appearance.noise) < STRANGE_WEIGHT
+    if not strange.any():
+        return None
+    wide = cv2.dilate(strange.reshape(crop.window.shape).view(np.uint8), np.ones((3, 3), np.uint8))
+    strange = wide.ravel() > 0
+    crop.pixels = np.where(strange[:, None], shown, crop.pixels)
+    body = cover[0, :, : len(PARTS)].sum(axis=1)
+    return float(body[strange].sum() / max(body.sum(), 1e-9))
 
 
 def set_among(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags:

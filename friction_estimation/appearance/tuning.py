@@ -43,6 +43,8 @@ MAX_HIDDEN = 0.7
 """A stone of which others hide a larger share is not measured."""
 MAX_HIDDEN_HEADING = 0.2
 """A stone of which others hide a larger share shows no heading."""
+STRANGE_WEIGHT = 0.25
+"""A pixel with less robust weight shows neither stone nor ice."""
 FILL_ROUNDS = 3
 """Rounds in which hidden pixels are filled with what the stone would show there."""
 
@@ -57,6 +59,9 @@ MIN_STONE_SHARE = 0.05
 COLOUR_NOISE_FACTOR = 5.0
 """Factor on the noise of colour, which films store at half resolution and shifted: colour may find
 a handle, but not move a stone."""
+
+SHADOW_REACH = 0.05
+"""Where people are near, nothing farther than this from a stone's edge is learnt from [m]."""
 
 # --- the handle and the headings ------------------------------------------------------------------
 

@@ -60,7 +60,29 @@ class LazyFrame:
         return np.ascontiguousarray(np.rot90(picture, self._turns))
 
 
-Frame = Image | LazyFrame
+class CutFrame:
+    """A part of a frame, kept to be looked at as if it were the whole frame.
+
+    Parameters
+    ----------
+    frame : the frame; it is not kept
+    part : rows and columns; only pixels within can be looked at
+    """
+
+    def __init__(self, frame: Image | LazyFrame, part: tuple[slice, slice]) -> None:
+        self._part = frame[part].copy()
+        self._top, self._left = part[0].start, part[1].start
+        self.shape = frame.shape
+
+    def __getitem__(self, part: tuple[slice, slice]) -> Image:
+        (top, bottom, _), (left, right, _) = (
+            side.indices(length) for side, length in zip(part, self.shape[:2], strict=True)
+        )
+        rows = slice(top - self._top, bottom - self._top)
+        return self._part[rows, left - self._left : right - self._left]
+
+
+Frame = Image | LazyFrame | CutFrame
 """A frame that can be looked at in parts, BGR."""
 
 

@@ -8,12 +8,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.typing import Image
 from friction_estimation.appearance import (
     CROPS_TO_LEARN_FROM,
     Crop,
     PixelWindow,
     StoneModel,
+    clear_surroundings,
     crops_at,
 )
 from friction_estimation.camera.camera import Camera
@@ -22,10 +22,13 @@ from friction_estimation.camera.refinement import (
     refine_at_focal,
 )
 from friction_estimation.camera.scene import Scene
+from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import (
     Background,
 )
+from friction_estimation.tracking.detection.known_look import find_by_look
+from friction_estimation.tracking.detection.people import people_near
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
     Sighting,
@@ -50,7 +53,7 @@ class FoundStone:
     """
 
     path: RoughPath
-    pictures: Sequence[tuple[float, Image]]
+    pictures: Sequence[tuple[float, Frame]]
     background: Background
     found_by: Camera
     model: StoneModel
@@ -67,7 +70,7 @@ class FoundStone:
         if camera is not self.found_by:
             px = self.found_by.project(np.column_stack([places, np.full(len(places), middle)]))
             places = camera.on_plane(px, middle)
-        return crops_at(
+        crops = crops_at(
             [self.pictures[s.frame][1] for s in clear],
             [s.t for s in clear],
             list(places),
@@ -77,6 +80,9 @@ class FoundStone:
             self.model,
             windows,
         )
+        for crop in crops if self.path.measured else ():
+            clear_surroundings(crop, camera, self.model)
+        return crops
 
     def seen_in(self, right: Sequence[Crop], crops: Sequence[Crop]) -> FoundStone:
         """Without the sightings that are nearest to one of the pictures that do not show it.
@@ -91,7 +97,7 @@ class FoundStone:
         shown = tuple(
             s for s in self.path.sightings if times[np.argmin(np.abs(times - s.t))] in kept
         )
-        return replace(self, path=RoughPath(sightings=shown))
+        return replace(self, path=replace(self.path, sightings=shown))
 
 
 def find_stone(
@@ -99,6 +105,13 @@ def find_stone(
 ) -> FoundStone:
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     found = find_thrown_stone(film.sample, background, camera, model, scene.sheet, film.between)
+    path = None if found is None else found.path
+    if people_near(film.sample, path, background, camera, model):
+        times = film.sample[0][0], film.sample[-1][0]
+        frames = film.between(*times, look_step(film, background))
+        by_look = find_by_look(frames, background, camera, model, scene.sheet)
+        if by_look is not None:
+            found = replace(by_look, sightings=() if found is None else found.sightings)
     if found is None:
         raise InputError(
             "no thrown stone found: nothing of a stone's size slides along the ice",
@@ -112,6 +125,12 @@ def find_stone(
         model=model,
         sightings=found.sightings,
     )
+
+
+def look_step(film: SteadyFilm, background: Background) -> float:
+    """Time between frames of a film of which all that is kept fits into memory [s]."""
+    fitting = max(tuning.SAMPLE_BYTES // background.image[..., 0].size // 3, tuning.LEAST_SAMPLE)
+    return max(tuning.LOOK_STEP, (film.sample[-1][0] - film.sample[0][0]) / fitting)
 
 
 def found_or_misplaced(

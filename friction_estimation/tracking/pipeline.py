@@ -21,7 +21,7 @@ from friction_estimation.appearance import (
     Crop,
     StoneFit,
     learn_appearance,
-    measure,
+    measure_occluded,
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
@@ -223,6 +223,7 @@ def _follow_alone(
     heading: HeadingCurve | None,
 ) -> Measurements:
     background, appearance = learnt.stone.background, learnt.appearance
+    people = learnt.stone.path.measured
     measured = Measurements()
     predictor = Predictor(
         path=learnt.stone.path,
@@ -235,7 +236,9 @@ def _follow_alone(
 
         def fit_at(pose: Floats, frame: Frame = frame) -> StoneFit | None:
             origin = background.origin_px
-            return measure(frame, background.channels, origin, camera, appearance, pose)
+            return measure_occluded(
+                frame, background.channels, origin, camera, appearance, pose, people=people
+            )
 
         fit = predictor.find(t, predictor.predict(t, frame), fit_at)
         predictor.update(t, fit)

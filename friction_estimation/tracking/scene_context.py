@@ -16,6 +16,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Image
 from friction_estimation.appearance import Appearance, StoneModel
 from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, moving_blobs
 from friction_estimation.tracking.detection.resting_stones import (
@@ -44,7 +45,7 @@ class SceneContext:
 
     resting: tuple[FilmedRestingStone, ...]
     path: RoughPath
-    pictures: Sequence[tuple[float, Image]]
+    pictures: Sequence[tuple[float, Frame]]
     background: Background
 
 

@@ -69,6 +69,56 @@ MAX_UNEXPLAINED = 0.2
 """Share of the difference from the empty ice that the learnt appearance may leave unexplained.
 Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
 
+# --- a stone that people are near ------------------------------------------------------------
+
+PEOPLE_NEAR = 1.5
+"""Somebody within this of a stone may pass for it, or hide it [m]."""
+FRAMES_WITH_PEOPLE = 3
+"""Where it is so in as many sampled frames, the stone is followed by its look."""
+LOOK_STEP = 0.2
+"""Time between the frames in which that is done [s]."""
+BAND = 60.0
+"""A part of a blob is what differs from the ice by so much more or less [grey levels]."""
+MIN_FILL = 0.5
+"""Share of its box that such a part fills."""
+SLIDE_SECONDS = (0.9, 1.7)
+"""For so long a stone must be alone to be found [s]."""
+SLIDE_SIGHTINGS = 5
+"""In as many frames it must be sighted."""
+SLIDE_PACE, SLIDE_ASIDE = 0.15, 0.12
+"""It must go so fast then [m/s], and aside by no larger share of that."""
+SLIDE_JITTER = 0.05
+"""So far from the straight line a sighting may be, and a pixel [m]."""
+SLIDES_TRIED = 5
+"""As many things that slide steadily are compared with stones."""
+CLEARLY_EXPLAINED = 0.06
+"""A look that leaves a smaller share of the pictures unexplained is a stone's. Of things that slid
+steadily, stones left 0.04 to 0.06, heads 0.085 and more, feet, coats and brooms 0.12 and more."""
+MAX_SLIDE_UNEXPLAINED = 0.1
+"""Nothing that leaves more is followed as a stone."""
+MAX_TOUCHED = 0.25
+"""Nor is what leaves more with what touches it; more than the first may be a stone and a broom."""
+LEAST_SEEN = 0.45
+"""Share of a stone that must look like it."""
+MAX_HIDDEN_SECONDS = 2.5
+"""A stone that is hidden for longer is lost [s]."""
+MOTION_SECONDS = 2.5
+"""Its motion is taken from places so far back [s]."""
+SLOWING, SLOWING_SIGMA = 0.09, 0.03
+"""How fast stones slow down, and how much that differs [m/s²]."""
+CURVING_SIGMA = 0.015
+"""How fast stones are pushed aside, about [m/s²]."""
+PLACE_SIGMA, PLACE_SIGMA_PX = 0.003, 0.15
+"""Error of a place that is measured so, in metres and in pixels."""
+PLACE_GATE, PACE_SIGMA = 0.04, 0.05
+"""A place may be so far from where it should be [m], and so much for each second unseen [m/s]."""
+PATH_PARTS, CLEAR_IN_PART = 10, 2
+"""The look is learnt anew from so many pictures of each of so many parts of the path."""
+CLEAR_PICTURE, LEAST_CLEAR = 0.1, 8
+"""Of them those of which less is unexplained; where these are fewer, so many of the whole path."""
+LED_GATE = 0.1
+"""Where the path was measured so, a frame's measurement may be so far from it [m]."""
+
 # --- focal length from the stone, where the paint leaves it open --------------------------------
 
 OPEN_FOCAL_SIGMA = 0.02

@@ -7,24 +7,27 @@ size are joined to paths; a path along which something slows down as a stone doe
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Image, Progress, no_progress
+from curling_env.typing import Floats, Image, Progress, no_progress
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
+from friction_estimation.tracking import tuning as tracking
 from friction_estimation.tracking.cutting import tuning
 from friction_estimation.tracking.cutting.looks import looks, parts_for, smaller
 from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.detection.background import (
+    Blob,
     find_background,
     moving_blobs,
     sheet_region,
 )
+from friction_estimation.tracking.detection.people import distance, is_larger
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
     Sighting,
@@ -48,6 +51,24 @@ class FilmedThrow:
     path: RoughPath
 
 
+@dataclass(frozen=True, kw_only=True, eq=False)
+class LostPath:
+    """Where a stone was seen, and until when it may have slid on beside people [s]."""
+
+    path: RoughPath
+    until: float
+
+    @property
+    def begin(self) -> float:
+        """When it was first seen [s]."""
+        return self.path.sightings[0].t
+
+    @property
+    def end(self) -> float:
+        """When it was last seen [s]."""
+        return self.path.sightings[-1].t
+
+
 def find_throws(
     film: Film, scene: Scene, camera: Camera, *, progress: Progress = no_progress
 ) -> list[FilmedThrow]:
@@ -61,10 +82,10 @@ def find_throws(
     progress : called with the number of frames passed and the expected number of all
     """
     finder = _ThrowFinder(film, scene, camera, progress)
-    paths: list[RoughPath] = []
+    paths: list[LostPath] = []
     for low, high in _stretches(_motion(film, scene, camera, progress), film.duration):
         paths += finder.paths_between(low, high)
-    return _apart(list(_without_returns(paths)), film.duration)
+    return _apart(list(_without_returns(_whole(paths))), film.duration)
 
 
 def _motion(film: Film, scene: Scene, camera: Camera, progress: Progress) -> Iterator[float]:
@@ -100,26 +121,26 @@ class _ThrowFinder:
         self._region = sheet_region(self._camera, scene.sheet)
         self._model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
 
-    def paths_between(self, low: float, high: float) -> list[RoughPath]:
+    def paths_between(self, low: float, high: float) -> list[LostPath]:
         """The paths of thrown stones from one time to another [s], in order."""
-        found: list[RoughPath] = []
+        found: list[LostPath] = []
         begin = low
         while begin < high:
             end = begin + tuning.WINDOW
             last = end >= high
             paths = self._paths_in(begin, min(end, high))
-            sure = [k for k in paths if last or k.sightings[-1].t < end - tuning.WINDOW_MARGIN]
+            sure = [k for k in paths if last or k.end < end - tuning.WINDOW_MARGIN]
             found += sure
             if last:
                 break
-            open_ = [k.sightings[0].t for k in paths if k not in sure]
+            open_ = [k.begin for k in paths if k not in sure]
             following = min(open_, default=end - tuning.WINDOW_MARGIN) - tuning.STRETCH_MARGIN
-            after = sure[-1].sightings[-1].t if sure else begin
+            after = sure[-1].end if sure else begin
             # A path longer than a piece would be begun again and again.
             begin = max(following, after, begin + tuning.WINDOW / 4)
         return found
 
-    def _paths_in(self, low: float, high: float) -> list[RoughPath]:
+    def _paths_in(self, low: float, high: float) -> list[LostPath]:
         pictures: list[tuple[float, Image]] = []
         label, count = f"find throws in {self._film.path.name}", self._film.frame_count
         for look in looks(self._film, low, high):
@@ -127,19 +148,28 @@ class _ThrowFinder:
             pictures.append((look.t, look.picture(self._parts)))
         if not pictures:
             return []
-        moving = without_resting(self._sightings(pictures))
-        return sorted(thrown_paths(moving), key=lambda path: path.sightings[0].t)
-
-    def _sightings(self, pictures: Sequence[tuple[float, Image]]) -> list[Sighting]:
         every = max(1, -(-len(pictures) // tuning.BACKGROUND_LOOKS))
         background = find_background([picture for _, picture in pictures[::every]], self._region)
-        return [
+        blobs = [(t, moving_blobs(picture, background)) for t, picture in pictures]
+        sightings = [
             sighting
-            for i, (t, picture) in enumerate(pictures)
-            for sighting in sightings_in(
-                moving_blobs(picture, background), i, t, self._camera, self._model, self._sheet
-            )
+            for i, (t, seen) in enumerate(blobs)
+            for sighting in sightings_in(seen, i, t, self._camera, self._model, self._sheet)
         ]
+        paths = sorted(thrown_paths(without_resting(sightings)), key=lambda k: k.sightings[0].t)
+        return [LostPath(path=path, until=self._until(path, blobs)) for path in paths]
+
+    def _until(self, path: RoughPath, blobs: Sequence[tuple[float, Sequence[Blob]]]) -> float:
+        """Until when a stone may slide on: beyond its last sighting where people are near [s]."""
+        last = path.sightings[-1]
+        after = [seen for t, seen in blobs if last.t < t <= last.t + tuning.MAX_UNSEEN]
+        lost = any(
+            is_larger(blob, self._camera, self._model)
+            and distance(blob, last.xy, self._camera) < tracking.PEOPLE_NEAR
+            for seen in after[: tuning.LOOKS_AFTER]
+            for blob in seen
+        )
+        return slides_until(path, self._sheet.length / 2) if lost else last.t
 
 
 def thrown_paths(sightings: Sequence[Sighting]) -> list[RoughPath]:
@@ -166,7 +196,8 @@ def thrown_paths(sightings: Sequence[Sighting]) -> list[RoughPath]:
 def shows_several(sightings: Sequence[Sighting]) -> bool:
     """Whether frames spread over a film seem to show more than one throw."""
     paths = thrown_paths(without_resting(sightings))
-    return len(list(_without_returns(sorted(paths, key=lambda path: path.sightings[0].t)))) > 1
+    found = [LostPath(path=path, until=path.sightings[-1].t) for path in paths]
+    return len(list(_without_returns(sorted(found, key=lambda path: path.begin)))) > 1
 
 
 def without_resting(sightings: Sequence[Sighting]) -> list[Sighting]:
@@ -200,15 +231,20 @@ def is_thrown(path: RoughPath) -> bool:
     t, along = t[:moving], along[:moving]
     if len(t) < 4:
         return True  # too few to tell
+    slowing, sigma = _slowing(t, along)
+    lasted = t[-1] - t[0]
+    speed = (along[-1] - along[0]) / lasted
+    share = (slowing + 2 * sigma) * lasted / speed
+    return bool(speed > tuning.WALKING_SPEED or share > tuning.MIN_SLOWING)
+
+
+def _slowing(t: Floats, along: Floats) -> tuple[float, float]:
+    """How fast something slows down by its way (n,) at four or more times [m/s²]; its error."""
     design = np.column_stack([np.ones_like(t), t - t[0], -0.5 * (t - t[0]) ** 2])
     fit, *_ = np.linalg.lstsq(design, along, rcond=None)
     rest = along - design @ fit
     variance = float(rest @ rest) / max(len(t) - 3, 1)
-    sigma = np.sqrt(variance * np.linalg.inv(design.T @ design)[2, 2])
-    lasted = t[-1] - t[0]
-    speed = (along[-1] - along[0]) / lasted
-    slowing = (fit[2] + 2 * sigma) * lasted / speed
-    return bool(speed > tuning.WALKING_SPEED or slowing > tuning.MIN_SLOWING)
+    return float(fit[2]), float(np.sqrt(variance * np.linalg.inv(design.T @ design)[2, 2]))
 
 
 def slides_freely(track: Trajectory) -> bool:
@@ -219,13 +255,14 @@ def slides_freely(track: Trajectory) -> bool:
     return is_thrown(RoughPath(sightings=tuple(sightings)))
 
 
-def _without_returns(paths: Sequence[RoughPath]) -> Iterator[RoughPath]:
+def _without_returns(paths: Sequence[LostPath]) -> Iterator[LostPath]:
     """The paths without those of stones that are slid back from where they came to rest.
 
     What goes on at once from where a stone came to rest was hit by it.
     """
     before: RoughPath | None = None
-    for path in paths:
+    for one in paths:
+        path = one.path
         if before is not None:
             begin, end = path.sightings[0].xy, path.sightings[-1].xy
             came = before.sightings[-1].xy - before.sightings[0].xy
@@ -234,20 +271,66 @@ def _without_returns(paths: Sequence[RoughPath]) -> Iterator[RoughPath]:
             if near and ((end - begin)[1] * came[1] < 0 or at_once):
                 continue
         before = path
-        yield path
+        yield one
 
 
-def _apart(paths: Sequence[RoughPath], duration: float) -> list[FilmedThrow]:
+def _whole(paths: Sequence[LostPath]) -> list[LostPath]:
+    """The paths, those of a stone that was lost between sweepers joined with what goes on."""
+    whole: list[LostPath] = []
+    for path in paths:
+        before = whole[-1] if whole else None
+        if before is not None and _goes_on(before, path):
+            joined = (*before.path.sightings, *path.path.sightings)
+            whole[-1] = replace(path, path=RoughPath(sightings=joined))
+        else:
+            whole.append(path)
+    return whole
+
+
+def _goes_on(before: LostPath, path: LostPath) -> bool:
+    """Whether a path sets out ahead of a stone that may still slide, and the same way."""
+    if path.begin > before.until:
+        return False
+    y = [s.xy[1] for s in before.path.sightings]
+    own = [s.xy[1] for s in path.path.sightings]
+    way = y[-1] - y[0]
+    return bool((own[0] - y[-1]) * way > 0 and (own[-1] - own[0]) * way > 0)
+
+
+def slides_until(path: RoughPath, far: float) -> float:
+    """How long a stone may slide on from where it was last seen [s].
+
+    Parameters
+    ----------
+    far : where the ice ends, from the middle of the sheet [m]
+    """
+    t = np.array([s.t for s in path.sightings])
+    y = np.array([s.xy[1] for s in path.sightings])
+    recent = t >= t[-1] - tuning.LAST_PACE_SECONDS
+    if len(t) < 4 or np.count_nonzero(recent) < 2:
+        return float(t[-1])
+    pace = float(np.polyfit(t[recent], np.abs(y[recent] - y[0]), 1)[0])
+    if pace < tuning.CREEPING:
+        return float(t[-1])
+    found, sigma = _slowing(t, np.abs(y - y[0]))
+    slowing = max(found - 2 * sigma, tuning.LEAST_SLOWING)
+    left = max(far - y[-1] * np.sign(y[-1] - y[0]), 0.0)
+    # It stops, or leaves the ice before.
+    at_end = max(pace**2 - 2 * slowing * left, 0.0)
+    return float(t[-1] + (pace - np.sqrt(at_end)) / slowing)
+
+
+def _apart(paths: Sequence[LostPath], duration: float) -> list[FilmedThrow]:
     """Throws with what is before and after them, as far as no other throw is shown there."""
-    begins = [path.sightings[0].t for path in paths]
-    ends = [path.sightings[-1].t for path in paths]
+    begins = [path.begin for path in paths]
+    ends = [path.until for path in paths]
     found: list[FilmedThrow] = []
     free = 0.0
     for k, path in enumerate(paths):
         following = begins[k + 1] if k + 1 < len(paths) else np.inf
         begin = min(max(begins[k] - tuning.LEAD_SECONDS, free), begins[k])
-        latest = max(following - tuning.APART_SECONDS, ends[k])
+        latest = max(following - tuning.APART_SECONDS, path.end)
         end = min(ends[k] + tuning.TAIL_SECONDS, latest, duration)
-        found.append(FilmedThrow(begin=begin, end=end, path=path))
+        found.append(FilmedThrow(begin=begin, end=end, path=path.path))
         free = end
     return found

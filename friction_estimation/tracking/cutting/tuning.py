@@ -73,6 +73,14 @@ LEAD_SECONDS = 2.0
 """A throw begins this long before its stone is first seen [s]."""
 TAIL_SECONDS = 4.0
 """A throw ends this long after its stone was last seen to move [s]: it creeps on for a while."""
+LOOKS_AFTER = 3
+"""Where people are near in so many looks after the last sighting, a stone may be hidden."""
+LAST_PACE_SECONDS = 1.2
+"""How fast a stone was when it was lost is taken from sightings so far back [s]."""
+CREEPING = 0.3
+"""A stone that was last seen slower than this hardly slides on [m/s]."""
+LEAST_SLOWING = 0.07
+"""Stones slow down by this at least [m/s²]."""
 APART_SECONDS = 0.5
 """Two throws are at least so far apart [s]."""
 ONE_THROW_SECONDS = 60.0

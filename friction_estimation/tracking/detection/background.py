@@ -18,6 +18,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import PictureChannels
 from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 
 
@@ -183,7 +184,7 @@ def _middle(parts: list[Image]) -> Image:
     return pool[0]
 
 
-def moving_blobs(frame: Image, background: Background, min_area_px: float = 6.0) -> list[Blob]:
+def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0) -> list[Blob]:
     """The connected parts of a frame that differ from the background.
 
     They are found before the sheet is cut out, so that a person who stands on its edge is one large
@@ -248,3 +249,30 @@ def _blob(
         whole_px=np.array([width, height], dtype=np.float64),
         darker=bool((frame[box][own].mean(axis=0) < flat[box][own].mean(axis=0)).any()),
     )
+
+
+def parts_of_blobs(frame: Frame, background: Background, min_area_px: float = 6.0) -> list[Blob]:
+    """The connected parts of a frame that are darker than the background by about the same.
+
+    A stone that touches a broom or a person in the picture is such a part of their blob.
+
+    Parameters
+    ----------
+    min_area_px : smaller parts are left out
+    """
+    cut = np.ascontiguousarray(frame[background.slices])
+    darker = cv2.subtract(_grey(background.flat), _grey(cut))
+    limit = max(tuning.MIN_CONTRAST, 5 * background.noise)
+    found: list[Blob] = []
+    for low in np.arange(limit, 255, tuning.BAND / 2):
+        band = cv2.inRange(darker, low, low + tuning.BAND)
+        _, _, stats, _ = cv2.connectedComponentsWithStats(band, connectivity=4)
+        for left, top, width, height, area in stats[1:].tolist():
+            if area < min_area_px or area < tuning.MIN_FILL * width * height:
+                continue
+            corner = np.add(background.origin_px, (left, top), dtype=np.float64)
+            size = np.array([width, height], dtype=np.float64)
+            found.append(
+                Blob(low_px=corner, high_px=corner + size - 1, area_px=float(area), whole_px=size)
+            )
+    return found

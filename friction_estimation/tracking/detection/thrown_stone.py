@@ -14,6 +14,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
 
@@ -38,9 +39,20 @@ class Sighting:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class RoughPath:
-    """Roughly where a stone is at any time: sightings joined by a smooth monotone curve."""
+    """Roughly where a stone is at any time: sightings joined by a smooth monotone curve.
+
+    Parameters
+    ----------
+    sightings : where it was seen, in order
+    measured : whether its look was fitted there: then the path is nearer than optical flow
+    """
 
     sightings: tuple[Sighting, ...]
+    measured: bool = False
+
+    def leads(self, t: float) -> bool:
+        """Whether the path tells best where the stone is at a time [s]."""
+        return self.measured and t <= self._t[-1]
 
     def at(self, t: float) -> Floats:
         """Place at a time [s], (2,) [m].
@@ -82,7 +94,7 @@ class ThrownStone:
     """
 
     path: RoughPath
-    pictures: Sequence[tuple[float, Image]]
+    pictures: Sequence[tuple[float, Frame]]
     sightings: tuple[Sighting, ...] = ()
 
 

@@ -25,6 +25,10 @@ class ExpectedPath(Protocol):
         """Place at a time [s], (2,) [m]."""
         ...
 
+    def leads(self, t: float) -> bool:
+        """Whether it tells better than optical flow where the stone is at a time [s]."""
+        ...
+
 
 class Predictor:
     """Predicts a stone's pose by optical flow while it is seen, and else by the expected path.
@@ -65,7 +69,7 @@ class Predictor:
         """The pose in the next frame, (3,): x, y [m] and heading [rad]."""
         before, self._frame = self._frame, frame
         theta = self._heading(t)
-        if self._last is None or before is None:
+        if self._last is None or before is None or self._path.leads(t):
             return np.array([*self._path.at(t), theta])
         corners = self._appearance.model.extent_px(self._camera, self._last.xy)
         shift = self._flow.shift(before, frame, corners)
@@ -98,12 +102,12 @@ class Predictor:
             key=lambda found: found.misfit / max(found.visible, 1e-3),
             default=None,
         )
-        if fit is not None and self._accepts(fit, start) and allowed(fit):
+        if fit is not None and self._accepts(t, fit, start) and allowed(fit):
             return fit
         again = np.array([*self._path.at(t), self._heading(t)])
         if np.linalg.norm(again[:2] - start[:2]) > tuning.MIN_RETRY_DISTANCE:
             fit = fit_at(again)
-            if fit is not None and self._accepts(fit, again) and allowed(fit):
+            if fit is not None and self._accepts(t, fit, again) and allowed(fit):
                 return fit
         return None
 
@@ -156,15 +160,18 @@ class Predictor:
             return float(self._heading_curve.at(t))
         return self._theta + self._spin * (t - self._last_t)
 
-    def _accepts(self, fit: StoneFit, start: Floats) -> bool:
+    def _accepts(self, t: float, fit: StoneFit, start: Floats) -> bool:
         """Whether enough of the stone is seen, and near enough to where the fit was started."""
         if fit.visible < self._options.min_visible or fit.inside < self._options.min_inside:
             return False
         away = math.dist(fit.xy, start[:2])
-        if away <= self._options.gate:
+        gate = self._options.gate
+        if self._path.leads(t):
+            gate = min(gate, tuning.LED_GATE)
+        if away <= gate:
             return True
         scale = self._camera.px_per_metre(fit.xy)
         if not np.isfinite(scale).all():  # a fit that has gone beyond all bounds
             return False
         two_pixels = 2.0 / np.linalg.norm(scale, -2)  # [m]
-        return bool(away <= self._options.gate + two_pixels)
+        return bool(away <= gate + two_pixels)

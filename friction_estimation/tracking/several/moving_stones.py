@@ -47,6 +47,10 @@ class ExtrapolatedPath:
         self._until = t
         self._recent = self._recent[-1:]
 
+    def leads(self, t: float) -> bool:
+        """Whether the path tells best where the stone is at a time [s]."""
+        return t < self._until and isinstance(self._known, RoughPath) and self._known.leads(t)
+
     def at(self, t: float) -> Floats:
         """Place at a time [s], (2,) [m]."""
         known = self._known
@@ -231,7 +235,14 @@ class StoneFollower:
             ) -> StoneFit | None:
                 origin = background.origin_px
                 return measure_occluded(
-                    frame, background.channels, origin, camera, stone.appearance, pose, others
+                    frame,
+                    background.channels,
+                    origin,
+                    camera,
+                    stone.appearance,
+                    pose,
+                    others,
+                    stone.path.leads(t),
                 )
 
             fits[k] = stone.predictor.find(

@@ -69,7 +69,7 @@ def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
     assert seen.mean() >= 0.9
     squared = np.sum(error**2, axis=1)
     # A pixel is 26 mm across and 40 mm along the line of sight here.
-    assert np.sqrt(np.mean(squared)) < 0.014
+    assert np.sqrt(np.mean(squared)) < 0.018  # the stone is seen in the hand as well
     assert np.sqrt(np.mean(squared[truth.t[result.frame] > OUT_OF_HAND])) < 0.012
 
 

@@ -12,7 +12,12 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import track_each
 from friction_estimation.tracking.cutting.pieces import cut
-from friction_estimation.tracking.cutting.throws import find_throws, is_thrown, shows_several
+from friction_estimation.tracking.cutting.throws import (
+    find_throws,
+    is_thrown,
+    shows_several,
+    slides_until,
+)
 from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
 
 FPS = 8.0
@@ -107,3 +112,13 @@ def test_what_keeps_its_pace_is_carried_and_what_slows_down_is_thrown(slows, thr
 def test_a_stone_that_is_pushed_aside_is_no_throw():
     t = np.arange(0.0, 3.0, 0.4)
     assert not is_thrown(path_of(t, 1.0 * t - 0.16 * t**2))
+
+
+def test_a_stone_that_is_lost_between_sweepers_may_slide_on():
+    t = np.arange(0.0, 4.1, 0.4)
+    lost = path_of(t, -11 + 2.0 * t - 0.045 * t**2)
+    assert 20 < slides_until(lost, 22.25) < 30
+    fast = path_of(t, -11 + 4.0 * t)
+    assert slides_until(fast, 22.25) == pytest.approx(4 + 17.25 / 4, abs=1)
+    slow = path_of(np.arange(0.0, 10.1, 0.4), 2.0 * np.exp(-np.arange(0.0, 10.1, 0.4)))
+    assert slides_until(slow, 22.25) == slow.sightings[-1].t
