@@ -53,10 +53,18 @@ class FilmedThrow:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class LostPath:
-    """Where a stone was seen, and until when it may have slid on beside people [s]."""
+    """Where a stone was seen, and what may have become of it.
+
+    Parameters
+    ----------
+    path : where it was seen
+    until : until when it is looked for: longer than it was seen where people may hide it [s]
+    slides : until when it may have slid on [s]
+    """
 
     path: RoughPath
     until: float
+    slides: float
 
     @property
     def begin(self) -> float:
@@ -157,10 +165,10 @@ class _ThrowFinder:
             for sighting in sightings_in(seen, i, t, self._camera, self._model, self._sheet)
         ]
         paths = sorted(thrown_paths(without_resting(sightings)), key=lambda k: k.sightings[0].t)
-        return [LostPath(path=path, until=self._until(path, blobs)) for path in paths]
+        return [self._lost(path, blobs) for path in paths]
 
-    def _until(self, path: RoughPath, blobs: Sequence[tuple[float, Sequence[Blob]]]) -> float:
-        """Until when a stone may slide on: beyond its last sighting where people are near [s]."""
+    def _lost(self, path: RoughPath, blobs: Sequence[tuple[float, Sequence[Blob]]]) -> LostPath:
+        """A path with what may have become of the stone after its last sighting."""
         last = path.sightings[-1]
         after = [seen for t, seen in blobs if last.t < t <= last.t + tuning.MAX_UNSEEN]
         lost = any(
@@ -169,7 +177,8 @@ class _ThrowFinder:
             for seen in after[: tuning.LOOKS_AFTER]
             for blob in seen
         )
-        return slides_until(path, self._sheet.length / 2) if lost else last.t
+        slides = slides_until(path, self._sheet.length / 2)
+        return LostPath(path=path, until=slides if lost else last.t, slides=slides)
 
 
 def thrown_paths(sightings: Sequence[Sighting]) -> list[RoughPath]:
@@ -196,7 +205,7 @@ def thrown_paths(sightings: Sequence[Sighting]) -> list[RoughPath]:
 def shows_several(sightings: Sequence[Sighting]) -> bool:
     """Whether frames spread over a film seem to show more than one throw."""
     paths = thrown_paths(without_resting(sightings))
-    found = [LostPath(path=path, until=path.sightings[-1].t) for path in paths]
+    found = [LostPath(path=path, until=path.sightings[-1].t, slides=0.0) for path in paths]
     return len(list(_without_returns(sorted(found, key=lambda path: path.begin)))) > 1
 
 
@@ -289,7 +298,7 @@ def _whole(paths: Sequence[LostPath]) -> list[LostPath]:
 
 def _goes_on(before: LostPath, path: LostPath) -> bool:
     """Whether a path sets out ahead of a stone that may still slide, and the same way."""
-    if path.begin > before.until:
+    if path.begin > before.slides:
         return False
     y = [s.xy[1] for s in before.path.sightings]
     own = [s.xy[1] for s in path.path.sightings]
@@ -313,7 +322,7 @@ def slides_until(path: RoughPath, far: float) -> float:
     if pace < tuning.CREEPING:
         return float(t[-1])
     found, sigma = _slowing(t, np.abs(y - y[0]))
-    slowing = max(found - 2 * sigma, tuning.LEAST_SLOWING)
+    slowing = float(np.clip(found - 2 * sigma, *tuning.SLOWING))  # pushed, it was faster at first
     left = max(far - y[-1] * np.sign(y[-1] - y[0]), 0.0)
     # It stops, or leaves the ice before.
     at_end = max(pace**2 - 2 * slowing * left, 0.0)

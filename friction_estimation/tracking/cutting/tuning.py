@@ -79,8 +79,8 @@ LAST_PACE_SECONDS = 1.2
 """How fast a stone was when it was lost is taken from sightings so far back [s]."""
 CREEPING = 0.3
 """A stone that was last seen slower than this hardly slides on [m/s]."""
-LEAST_SLOWING = 0.07
-"""Stones slow down by this at least [m/s²]."""
+SLOWING = (0.07, 0.12)
+"""How fast stones slow down on ice, at least and at most [m/s²]."""
 APART_SECONDS = 0.5
 """Two throws are at least so far apart [s]."""
 ONE_THROW_SECONDS = 60.0
