@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Image, Progress, no_progress
 from friction_estimation.appearance import StoneModel
@@ -262,6 +263,17 @@ def slides_freely(track: Trajectory) -> bool:
     rows = zip(track.t[::every], track.xy[::every], strict=True)
     sightings = (Sighting(frame=k, t=t, xy=xy, likeness=1.0) for k, (t, xy) in enumerate(rows))
     return is_thrown(RoughPath(sightings=tuple(sightings)))
+
+
+def stops_before_its_hog_line(track: Trajectory) -> bool:
+    """Whether something comes to rest before the hog line of the end that it comes from.
+
+    Then it was not thrown: somebody walks there, or a stone is moved.
+    """
+    y = track.xy[:, 1]
+    late = track.xy[track.t >= track.t[-1] - tuning.RESTED_SECONDS]
+    rests = np.linalg.norm(late[0] - late[-1]) < 2 * tuning.REST_DISTANCE
+    return bool(rests and np.sign(y[-1] - y[0]) * y[-1] < -HOG_LINE_Y)
 
 
 def _without_returns(paths: Sequence[LostPath]) -> Iterator[LostPath]:

@@ -69,6 +69,8 @@ RETURN_DISTANCE = 0.8
 other way, is slid back [m]."""
 STRUCK_SECONDS = 2.0
 """A stone that sets out from there so soon was hit [s]."""
+RESTED_SECONDS = 2.0
+"""What has hardly moved for so long before its track ends has come to rest [s]."""
 LEAD_SECONDS = 2.0
 """A throw begins this long before its stone is first seen [s]."""
 TAIL_SECONDS = 4.0

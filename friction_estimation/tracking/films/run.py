@@ -17,7 +17,11 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short, minutes
-from friction_estimation.tracking.cutting.throws import shows_several, slides_freely
+from friction_estimation.tracking.cutting.throws import (
+    shows_several,
+    slides_freely,
+    stops_before_its_hog_line,
+)
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.resume import Checkpoints, digest
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
@@ -300,6 +304,11 @@ def _track(
     if piece.begin is not None and not slides_freely(tracks[0]):
         raise InputError(
             "what moves there keeps its pace, as a stone does that is carried or pushed",
+            source=piece.path,
+        )
+    if piece.begin is not None and stops_before_its_hog_line(tracks[0]):
+        raise InputError(
+            "what moves there stops before the hog line of its own end, as no thrown stone does",
             source=piece.path,
         )
     return TrackedFilm(

@@ -39,6 +39,8 @@ from friction_estimation.tracking.found_stone import (
 )
 
 FORMAT = FileFormat(name="curling-camera", what="a solved camera")
+SOLVER = 2
+"""Raised whenever cameras are solved better: those that were kept before are then solved anew."""
 
 
 @dataclass(eq=False)
@@ -115,8 +117,9 @@ class SharedCameras:
         return solve_camera(films[: tuning.SOLVING_FILMS], scene, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
-        """A text that differs for other scenes and for other sizes of pictures."""
-        made_from = {**asdict(replace(scene, source=None, fps=None)), "size": size}
+        """A text that differs for other scenes, other sizes of pictures, and older solutions."""
+        seen = asdict(replace(scene, source=None, fps=None))
+        made_from = {**seen, "size": size, "solver": SOLVER}
         text = json.dumps(
             made_from, sort_keys=True, default=lambda value: np.asarray(value).tolist()
         )

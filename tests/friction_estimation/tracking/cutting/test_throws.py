@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from curling_env.trajectory import Trajectory
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import track_each
@@ -17,6 +18,7 @@ from friction_estimation.tracking.cutting.throws import (
     is_thrown,
     shows_several,
     slides_until,
+    stops_before_its_hog_line,
 )
 from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
 
@@ -122,3 +124,22 @@ def test_a_stone_that_is_lost_between_sweepers_may_slide_on():
     assert slides_until(fast, 22.25) == pytest.approx(4 + 17.25 / 4, abs=1)
     slow = path_of(np.arange(0.0, 10.1, 0.4), 2.0 * np.exp(-np.arange(0.0, 10.1, 0.4)))
     assert slides_until(slow, 22.25) == slow.sightings[-1].t
+
+
+@pytest.mark.parametrize(
+    ("begins", "ends", "rests", "moved"),
+    [
+        (-19.6, -15.8, True, True),
+        (22.6, 18.6, True, True),
+        (-19.6, -12.0, False, False),
+        (-12.0, 16.0, True, False),
+        (14.0, -17.0, True, False),
+        (4.0, 16.0, True, False),
+    ],
+)
+def test_what_stops_before_its_own_hog_line_was_not_thrown(begins, ends, rests, moved):
+    """A camera over the house may lose a thrown stone there, but it does not stop."""
+    t = np.linspace(0.0, 10.0, 101)
+    way = 1 - (1 - t / 6).clip(0) ** 2 if rests else t / 10
+    track = Trajectory(t=t, xy=np.column_stack([0.2 * way, begins + (ends - begins) * way]))
+    assert stops_before_its_hog_line(track) == moved
