@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import Any, cast, get_type_hints
 
 from curling_env.commands.terminal import say
-from curling_env.errors import InputError
+from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.files.command_files import (
     identity_of,
     note_rewritten,
@@ -40,6 +40,7 @@ class Writes:
     ----------
     kinds : names of `infrastructure.kinds` that the result may replace; empty for those of its own
         kind, which is then found out when it is written
+    suffixes : how its name may end, such as .mp4; empty for any
     folder : whether it is a folder, which is made before the work
     rewrites : options whose file this may be on purpose, such as the ice that is updated
     beside : suffixes of files that are written beside it, and then rewritten with it
@@ -47,6 +48,7 @@ class Writes:
     """
 
     kinds: tuple[str, ...] = ()
+    suffixes: tuple[str, ...] = ()
     folder: bool = False
     rewrites: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
@@ -110,6 +112,9 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
             if identity_of(other) not in on_purpose
         ]
         refuse_to_write(path, inputs=others)
+        if how.suffixes and path.suffix.lower() not in how.suffixes:
+            expected = " or ".join(how.suffixes)
+            raise OutputError(f"{path}: cannot be written: expected a name that ends in {expected}")
         check_writable(path, kinds=how.kinds)
         if identity_of(path) in on_purpose:
             note_rewritten(path)

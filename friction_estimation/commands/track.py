@@ -22,6 +22,7 @@ from curling_env.commands.cli import (
     say,
 )
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.kinds import FILM_SUFFIXES
 from curling_env.units import Units
 from friction_estimation.camera.scene import CAMERA_HEIGHTS
 
@@ -111,7 +112,7 @@ def track(
             help="Also draw the track into a copy of the film; for one film. Its further throws "
             "are drawn into OUT-1.mp4, OUT-2.mp4, ...",
         ),
-        Writes(kinds=("film",)),
+        Writes(kinds=("made film",), suffixes=FILM_SUFFIXES),
     ] = None,
     camera: CameraOption = None,
     height: HeightOption = None,
@@ -222,11 +223,14 @@ def track(
                         "this tracker returns tracks alone, which do not suffice for an overlay",
                         source="--overlay",
                     )
+                drawn = overlay.with_stem(f"{overlay.stem}-{number}") if number else overlay
+                if number and drawn.exists():
+                    say(f"{drawn}: the earlier file of this name is replaced")
                 write_overlay(
                     one.shown or one.film,
                     scenes[0],
                     one.found,
-                    overlay.with_stem(f"{overlay.stem}-{number}") if number else overlay,
+                    drawn,
                     units=units,
                     progress=bar,
                 )

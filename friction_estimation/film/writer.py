@@ -15,11 +15,14 @@ from av.video.frame import VideoFrame
 from av.video.stream import VideoStream
 
 from curling_env.errors import InputError, OutputError
+from curling_env.infrastructure.files.kinds import FILM_MARK, FILM_SUFFIXES
 from curling_env.infrastructure.files.storage import atomic_path
 from curling_env.typing import Image
 from friction_estimation.film.decoding import opened, packets
 
-CONTAINERS = {".mp4": ("mp4", "libx264", "yuv420p"), ".avi": ("avi", "mjpeg", "yuvj420p")}
+CONTAINERS: dict[str, tuple[str, str, str]] = dict(
+    zip(FILM_SUFFIXES, (("mp4", "libx264", "yuv420p"), ("avi", "mjpeg", "yuvj420p")), strict=True)
+)
 """By the suffix of a film: its container, its codec, and how its pixels are stored. Players that
 know H.264 often know it with halved colours (yuv420p) only."""
 TIME_UNIT = Fraction(1, 90_000)
@@ -59,6 +62,7 @@ class FilmWriter:
         options = {"movflags": "+faststart"} if kind == "mp4" else {}
         with self._told():
             self._container = av.open(str(path), "w", format=kind, options=options)
+            self._container.metadata["comment"] = FILM_MARK
             stream = self._container.add_stream(codec, rate=self._rate)
         assert isinstance(stream, VideoStream)  # a video codec was asked for
         stream.width, stream.height = self._even

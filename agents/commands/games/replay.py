@@ -7,7 +7,8 @@ from typing import Annotated
 
 import typer
 
-from curling_env.commands.cli import OutputFile, UnitsOption, progress_bar
+from curling_env.commands.cli import UnitsOption, Writes, progress_bar
+from curling_env.infrastructure.files.kinds import FILM_SUFFIXES
 from curling_env.typing import with_progress
 from curling_env.units import Units
 
@@ -16,7 +17,11 @@ def replay(
     record: Annotated[
         Path, typer.Argument(metavar="GAME.jsonl", help="Record of a game by `curling play`.")
     ],
-    output: OutputFile,
+    output: Annotated[
+        Path,
+        typer.Option("-o", "--output", metavar="FILE", help="File for the film or the page."),
+        Writes(kinds=("made film", "page"), suffixes=(*FILM_SUFFIXES, ".html")),
+    ],
     ends: Annotated[
         list[int] | None, typer.Option("--end", min=1, help="Show only this end; may be repeated.")
     ] = None,
@@ -53,8 +58,6 @@ def replay(
             raise InputError("a page shows the whole game; --end is for films")
         write_page(output, lines, units)
         return
-    if output.suffix.lower() not in (".mp4", ".avi"):
-        raise InputError(f"a replay is named .mp4, .avi or .html, got {output.name!r}")
     shown = write_film(
         output,
         lines,

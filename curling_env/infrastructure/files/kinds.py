@@ -11,10 +11,17 @@ from typing import Any, cast
 
 _HEAD = 4096
 _WHOLE = 32 * 2**20
-"""Larger JSON files are known by their beginning alone."""
+"""Larger files are known by their beginning alone."""
+
+FILM_SUFFIXES = (".mp4", ".avi")
+"""How the names of films that are written end."""
+
+FILM_MARK = "made by curling-sheet"
+"""What a film of this program says in its header: a film that a camera took is never replaced."""
 
 KIND_NAMES = {
-    "film": "a film",
+    "film": "a film of your own",
+    "made film": "a film that this program made",
     "picture": "a picture",
     "page": "a page",
     "ice": "an ice",
@@ -77,7 +84,8 @@ def kind_of(path: str | Path) -> str | None:
             head = file.read(_HEAD)
             for at, magic, kind in _MAGIC:
                 if head[at : at + len(magic)] == magic:
-                    return kind
+                    made = kind == "film" and FILM_MARK.encode() in head + file.read(_WHOLE)
+                    return "made film" if made else kind
             start = head.lstrip(b"\xef\xbb\xbf \t\r\n")[:1]
             if start in (b"{", b"["):
                 rest = file.read(_WHOLE) if found.st_size <= _WHOLE else b""

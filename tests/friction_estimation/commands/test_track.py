@@ -54,3 +54,13 @@ def test_a_file_of_another_kind_is_refused_before_any_film_is_looked_at(tmp_path
     assert main(["track", str(film), "--scene", str(scene), "-o", str(kept)]) == 2
     assert "is not replaced by a table of tracks" in capsys.readouterr().err
     assert kept.read_text() == '{"mine": 1}'
+
+
+def test_an_overlay_is_a_film_by_name_and_replaces_no_film_of_ones_own(tmp_path, capsys):
+    own = tmp_path / "own.mp4"
+    own.write_bytes(b"\0\0\0\x20ftypisom, and what a camera took")
+    words = ["track", str(tmp_path / "missing.mp4"), "--scene", str(tmp_path / "missing.json")]
+    assert main([*words, "--overlay", str(tmp_path / "seen.png")]) == 2
+    assert "expected a name that ends in .mp4 or .avi" in capsys.readouterr().err
+    assert main([*words, "--overlay", str(own)]) == 2
+    assert "is a film of your own and is not replaced" in capsys.readouterr().err

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import OutputError
+from curling_env.infrastructure.files.kinds import FILM_SUFFIXES, kind_of
 from friction_estimation.film.writer import film_writer
 
 SIZE = (96, 64)
@@ -56,6 +57,25 @@ def test_frames_are_shown_when_they_were_taken(tmp_path):
 def test_an_odd_size_loses_a_row_and_a_column(tmp_path):
     with av.open(str(written(tmp_path / "odd.mp4", size=(97, 65)))) as film:
         assert (film.streams.video[0].width, film.streams.video[0].height) == (96, 64)
+
+
+@pytest.mark.parametrize("suffix", FILM_SUFFIXES)
+def test_a_film_of_ones_own_is_not_replaced_by_one_that_is_made(tmp_path, suffix):
+    made = written(tmp_path / f"made{suffix}")
+    assert kind_of(made) == "made film"
+    written(made, count=5)
+    own = tmp_path / f"own{suffix}"
+    shown = av.open(str(made))
+    with shown, av.open(str(own), "w") as copy:
+        stream = copy.add_stream_from_template(shown.streams.video[0])
+        for packet in shown.demux(video=0):
+            if packet.dts is not None:
+                packet.stream = stream
+                copy.mux(packet)
+    before = own.read_bytes()
+    with pytest.raises(OutputError, match="is a film of your own and is not replaced by a film"):
+        written(own)
+    assert own.read_bytes() == before
 
 
 def test_an_avi_film_can_be_cut_anywhere(tmp_path):
