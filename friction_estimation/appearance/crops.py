@@ -103,9 +103,12 @@ def crops_at(
 
 
 def clear_surroundings(crop: Crop, camera: Camera, model: StoneModel) -> None:
-    """Put bare ice where stone, handle and shadow do not reach, in place: people may be there."""
+    """Put bare ice where stone, handle, shadow and mirror image do not reach, in place.
+
+    People may be there.
+    """
     reach = model.radius + SHADOW_REACH
-    levels = (0.0, model.height, model.height + model.handle_rise)
+    levels = (-model.height, 0.0, model.height, model.height + model.handle_rise)
     around = np.concatenate(
         [np.column_stack([crop.pose[:2] + reach * CIRCLE, np.full(len(CIRCLE), z)]) for z in levels]
     )
