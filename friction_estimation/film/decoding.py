@@ -159,10 +159,12 @@ class Timetable(NamedTuple):
     ----------
     moments : every frame's, in order; empty where the container does not say it of every frame
     keys : those of the key frames, in order
+    unit : the container's unit [s]
     """
 
     moments: tuple[int, ...]
     keys: tuple[int, ...]
+    unit: Fraction
 
 
 def timetable_of(path: Path) -> Timetable:
@@ -178,10 +180,11 @@ def _timetable_of(path: Path, changed: int) -> Timetable:
             for packet in packets(container, stream)
             if packet.size and not packet.is_discard
         ]
+        tick = unit(stream)
     said = sorted((moment, key) for moment, key in found if moment is not None)
     if len(said) < len(found):
-        return Timetable((), ())
-    return Timetable(tuple(m for m, _ in said), tuple(m for m, key in said if key))
+        return Timetable((), (), tick)
+    return Timetable(tuple(m for m, _ in said), tuple(m for m, key in said if key), tick)
 
 
 def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:

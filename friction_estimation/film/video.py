@@ -124,25 +124,31 @@ class Film:
 
     @property
     def duration(self) -> float:
-        """About how long it lasts [s]."""
-        return self.times[-1] if self.times else self.frame_count / self.fps
+        """How long it lasts, as far as the container tells when each frame is due [s]."""
+        if self.times:
+            return self.times[-1]
+        moments = self._moments
+        if self.fps_given or not moments:
+            return self.frame_count / self.fps
+        return (moments[-1] - moments[0]) * self._tick + 1 / self.fps
 
     @property
     def _moments(self) -> tuple[int, ...]:
-        """When each frame of the whole file is due, in the container's own unit; may be empty."""
-        return timetable_of(self.path).moments
+        """When each of its frames is due, in the container's own unit; empty if that is unknown."""
+        moments = timetable_of(self.path).moments[self.first :]
+        return moments if self.whole else moments[: self.frame_count]
 
     @property
     def _begin(self) -> int | None:
         """When the first frame of a part is due; None for a film from its file's beginning."""
-        return self._moments[self.first] if 0 < self.first < len(self._moments) else None
+        return self._moments[0] if self.first and self._moments else None
 
     def part(self, low: float, high: float) -> Film:
         """What is between two times [s], as a film of its own whose times begin at 0.
 
         What lies before it is not decoded, except for what its first frame builds on.
         """
-        first, last = self._nearest(low), self._nearest(high)
+        first, last = self.index_at(low), self.index_at(high)
         times = self.times[first : last + 1]
         return replace(
             self,
@@ -157,23 +163,15 @@ class Film:
         index = part.first - self.first
         if index < len(self.times):
             return self.times[index]
-        if self.fps_given or part.first >= len(self._moments):
+        moments = self._moments
+        if self.fps_given or index >= len(moments):
             return index / self.fps
-        ticks = self._moments[part.first] - self._moments[self.first]
-        return ticks * self._tick
+        return (moments[index] - moments[0]) * self._tick
 
     @property
     def _tick(self) -> float:
         """The unit of the container's times [s of life]."""
-        with opened(self.path) as (_, stream):
-            return float(unit(stream)) / self.slow
-
-    def _nearest(self, t: float) -> int:
-        """The number of the frame nearest to a time [s], as exactly as the container tells it."""
-        if self.times or self.fps_given or not self._moments:
-            return self.index_at(t)
-        moments = np.array(self._moments[self.first :][: None if self.whole else self.frame_count])
-        return int(np.argmin(np.abs((moments - moments[0]) * self._tick - t)))
+        return float(timetable_of(self.path).unit) / self.slow
 
     def frames(self) -> Iterator[tuple[float, Image]]:
         """Every frame, (height, width, 3) BGR, with its time since the first one [s].
@@ -223,11 +221,14 @@ class Film:
         return self.pick(np.linspace(0, self.frame_count - 1, count).round().astype(int).tolist())
 
     def index_at(self, t: float) -> int:
-        """The number of the frame nearest to a time [s], as far as the film's rate tells."""
+        """The number of the frame nearest to a time [s], as exactly as the container tells it."""
+        moments = self._moments
         if self.times:
             index = int(np.searchsorted(self.times, t - 0.5 / self.fps))
-        else:
+        elif self.fps_given or not moments:
             index = round(t * self.fps)
+        else:
+            return int(np.argmin(np.abs((np.array(moments) - moments[0]) * self._tick - t)))
         return min(max(index, 0), self.frame_count - 1)
 
     def _key_frames(self, count: int) -> list[tuple[float, Image]]:
@@ -241,7 +242,8 @@ class Film:
             said = rate(stream) or DEFAULT_FPS
             until = None
             if not self.whole:
-                until = begin + round((self.frame_count - 0.5) / said / unit(stream))
+                last = begin + round((self.frame_count - 0.5) / said / unit(stream))
+                until = self._moments[-1] if self._moments else last
             if self.first:
                 seek_before(container, stream, begin)
 
@@ -278,13 +280,13 @@ class Film:
 
     def picked(self, wanted: Sequence[int]) -> Iterator[tuple[float, Image]]:
         """The same as `pick`, one after the other."""
+        moments = self._moments
         with opened(self.path) as (container, stream):
             begin = start(stream) if self._begin is None else self._begin
             frames, at = decoded(container, stream), -self.first
             for index in sorted(set(wanted)):
-                number = self.first + index
-                if index - at > SEEK_BEYOND and number < len(self._moments):
-                    frames, at = decoded_from(container, stream, self._moments[number]), index
+                if index - at > SEEK_BEYOND and index < len(moments):
+                    frames, at = decoded_from(container, stream, moments[index]), index
                 frame, damaged = next(islice(frames, index - at, None), (None, False))
                 if frame is None:
                     return

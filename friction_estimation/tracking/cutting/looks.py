@@ -21,7 +21,6 @@ from friction_estimation.film.decoding import (
     stamp,
     timestamp_of,
     timetable_of,
-    unit,
 )
 from friction_estimation.film.frame import brightness_of
 from friction_estimation.film.video import Film
@@ -67,9 +66,9 @@ def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
 
     They are key frames where these come often enough, so that nothing between them is decoded.
     """
-    moments, keys = timetable_of(film.path)
+    moments, keys, unit = timetable_of(film.path)
     with opened(film.path) as (container, stream):
-        tick = float(unit(stream)) / film.slow
+        tick = float(unit) / film.slow
         begin = moments[film.first] if moments else None
         if moments and low > 0:
             seek_before(container, stream, moments[film.first] + round(low / tick))

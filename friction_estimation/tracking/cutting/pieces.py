@@ -87,9 +87,7 @@ def cut(
     for throw in throws:
         part = film.part(throw.begin, throw.end)
         begin = film.begin_of(part)
-        pieces.append(
-            Piece(path=film.path, film=part, begin=begin, end=begin + part.frame_count / part.fps)
-        )
+        pieces.append(Piece(path=film.path, film=part, begin=begin, end=begin + part.duration))
     return pieces
 
 

@@ -105,6 +105,21 @@ def test_frames_at_uneven_times_keep_them_and_their_numbers(tmp_path):
         assert np.array_equal(frame, frames[number][1])
 
 
+def test_a_film_of_uneven_rate_lasts_until_its_last_frame(tmp_path):
+    """A phone's film may have a fifth fewer frames than its nominal rate says."""
+    moments = np.sort(np.random.default_rng(6).choice(250, 150, replace=False)) * 40
+    film = Film.open(stored(tmp_path / "a.mp4", speckled(150), moments))
+    times = (moments - moments[0]) / 1000
+    assert film.duration == pytest.approx(times[-1], abs=0.1)
+    part = film.part(times[80], times[140])
+    assert (part.first, part.frame_count) == (80, 61)
+    assert part.duration == pytest.approx(times[140] - times[80], abs=0.1)
+    for asked in film, part:
+        shown = np.array([t for t, _ in asked.between(1.0, 4.0, 0.04)])
+        assert shown[0] <= 1.1
+        assert shown[-1] >= 3.9
+
+
 @pytest.mark.parametrize(("codec", "pixels"), [("libx264", "yuv420p"), ("mjpeg", "yuvj422p")])
 @pytest.mark.parametrize("turned", [0, 90])
 def test_a_part_of_a_frame_is_that_part_of_all_of_it(tmp_path, codec, pixels, turned):
