@@ -31,7 +31,7 @@ FORMATS = (
 )
 """Containers that hold their frames themselves: no playlist, which names other files."""
 SEEK_BACK = 4.0
-"""How much earlier a seek begins if it came too late [s]."""
+"""How much earlier a seek begins if it came too late [s]; then twice as much, and so on."""
 
 
 @contextmanager
@@ -140,16 +140,25 @@ def decoded_from(
 
 def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> None:
     """Go to a whole picture from which on a frame can be decoded that is due at a moment."""
-    back = round(SEEK_BACK / unit(stream))
-    for begin in (moment, moment - back):
-        # Some containers have no table of their whole pictures, and go where it seems best.
-        container.seek(begin, stream=stream)
+    step, earliest = round(SEEK_BACK / unit(stream)), start(stream)
+    back = 0
+    # Containers without a table of their whole pictures go somewhere near: the next whole picture
+    # may come too late, even after the film's first moment.
+    while True:
+        _seek(container, stream, moment - back)
         first, _ = next(decoded(container, stream), (None, False))
-        if first is not None and (timestamp_of(first) or 0) <= moment:
+        in_time = first is not None and (timestamp_of(first) or 0) <= moment
+        if in_time or moment - back < earliest - step:
             break
-    else:
-        begin = start(stream)
-    container.seek(begin, stream=stream)
+        back = max(2 * back, step)
+    _seek(container, stream, moment - back)
+
+
+def _seek(container: InputContainer, stream: VideoStream, moment: int) -> None:
+    try:
+        container.seek(moment, stream=stream)
+    except FFmpegError:  # some containers know nothing before their first picture
+        container.seek(start(stream), stream=stream)
 
 
 class Timetable(NamedTuple):

@@ -69,12 +69,12 @@ def test_a_suffix_that_is_no_film_is_refused(tmp_path):
         pass
 
 
-def stored(path, pictures, moments=None, codec="libx264", pixels="yuv420p", turned=0):
+def stored(path, pictures, moments=None, codec="libx264", pixels="yuv420p", turned=0, every=12):
     """A film as other programs write them: at any times [ms], stored in any way."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=25)
         stream.height, stream.width = pictures[0].shape[:2]
-        stream.pix_fmt, stream.gop_size = pixels, 12
+        stream.pix_fmt, stream.gop_size = pixels, every
         stream.codec_context.time_base = Fraction(1, 1000)
         if turned:
             stream.set_display_rotation(turned)
@@ -182,7 +182,8 @@ def test_a_single_picture_is_a_film_of_one_frame(tmp_path):
 @pytest.mark.parametrize(("codec", "suffix"), [("libx264", ".mp4"), ("mjpeg", ".avi")])
 def test_a_part_of_a_film_is_a_film_of_the_same_pictures(tmp_path, codec, suffix):
     pixels = "yuv420p" if codec == "libx264" else "yuvj422p"
-    path = stored(tmp_path / f"a{suffix}", speckled(150), codec=codec, pixels=pixels)
+    every = 100 if suffix == ".ts" else 12  # where a stream is sought, it goes somewhere near
+    path = stored(tmp_path / f"a{suffix}", speckled(150), codec=codec, pixels=pixels, every=every)
     film = Film.open(path)
     whole = list(film.frames())
     part = film.part(2.03, 4.0)
@@ -198,6 +199,16 @@ def test_a_part_of_a_film_is_a_film_of_the_same_pictures(tmp_path, codec, suffix
     assert np.array_equal(next(inner.frames())[1], whole[first + 25][1])
     for t, frame in (*part.sample(5), *part.pick([0, 45, 49])):
         assert np.array_equal(frame, whole[first + round(25 * t)][1])
+
+
+def test_a_part_of_a_stream_is_found_however_far_its_whole_picture_lies_before_it(tmp_path):
+    """A transport stream has no table of its pictures: a seek goes somewhere near."""
+    film = Film.open(stored(tmp_path / "a.ts", speckled(150), every=150))
+    whole, part = list(film.frames()), film.part(4.6, 5.8)
+    frames = list(part.frames())
+    assert len(frames) == part.frame_count == 31
+    for (_, frame), (_, true) in zip(frames, whole[115:146], strict=True):
+        assert np.array_equal(frame, true)
 
 
 def test_slow_motion_that_the_camera_noted_is_played_at_the_speed_of_life(tmp_path):
