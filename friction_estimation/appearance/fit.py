@@ -99,6 +99,7 @@ class StoneFit:
     misfit : root mean square of the weighted residuals [standard deviations]
     visible : share of the stone's pixels that look like the stone, 0 to 1
     inside : share of the stone's outline that lies in the image, 0 to 1
+    hidden : share of the stone's pixels that were left out, because something else is there
     """
 
     xy: Floats
@@ -107,6 +108,7 @@ class StoneFit:
     misfit: float
     visible: float
     inside: float
+    hidden: float = 0.0
 
 
 def channels_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> Floats:

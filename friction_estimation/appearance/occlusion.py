@@ -106,9 +106,14 @@ def _without_people(crop: Crop, fit: StoneFit, camera: Camera, appearance: Appea
         if hidden is None:
             break
         if hidden > MAX_HIDDEN:
-            return fit
+            return replace(fit, hidden=hidden)
         found = fit_window(crop.pixels, crop.background, crop.window, camera, appearance, crop.pose)
-        found = replace(found, covariance=found.covariance / (1 - hidden) ** 2, visible=fit.visible)
+        found = replace(
+            found,
+            covariance=found.covariance / (1 - hidden) ** 2,
+            visible=fit.visible,
+            hidden=hidden,
+        )
     return found
 
 

@@ -81,23 +81,34 @@ BAND = 60.0
 """A part of a blob is what differs from the ice by so much more or less [grey levels]."""
 MIN_FILL = 0.5
 """Share of its box that such a part fills."""
-SLIDE_SECONDS = (0.9, 1.7)
+SLIDE_SECONDS = (0.5, 1.7)
 """For so long a stone must be alone to be found [s]."""
-SLIDE_SIGHTINGS = 5
+SLIDE_SIGHTINGS = 4
 """In as many frames it must be sighted."""
 SLIDE_PACE, SLIDE_ASIDE = 0.15, 0.12
 """It must go so fast then [m/s], and aside by no larger share of that."""
 SLIDE_JITTER = 0.05
 """So far from the straight line a sighting may be, and a pixel [m]."""
+REST_SEEN = 4.0
+"""What has come to rest is looked for in the last frames, for so long [s]."""
 SLIDES_TRIED = 5
 """As many things that slide steadily are compared with stones."""
-CLEARLY_EXPLAINED = 0.06
-"""A look that leaves a smaller share of the pictures unexplained is a stone's. Of things that slid
-steadily, stones left 0.04 to 0.06, heads 0.085 and more, feet, coats and brooms 0.12 and more."""
-MAX_SLIDE_UNEXPLAINED = 0.1
-"""Nothing that leaves more is followed as a stone."""
-MAX_TOUCHED = 0.25
-"""Nor is what leaves more with what touches it; more than the first may be a stone and a broom."""
+PLAIN_NOISE = 12.0
+"""Differences of so many grey levels count as one when it is judged what looks like a stone."""
+CLEARLY_EXPLAINED = 0.08
+"""A look that leaves a smaller share of the pictures unexplained is clearly a stone's."""
+MAX_SLIDE_UNEXPLAINED = 0.15
+"""One that leaves more is none. Of what slid steadily, or seemed to, stones left 0.01 to 0.11,
+heads, feet, coats and brooms 0.25 to 0.5."""
+MAX_TOUCHED = 0.34
+"""A stone that something touches left up to 0.29 at first, and the others 0.36 and more, mostly."""
+LEAST_FOLLOWED = 3.0
+"""What may be a stone that something touches, or one that rests, must be followed so far along the
+sheet [m]."""
+LOOKS_CORRECTED = 3
+"""So often its look is then corrected by its clearest pictures."""
+CLEAREST = 3
+"""By so many of them it is judged whether it is a stone's."""
 LEAST_SEEN = 0.45
 """Share of a stone that must look like it."""
 MAX_HIDDEN_SECONDS = 2.5

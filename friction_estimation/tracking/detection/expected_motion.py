@@ -62,6 +62,8 @@ class ExpectedMotion:
         xy = np.array([self._poses[k][:2] for k in recent])
         weight = np.array([self._sigma[k] for k in recent]) ** -2.0
         way = float(xy[np.argmax(since), 1] - xy[np.argmin(since), 1])
+        if abs(way) < weight[:, 1].max() ** -0.5:
+            way = float(xy[0, 1])  # it rests: it came from the other end
         usual = 0.0, -np.sign(way) * tuning.SLOWING
         spread = tuning.CURVING_SIGMA, tuning.SLOWING_SIGMA
         design = np.column_stack([np.ones_like(since), since, 0.5 * since**2])
@@ -69,6 +71,7 @@ class ExpectedMotion:
         for axis in range(2):
             normal = (design * weight[:, axis, None]).T @ design
             right = (design * weight[:, axis, None]).T @ xy[:, axis]
+            normal[1, 1] += tuning.MAX_THROW_SPEED**-2  # one place alone tells no speed
             normal[2, 2] += spread[axis] ** -2
             right[2] += usual[axis] * spread[axis] ** -2
             curve[:, axis] = np.linalg.solve(normal, right)

@@ -1,10 +1,12 @@
 """The thrown stone beside people: found where it is alone, then followed by its look.
 
 Where a broom or a sweeper touches the stone in the picture, the blob is no stone's, and a head may
-pass for one. But for a second somewhere nobody is in its way, mostly after the release. There it is
-found as something of a stone's size that slides steadily, and its look is learnt. From there it is
-followed both ways: where it should be by its motion so far, its look is fitted to those pixels
-that show it. What is not where it should be, or does not look like it, is not the stone.
+pass for one. But for a moment somewhere nobody is in its way: after the release, or where it rests.
+There it is found as something of a stone's size that slides steadily or lies still, and its look
+is learnt. From there it is followed both ways: where it should be by its motion so far, its look
+is fitted to those pixels that show it. What is not where it should be, or does not look like it,
+is not the stone. Where somebody is in its way all the time, its look is learnt with that and
+corrected by its clearest pictures.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -13,7 +15,7 @@ that show it. What is not where it should be, or does not look like it, is not t
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -46,6 +48,7 @@ from friction_estimation.tracking.detection.thrown_stone import (
     ThrownStone,
     sightings_in,
 )
+from friction_estimation.tracking.detection.what_rests import at_rest
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -87,7 +90,7 @@ class _Seen:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Followed:
-    """A stone followed by its look.
+    """What was followed by its look, and may be a stone.
 
     Parameters
     ----------
@@ -99,6 +102,12 @@ class _Followed:
     poses: dict[int, Floats]
     clear: Sequence[int]
     unexplained: float
+
+    @property
+    def is_stone(self) -> bool:
+        """Whether it is long enough in sight and looks like a stone."""
+        enough = len(self.poses) >= tuning.SLIDE_SIGHTINGS
+        return enough and self.unexplained <= tuning.MAX_SLIDE_UNEXPLAINED
 
     @property
     def score(self) -> float:
@@ -117,7 +126,7 @@ def find_by_look(
     model: StoneModel,
     sheet: Sheet,
 ) -> ThrownStone | None:
-    """The thrown stone in frames a fraction of a second apart; None where it is never alone.
+    """The thrown stone in frames a fraction of a second apart; None where nothing shows it.
 
     Its path has the places that were measured by its look. Only sightings that show it clearly are
     to be learnt from.
@@ -125,14 +134,9 @@ def find_by_look(
     pictures = [(t, CutFrame(frame, background.slices)) for t, frame in frames]
     seen = _Seen(pictures=pictures, background=background, camera=camera, model=model, sheet=sheet)
     found: _Followed | None = None
-    for in_parts in (False, True):
-        for one in _stones(seen, seen.sightings(in_parts=in_parts), filled=in_parts):
-            if found is None or one.score > found.score:
-                found = one
-            if one.unexplained < tuning.CLEARLY_EXPLAINED:
-                break
-        if found is not None and found.unexplained < tuning.CLEARLY_EXPLAINED:
-            break
+    for one in _stones(seen):
+        if found is None or one.score > found.score:
+            found = one
     if found is None:
         return None
     clear = {k: place for place, k in enumerate(found.clear)}
@@ -146,55 +150,102 @@ def find_by_look(
     )
 
 
-def _stones(seen: _Seen, sightings: Sequence[Sighting], *, filled: bool) -> Iterator[_Followed]:
-    """What slides steadily and looks like a stone, the steadiest first."""
+def _stones(seen: _Seen) -> Iterator[_Followed]:
+    """What looks like a stone: alone as it slides or where it rests; else with what touches it."""
+    alone = seen.sightings(in_parts=False)
+    found = list(_sliding(seen, alone, touched=False))
+    for still in at_rest(alone, seen.pictures[-1][0], seen.camera) if not found else ():
+        one = _followed(seen, still, touched=True)
+        if one.is_stone and _travel(one.poses) > tuning.LEAST_FOLLOWED:
+            found.append(one)
+    yield from found or _sliding(seen, seen.sightings(in_parts=True), touched=True)
+
+
+def _sliding(seen: _Seen, sightings: Sequence[Sighting], *, touched: bool) -> Iterator[_Followed]:
+    """What slides steadily and looks like a stone, the steadiest first, until one clearly does."""
     left = list(sightings)
     for _ in range(tuning.SLIDES_TRIED):
         slide = steadiest_slide(left, seen.camera)
         if slide is None:
             return
+        one = _followed(seen, slide, touched=touched)
         own = set(map(id, slide))
-        left = [s for s in left if id(s) not in own]
-        found = _followed(seen, slide, filled=filled)
-        if found is not None:
-            left = [s for s in left if not found.is_at(s)]
-            yield found
+        left = [s for s in left if id(s) not in own and not one.is_at(s)]
+        if one.is_stone:
+            yield one
+        if one.unexplained < tuning.CLEARLY_EXPLAINED:
+            return
 
 
-def _followed(seen: _Seen, slide: Sequence[Sighting], *, filled: bool) -> _Followed | None:
-    """The stone that is sighted for about a second, as far as it can be followed.
-
-    None where that looks like no stone.
+def _followed(seen: _Seen, slide: Sequence[Sighting], *, touched: bool) -> _Followed:
+    """What is sighted for about a second, as far as it can be followed by its look there.
 
     Parameters
     ----------
-    filled : whether what touches it all the time may be left out. What is learnt then may be a
-        foot without its leg, unless it is seen alone elsewhere
+    touched : whether something may touch it all the time. It is followed by what it looks like
+        with that, which its clearest pictures then correct; these must show a stone
     """
+    nothing = _Followed(poses={}, clear=(), unexplained=np.inf)
     crops = seen.crops([(s.frame, s.xy) for s in slide])
     if len(crops) < tuning.SLIDE_SIGHTINGS:
-        return None
+        return nothing
     look = learn_appearance(crops, seen.model, seen.background.noise, doubted=False)
-    share = unexplained_share(crops, look)
-    touched = share > tuning.MAX_SLIDE_UNEXPLAINED
-    if touched:
-        if not filled or share > tuning.MAX_TOUCHED:
-            return None
-        for crop in crops:
-            fill_hidden(crop, look)
-        look = learn_appearance(crops, seen.model, seen.background.noise, doubted=False)
+    share = _unexplained(crops, look)
+    if share > (tuning.MAX_TOUCHED if touched else tuning.MAX_SLIDE_UNEXPLAINED):
+        return nothing
     turned = {crop.t: crop.pose for crop in crops}
     known = {s.frame: turned[s.t] for s in slide if s.t in turned}
-    ahead = range(min(known), len(seen.pictures))
-    poses = _way(seen, look, known, ahead) | _way(seen, look, known, range(max(known), -1, -1))
-    if len(poses) < tuning.SLIDE_SIGHTINGS:
-        return None
+    poses = _both_ways(seen, look, known, min(known), max(known))
     unclear = _unclear(seen, look, poses)
-    if touched:
-        share = float(np.mean(sorted(unclear.values())[: tuning.SLIDE_SIGHTINGS]))
-    if share > tuning.MAX_SLIDE_UNEXPLAINED:
-        return None
+    for _ in range(tuning.LOOKS_CORRECTED if share > tuning.MAX_SLIDE_UNEXPLAINED else 0):
+        if _travel(poses) < tuning.LEAST_FOLLOWED:
+            break
+        look = _corrected(seen, look, poses, unclear)
+        clearest = min(unclear, key=unclear.__getitem__)
+        poses = _both_ways(seen, look, poses, clearest, clearest)
+        unclear = _unclear(seen, look, poses)
+        share = _of_clearest(unclear)
     return _Followed(poses=poses, clear=_clearest(unclear), unexplained=share)
+
+
+def _unexplained(crops: Sequence[Crop], look: Appearance) -> float:
+    """Share of the difference from bare ice that the look leaves unexplained.
+
+    By the noise that is learnt with a look, one that explains little would seem to leave little.
+    """
+    plain = replace(look, noise=np.full(3, tuning.PLAIN_NOISE))
+    return unexplained_share(crops, plain)
+
+
+def _of_clearest(unclear: dict[int, float]) -> float:
+    """Which share the look leaves unexplained of the clearest pictures."""
+    return float(np.mean(sorted(unclear.values())[: tuning.CLEAREST])) if unclear else np.inf
+
+
+def _travel(poses: dict[int, Floats]) -> float:
+    """How far along the sheet a stone was followed [m]."""
+    return float(np.ptp([pose[1] for pose in poses.values()])) if poses else 0.0
+
+
+def _corrected(
+    seen: _Seen, look: Appearance, poses: dict[int, Floats], unclear: dict[int, float]
+) -> Appearance:
+    """The look in the clearest pictures, those pixels left out that the present look excludes."""
+    chosen = sorted(sorted(unclear, key=unclear.__getitem__)[: tuning.LEAST_CLEAR])
+    index = {seen.pictures[k][0]: k for k in chosen}
+    crops = seen.crops([(k, poses[k][:2]) for k in chosen])
+    for crop in crops:
+        crop.pose = poses[index[crop.t]].copy()
+        fill_hidden(crop, look)
+    return learn_appearance(crops, seen.model, seen.background.noise, doubted=False)
+
+
+def _both_ways(
+    seen: _Seen, look: Appearance, known: dict[int, Floats], first: int, last: int
+) -> dict[int, Floats]:
+    """Poses of a stone in the frames from `first` on and in those from `last` back; see `_way`."""
+    ahead = _way(seen, look, known, range(first, len(seen.pictures)))
+    return ahead | _way(seen, look, known, range(last, -1, -1))
 
 
 def _way(
@@ -241,7 +292,7 @@ def _unclear(seen: _Seen, look: Appearance, poses: dict[int, Floats]) -> dict[in
     for crop in seen.crops([(k, poses[k][:2]) for k in sorted(poses)]):
         k = index[crop.t]
         crop.pose = poses[k]
-        unclear[k] = unexplained_share([crop], look)
+        unclear[k] = _unexplained([crop], look)
     return unclear
 
 

@@ -43,13 +43,13 @@ def disc(picture, x, y, z, radius, colour):
     cv2.circle(picture, centre, size, colour, -1, cv2.LINE_AA, 4)
 
 
-def frame_at(t, ice, people):
+def frame_at(t, ice, people, alone=(0.0, SWEEPING)):
     picture = ice.copy()
     x, y = place(t)
     for z, radius, colour in ((0.0, 0.11, 70), (0.05, 0.145, 90), (0.114, 0.12, 125)):
         disc(picture, x, y, z, radius, (colour, colour, colour))
     if people:
-        ahead = 0.2 if t > SWEEPING else 0.6
+        ahead = 0.6 if alone[0] <= t <= alone[1] else 0.2
         broom = x + 0.09 * np.sin(15 * t), y + ahead
         for side in (-0.08, 0.0, 0.08):
             disc(picture, broom[0] + side, broom[1], 0.02, 0.04, (40, 40, 40))
@@ -62,11 +62,11 @@ def frame_at(t, ice, people):
     return np.clip(blurred + noise, 0, 255).astype(np.uint8)
 
 
-def throw(people):
+def throw(people, until=5.0, **alone):
     """Frames of a throw, and the empty ice in them."""
     ice = np.full((300, 560, 3), 225, dtype=np.uint8)
     cv2.line(ice, (0, 150), (559, 150), (120, 120, 120), 1)
-    frames = [(t, frame_at(t, ice, people)) for t in np.arange(0.0, 5.0, STEP)]
+    frames = [(t, frame_at(t, ice, people, **alone)) for t in np.arange(0.0, until, STEP)]
     background = find_background([f for _, f in frames[::2]], sheet_region(CAMERA, SHEET))
     return frames, background
 
@@ -80,6 +80,16 @@ def test_a_stone_beside_a_broom_is_followed_by_its_look():
     assert max(np.linalg.norm(s.xy - place(s.t)) for s in seen) < 0.03  # a pixel is 21 mm
     clear = [s for s in seen if s.likeness > 0]
     assert [found.pictures[s.frame][0] for s in clear] == [s.t for s in clear]
+
+
+def test_a_stone_that_is_alone_for_three_frames_only_is_followed_through_all_of_them():
+    """Its look is first learnt with the broom that touches it, and then corrected."""
+    frames, background = throw(people=True, until=2.9, alone=(1.5, 2.1))
+    found = find_by_look(frames, background, CAMERA, MODEL, SHEET)
+    assert found is not None
+    seen = found.path.sightings
+    assert len(seen) >= len(frames) - 1
+    assert max(np.linalg.norm(s.xy - place(s.t)) for s in seen) < 0.03
 
 
 @pytest.mark.parametrize("people", [True, False])
