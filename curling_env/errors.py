@@ -39,3 +39,7 @@ class OutOfRangeError(InputError):
 
 class TrackTooShortError(InputError):
     """Too few samples for the quantity that was asked for."""
+
+
+class NoThrowError(InputError):
+    """A film, or a part of one, shows no thrown stone."""

@@ -349,6 +349,7 @@ def _track(
             checkpoints=checkpoints,
             cameras=SharedCameras(keep=True),
             always_track=films_shown,
+            left_out=lambda why: say(f"left out: {why}"),
             progress=bar,
         )
         for i, film in enumerate(tracked):

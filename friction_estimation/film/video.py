@@ -322,7 +322,9 @@ def films_in(places: Sequence[str | Path]) -> list[Path]:
         if not place.is_dir():
             films.append(place)
             continue
-        within = [path for path in place.iterdir() if path.suffix.lower() in SUFFIXES]
+        # Names that begin with a dot are what macOS keeps beside films on other systems' disks.
+        named = (path for path in place.iterdir() if not path.name.startswith("."))
+        within = [path for path in named if path.suffix.lower() in SUFFIXES]
         if not within:
             raise InputError(f"a folder without films ({', '.join(SUFFIXES)})", source=place)
         films += sorted(within, key=_name_in_order)

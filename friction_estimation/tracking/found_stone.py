@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from friction_estimation.appearance import (
     CROPS_TO_LEARN_FROM,
     Crop,
@@ -113,7 +113,7 @@ def find_stone(
         if by_look is not None:
             found = replace(by_look, sightings=() if found is None else found.sightings)
     if found is None:
-        raise InputError(
+        raise NoThrowError(
             "no thrown stone found: nothing of a stone's size slides along the ice",
             source=film.path,
         )

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from curling_env.typing import Floats, Progress, no_progress, with_progress
 from friction_estimation.appearance import (
     Appearance,
@@ -148,7 +148,7 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
         appearance = learn_appearance(crops, stone.model, stone.background.noise)
     grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
     if unexplained_share(crops, appearance, grain) > tuning.MAX_UNEXPLAINED:
-        raise InputError(
+        raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=film.path,
         )

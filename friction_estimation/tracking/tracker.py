@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any, Protocol
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from curling_env.infrastructure.plugins import load_plugin
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
@@ -83,7 +83,7 @@ def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
             source=film,
         )
     if not tracks or not len(tracks[0]):
-        raise InputError("the tracker found no thrown stone", source=film)
+        raise NoThrowError("the tracker found no thrown stone", source=film)
     return tuple(tracks)
 
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from curling_env.commands.cli import JsonOption, TracksFile, conclude, progress_bar, say
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from friction_estimation.commands.track import (
     CameraOption,
     HeightOption,
@@ -98,6 +98,9 @@ def join_cameras(
         ):
             say(f"{one.name}: {describe(one)}")
             seen[films.index(one.film)].append(one)
+    for film, throws_seen in zip(films, seen, strict=True):
+        if not throws_seen:
+            raise NoThrowError("no thrown stone found", source=film)
     clocks = [np.array([one.thrown.clock for one in camera]) for camera in seen]
     tracks: list[Trajectory] = []
     result: list[dict[str, object]] = []

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from curling_env.errors import InputError
+from curling_env.errors import NoThrowError
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
@@ -78,7 +78,7 @@ def cut(
     if len(throws) <= 1 and film.duration <= tuning.ONE_THROW_SECONDS:
         return [Piece.whole(film)]
     if not throws:
-        raise InputError(
+        raise NoThrowError(
             f"no throw found in {minutes(film.duration)} of film: nothing slides along the ice as "
             "a stone does",
             source=film.path,

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any, TypeAlias
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from curling_env.infrastructure.files.storage import ordinary_file
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
@@ -130,7 +130,7 @@ def track_each(
     checkpoints: Checkpoints | None = None,
     always_track: int = 0,
     cameras: SharedCameras | None = None,
-    left_out: Callable[[str], object] = lambda why: None,
+    left_out: Callable[[str], object] | None = None,
     progress: Progress = no_progress,
 ) -> Iterator[TrackedFilm]:
     """Track films, and yield what is found of each throw as soon as it is known.
@@ -150,7 +150,8 @@ def track_each(
         for callers that need `found`
     cameras : what is known of the cameras of scenes; by default nothing, and each is solved from
         its first films
-    left_out : called with what is no throw after all in a film of several, and why
+    left_out : called with what is no throw after all in a film of several, and why; of several
+        films also with those that show none. Without it, these are refused
 
     Raises
     ------
@@ -189,12 +190,24 @@ def _track_each(
     always_track: int,
     *,
     cameras: SharedCameras,
-    left_out: Callable[[str], object],
+    left_out: Callable[[str], object] | None,
     progress: Progress,
 ) -> Iterator[TrackedFilm]:
     index = throw = 0
+    empty: list[InputError] = []
+    whole = len(films) == 1 or left_out is None  # then a film without a throw is refused
+    say = left_out or (lambda why: None)
     for k, (film, scene) in enumerate(films):
-        pieces = _pieces(film, scene, tracker, progress) if throws is None else [Piece.whole(film)]
+        try:
+            pieces = (
+                _pieces(film, scene, tracker, progress) if throws is None else [Piece.whole(film)]
+            )
+        except NoThrowError as error:
+            if whole:
+                raise
+            empty.append(_alone(error))
+            say(f"{film.name}: {error.problem}")
+            continue
         known = None
         if cameras_are_shared(tracker):
             like = [other for other, its in films[k + 1 :] if its is scene]
@@ -227,10 +240,11 @@ def _track_each(
                 except InputError as error:
                     parts = [] if as_it_is else _parts(piece, scene, None, progress)
                     if not parts:
-                        if count == 1:
+                        if count == 1 and (whole or not isinstance(error, NoThrowError)):
                             raise
                         refused.append(_alone(error))
-                        left_out(f"{film.name}, {piece.name}: {error.problem}")
+                        where = film.name if count == 1 else f"{film.name}, {piece.name}"
+                        say(f"{where}: {error.problem}")
                         continue
                 if parts:
                     waiting, count = deque(parts), len(parts)
@@ -243,7 +257,11 @@ def _track_each(
             yield replace(_numbered(one, number, piece), scene=scene)
             index, throw = index + 1, throw + 1
         if len(refused) == count:
-            raise refused[0]
+            if whole or not isinstance(refused[0], NoThrowError):
+                raise refused[0]
+            empty.append(refused[0])
+    if len(empty) == len(films):
+        raise empty[0]
 
 
 def _alone(error: InputError) -> InputError:
@@ -302,12 +320,12 @@ def _track(
     tracks = tracks_in(found, piece.path)
     about = found if isinstance(found, FilmTrack) else None
     if piece.begin is not None and not slides_freely(tracks[0]):
-        raise InputError(
+        raise NoThrowError(
             "what moves there keeps its pace, as a stone does that is carried or pushed",
             source=piece.path,
         )
     if piece.begin is not None and stops_before_its_hog_line(tracks[0]):
-        raise InputError(
+        raise NoThrowError(
             "what moves there stops before the hog line of its own end, as no thrown stone does",
             source=piece.path,
         )

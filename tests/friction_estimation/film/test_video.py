@@ -232,7 +232,7 @@ def test_slow_motion_that_the_camera_noted_is_played_at_the_speed_of_life(tmp_pa
 def test_films_of_a_folder_come_in_the_order_of_their_numbers(tmp_path):
     evening = tmp_path / "evening"
     evening.mkdir()
-    for name in ("throw 10.MP4", "throw 9.mov", "notes.txt", "throw 9.scene.json"):
+    for name in ("throw 10.MP4", "throw 9.mov", "._throw 9.mov", "notes.txt", "throw 9.scene.json"):
         (evening / name).touch()
     first = tmp_path / "first.mp4"
     found = films_in([first, str(evening)])

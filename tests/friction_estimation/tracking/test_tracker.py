@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 import pytest
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from curling_env.ice import load_ice
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation import tracking
@@ -30,7 +30,7 @@ from friction_estimation.tracking.films.resume import Checkpoints
 STRANGER = '''
 import numpy as np
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, NoThrowError
 from curling_env.trajectory import Trajectory
 from friction_estimation.film.video import Film
 
@@ -195,6 +195,24 @@ def test_no_track_at_all_is_no_thrown_stone(club):
     scene = load_scene(club / "scene.json")
     with pytest.raises(InputError, match=r"a\.mp4: the tracker found no thrown stone"):
         list(track_each([club / "a.mp4"], scene, tracker=lambda film, scene, *, progress: []))
+
+
+def test_of_several_films_those_without_a_throw_are_left_out_and_told(club):
+    scene = load_scene(club / "scene.json")
+    films = [club / "a.mp4", club / "b.mp4"]
+
+    def stand_in(film, scene, *, progress):
+        return [] if film.name in without else [Trajectory(t=np.arange(2.0), xy=np.zeros((2, 2)))]
+
+    said, without = [], ["a.mp4"]
+    found = list(track_each(films, scene, tracker=stand_in, left_out=said.append))
+    assert [(one.film.name, one.thrown.throw) for one in found] == [("b.mp4", 0)]
+    assert said == ["a.mp4: the tracker found no thrown stone"]
+    with pytest.raises(NoThrowError, match=r"a\.mp4: the tracker found"):
+        track_films(films, scene, tracker=stand_in)
+    without.append("b.mp4")
+    with pytest.raises(NoThrowError, match=r"a\.mp4: the tracker found"):
+        list(track_each(films, scene, tracker=stand_in, left_out=said.append))
 
 
 def test_the_default_is_what_the_package_offers(club, monkeypatch):
