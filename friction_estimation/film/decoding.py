@@ -21,6 +21,7 @@ from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
+from friction_estimation.film.frame import keep_one_field
 
 CAPTURE_RATE = "com.android.capture.fps"
 """The key under which Android's cameras note how many frames they took in a second."""
@@ -110,6 +111,8 @@ def decoded(
             continue
         for frame in frames:
             damaged = frame.is_corrupt or (damaged and not frame.key_frame)
+            if frame.interlaced_frame:
+                keep_one_field(frame)
             yield frame, damaged
         if ended:
             return

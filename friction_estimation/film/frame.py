@@ -95,6 +95,21 @@ def brightness_of(stored: VideoFrame) -> Image:
     return rows[: stored.height, : stored.width]
 
 
+def keep_one_field(stored: VideoFrame) -> None:
+    """Leave every second line of an interlaced frame, in place; those between are filled in.
+
+    The lines of such a frame were taken at two moments, in turn.
+    """
+    stored.make_writable()
+    kind = np.uint16 if stored.format.components[0].bits > 8 else np.uint8
+    for plane in stored.planes:
+        rows = np.frombuffer(memoryview(plane), dtype=kind).reshape(plane.height, -1)
+        kept = rows[::2].astype(np.uint32)
+        between = rows[1::2]
+        below = kept[1:] if len(between) < len(kept) else np.vstack([kept[1:], kept[-1:]])
+        between[:] = (kept[: len(between)] + below + 1) // 2
+
+
 def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
     """The planes of a frame: brightness and the two colour differences."""
     light, blue, red = (

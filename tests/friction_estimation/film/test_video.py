@@ -120,6 +120,28 @@ def test_a_film_of_uneven_rate_lasts_until_its_last_frame(tmp_path):
         assert shown[-1] >= 3.9
 
 
+@pytest.mark.parametrize("pixels", ["yuv420p", "yuv422p10le"])
+def test_an_interlaced_frame_shows_one_moment_only(tmp_path, pixels):
+    """Camcorders take the odd lines of a frame later than the even ones."""
+    frames = np.full((8, 64, 96, 3), 40, dtype=np.uint8)
+    for k in range(8):
+        frames[k, 20:44:2, 6 * k + 10 : 6 * k + 26] = 200
+        frames[k, 21:44:2, 6 * k + 13 : 6 * k + 29] = 200  # half a frame's time later
+    path = tmp_path / "a.mts"
+    with av.open(str(path), "w", format="mpegts") as container:
+        stream = container.add_stream("libx264", rate=25)
+        stream.width, stream.height, stream.pix_fmt = 96, 64, pixels
+        stream.options = {"flags": "+ildct+ilme", "crf": "4"}
+        for picture in frames:
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(picture, format="bgr24")))
+        container.mux(stream.encode())
+    shown = [frame[24:40, :, 1] for _, frame in Film.open(path).frames()]
+    assert len(shown) == 8
+    for k, square in enumerate(shown):
+        columns = [np.flatnonzero(row > 120).mean() for row in square]
+        assert columns == pytest.approx([6 * k + 17.5] * 16, abs=0.6)
+
+
 @pytest.mark.parametrize(("codec", "pixels"), [("libx264", "yuv420p"), ("mjpeg", "yuvj422p")])
 @pytest.mark.parametrize("turned", [0, 90])
 def test_a_part_of_a_frame_is_that_part_of_all_of_it(tmp_path, codec, pixels, turned):
