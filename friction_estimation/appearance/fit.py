@@ -60,6 +60,25 @@ class ShapeDoubt:
         """What is to be added to places (n, 2) [m]."""
         return self._along(self.shift, xy)
 
+    def mixed_with(self, other: ShapeDoubt, share: float) -> ShapeDoubt:
+        """The doubt where another look, which was fitted to the same crops, may be the right one.
+
+        Parameters
+        ----------
+        share : probability of the other look, 0 to 1
+        """
+        apart = other.places + other.shift - self.places - self.shift
+        # From crop to crop noise changes it; along the path it changes slowly.
+        along = self.places[:, 1] - self.places[:, 1].mean()
+        bend = np.vander(along / max(float(np.ptp(along)), 1e-3), 3)
+        apart = bend @ np.linalg.lstsq(bend, apart, rcond=1e-6)[0]
+        variance = (1 - share) * self.sigma**2 + share * other.sigma**2
+        return ShapeDoubt(
+            places=self.places,
+            sigma=np.sqrt(variance + share * (1 - share) * apart**2),
+            shift=self.shift + share * apart,
+        )
+
     def _along(self, values: Floats, xy: Floats) -> Floats:
         order = np.argsort(self.places[:, 1], kind="stable")
         y = self.places[order, 1]

@@ -13,6 +13,7 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.typing import Floats
+from friction_estimation.appearance.ambiguity import sight_doubt
 from friction_estimation.appearance.crops import (
     Crop,
     composite,
@@ -36,7 +37,6 @@ from friction_estimation.appearance.prior import (
 )
 from friction_estimation.appearance.profile import (
     refine_profile,
-    shape_doubt,
     unlikelihood,
 )
 from friction_estimation.appearance.shape import PARTS
@@ -49,7 +49,9 @@ from friction_estimation.appearance.tuning import (
     OTHER_HANDLE,
     REFINED_AGAIN,
     REFINEMENTS,
+    REVERSIBLE_ODDS,
     TRIAL_SHADOW,
+    UNLIKELY_KIND,
 )
 
 
@@ -98,7 +100,7 @@ def learn_appearance(
         fit_headings(crops, again)
         every, rounds = REFINEMENTS[-1]
         look = _refined(ordered, max(every, spare), again, prior, rounds)
-    return _with_rival(ordered[::spare], look, prior)
+    return _of_either_kind(ordered[::spare], look, prior)
 
 
 def _refined(
@@ -135,28 +137,26 @@ def _handle_sought_again(
     return again if far_better else None
 
 
-def _with_rival(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
-    """A look, or that of a stone that is turned alike above and below, if that is likelier.
+def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
+    """The look of a stone that can be turned over, or of any stone, whichever is likelier.
 
-    The pictures hardly tell one from the other where the ice hides most of a stone's foot, and
-    they place the stone differently. What the other one says is in the doubt, by its likelihood.
+    Nearly all stones can be turned over, and the pictures hardly tell where the ice hides most of
+    a stone's foot. What the other look says is in the doubt, by its likelihood.
     """
-    other_prior = replace(prior, ties=TURNED_ALIKE)
+    alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    other = refine_profile(others, turned_alike(look), other_prior, ADAPTING_ROUNDS)
-    ahead = unlikelihood(others, other, other_prior) - unlikelihood(crops, look, prior)
-    share = float(1 / (1 + np.exp(np.clip(0.5 * ahead, -50.0, 50.0))))
-    apart = np.array([b.pose[:2] - a.pose[:2] for a, b in zip(crops, others, strict=True)])
-    # From crop to crop noise changes it; along the path it changes slowly.
-    along = np.array([crop.pose[1] for crop in crops])
-    bend = np.vander((along - along.mean()) / max(float(np.ptp(along)), 1e-3), 3)
-    apart = bend @ np.linalg.lstsq(bend, apart, rcond=1e-6)[0]
+    other = refine_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
+    ahead = unlikelihood(others, other, alike) - unlikelihood(crops, look, prior)
+    share = float(1 / (1 + np.exp(np.clip(np.log(REVERSIBLE_ODDS) - 0.5 * ahead, -50.0, 50.0))))
+    if share < UNLIKELY_KIND:
+        return replace(other, doubt=sight_doubt(others, other, alike, typical=True))
+    doubt = sight_doubt(crops, look, prior, typical=False)
+    if share > 1 - UNLIKELY_KIND:
+        return replace(look, doubt=doubt)
+    rival = sight_doubt(others, other, alike, typical=True)
     if share > 0.5:
-        share, apart = 1 - share, -apart
-        crops, look, prior = others, other, other_prior
-    doubt = shape_doubt(crops, look, prior)
-    sigma = np.hypot(doubt.sigma, np.sqrt(share * (1 - share)) * np.abs(apart))
-    return replace(look, doubt=replace(doubt, sigma=sigma, shift=share * apart))
+        return replace(look, doubt=doubt.mixed_with(rival, 1 - share))
+    return replace(other, doubt=rival.mixed_with(doubt, share))
 
 
 def turned_alike(look: Appearance) -> Appearance:

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -92,6 +93,21 @@ TURNED_ALIKE: tuple[Tie, ...] = (
 )
 """The same for a stone that is turned alike above and below, as those are that can be turned over.
 """
+REVERSIBLE = {
+    "foot_inset": (0.08, 0.012),
+    "bevel_inset": (0.08, 0.03),
+    "foot_height": (0.035, 0.015),
+    "bevel_height": (0.035, 0.015),
+    "foot_roundness": (3.0, 1.0),
+    "roundness": (3.0, 1.0),
+}
+"""Typical value and spread for stones that can be turned over, as curling stones are made: alike
+above and below ("Know the Score", truenorthbill.blogspot.com, 2014). The ring on which one rests
+is about 130 mm across, 80 mm inside the widest place. They weigh 17.24 to 19.96 kg (World Curling
+Federation, Rules of Curling, C1): with granite of 2.65 g/cm³ that leaves superellipses with
+exponents of 2 to 4, the greater the higher they are."""
+ROUNDEST = 8.0
+"""Greatest exponent of foot and bevel of such stones."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -102,15 +118,29 @@ class ShapePrior:
     ----------
     typical : its middle
     ties : pairs of parameters that differ little
+    spread, bounds : see `SHAPE_SPREAD` and `SHAPE_BOUNDS`
     """
 
     typical: StoneModel
     ties: tuple[Tie, ...] = UPRIGHT
+    spread: Mapping[str, float] = field(default_factory=lambda: SHAPE_SPREAD)
+    bounds: Mapping[str, tuple[float, float]] = field(default_factory=lambda: SHAPE_BOUNDS)
+
+    @staticmethod
+    def reversible(typical: StoneModel) -> ShapePrior:
+        """What is known of a stone that can be turned over; else as typical as `typical`."""
+        wider = dict.fromkeys(("roundness", "foot_roundness"), (1.0, ROUNDEST))
+        return ShapePrior(
+            typical=replace(typical, **{name: middle for name, (middle, _) in REVERSIBLE.items()}),
+            ties=TURNED_ALIKE,
+            spread=SHAPE_SPREAD | {name: spread for name, (_, spread) in REVERSIBLE.items()},
+            bounds=SHAPE_BOUNDS | wider | {"bevel_inset": (0.0, SHAPE_BOUNDS["foot_inset"][1])},
+        )
 
     def of(self, look: Appearance) -> FreeShape:
         """The prior of those parameters that a look leaves free."""
         names = [n for n in SHAPE_SPREAD if look.has_handle or not n.startswith(HANDLE_PREFIXES)]
-        low, high = np.array([SHAPE_BOUNDS.get(n, (-np.inf, np.inf)) for n in names]).T
+        low, high = np.array([self.bounds.get(n, (-np.inf, np.inf)) for n in names]).T
         index = [SHAPE_PARAMETERS.index(n) for n in names]
         ties = np.zeros((len(self.ties), len(names)))
         for row, (name, other, spread) in enumerate(self.ties):
@@ -119,7 +149,7 @@ class ShapePrior:
         return FreeShape(
             index=index,
             typical=self.typical.shape()[index],
-            spread=np.array([SHAPE_SPREAD[n] for n in names]),
+            spread=np.array([self.spread[n] for n in names]),
             ties=ties,
             low=low,
             high=high,

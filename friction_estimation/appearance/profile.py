@@ -65,7 +65,12 @@ BLURS = ("blur_px", "colour_blur_px")
 
 
 def refine_profile(
-    crops: Sequence[Crop], look: Appearance, prior: ShapePrior, rounds: int
+    crops: Sequence[Crop],
+    look: Appearance,
+    prior: ShapePrior,
+    rounds: int,
+    *,
+    placed: bool = False,
 ) -> Appearance:
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
@@ -77,12 +82,13 @@ def refine_profile(
     look : the appearance at the start
     prior : what stones are like
     rounds : greatest number of rounds
+    placed : whether the crops' poses stay as they are
     """
     free = prior.of(look)
     damping = FIRST_DAMPING
     value = _objective(crops, look, free)
     for _ in range(rounds):
-        equations = _joint_equations(crops, look, free)
+        equations = _joint_equations(crops, look, free, placed=placed)
         before, last = [crop.pose for crop in crops], value
         for _ in range(5):
             tried = _after_step(crops, look, free, equations, damping)
@@ -166,6 +172,8 @@ def unlikelihood(
     look: Appearance,
     prior: ShapePrior,
     alike: float = ALIKE_PICTURES,
+    *,
+    placed: bool = False,
 ) -> float:
     """How unlikely the crops are for stones of a kind: -2 log likelihood, but for a constant.
 
@@ -178,9 +186,10 @@ def unlikelihood(
     look : fitted to them
     prior : what stones of that kind are like
     alike : so many crops count as one
+    placed : whether the crops' poses are known
     """
     free = prior.of(look)
-    equations = _joint_equations(crops, look, free)
+    equations = _joint_equations(crops, look, free, placed=placed)
     weight = 1 / (PIXEL_CORRELATION * alike)
     left = np.linalg.slogdet(weight / FIT_WEIGHT * equations.crops + equations.prior)[1]
     before = np.linalg.slogdet(equations.prior)[1]
@@ -192,8 +201,10 @@ def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> floa
     return FIT_WEIGHT * total_misfit(crops, look) + free.misfit(look)
 
 
-def _joint_equations(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> _Equations:
-    poses, shared = 3 if look.has_handle else 2, free.shared
+def _joint_equations(
+    crops: Sequence[Crop], look: Appearance, free: FreeShape, *, placed: bool = False
+) -> _Equations:
+    poses, shared = 0 if placed else 3 if look.has_handle else 2, free.shared
     normal, right = np.zeros((shared, shared)), np.zeros(shared)
     steps: list[tuple[Floats, Floats]] = []
     for crop in crops:
@@ -281,6 +292,8 @@ def _linearised(
             blur(own, rows, columns, sigma, 0.0, 0.0, False, of_parts)
         at = len(index) + 3 * np.arange(parts) + channel
         jacobian[at, channel] = of_parts[:, 0] / noise[channel]
+    if poses == 0:
+        return jacobian.reshape(len(jacobian), -1), (residual / noise).ravel(), weight
     # A small movement of the stone only shifts its picture.
     by_shift = np.stack([composite_change(seen[:, [d, 0, 0]], behind) for d in (1, 2)])
     px = np.linalg.inv(window.scale[0] + 0.5 * look.model.height * window.scale[1])

@@ -105,6 +105,19 @@ ALIKE_AT_HEIGHTS = 12.0
 the picture does when the height is wrong, so that all pictures count as one."""
 ALIKE_IN_FIT = 2.0
 """`ALIKE_PICTURES` in a fit: with more, stones seen from low down get too typical a shape."""
+REVERSIBLE_ODDS = 100.0
+"""So many stones can be turned over for one that cannot."""
+UNLIKELY_KIND = 0.01
+"""A kind of stones that is less likely is not looked into."""
+RISE_STEP, FARTHEST_RISE = 0.002, 0.006
+"""Steps in which stones are raised along the line of sight, and how far at most [m]: a stone's
+widest place is known to 3 mm."""
+FEWEST_RAISED = 8
+"""Of more crops, only every second one is raised."""
+PLACED_ROUNDS = 8
+"""Greatest number of rounds in which a look is fitted to raised stones."""
+UNLIKELY_RISE = 12.0
+"""What is so much less likely than the best is raised no further [squared standard errors]."""
 MIN_GAIN = 0.15
 """A round that lowers the squared standard errors by less is the last."""
 MAX_FOOT_BRIGHTNESS = 1.1

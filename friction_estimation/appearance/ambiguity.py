@@ -1,0 +1,96 @@
+"""Where looks that fit nearly as well place the stone: the likelihood along the line of sight.
+
+A higher stone that is nearer to the camera looks almost like a lower one farther away, if its foot
+and its edges are a little different. From one best look alone this is not seen: far along that
+valley the shape changes otherwise than beside its bottom. So all crops are moved together along
+their lines of sight, and for each such step the likeliest shape is found anew.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import replace
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator
+
+from curling_env.typing import Floats
+from friction_estimation.appearance.crops import Crop
+from friction_estimation.appearance.fit import Appearance, ShapeDoubt
+from friction_estimation.appearance.prior import ShapePrior
+from friction_estimation.appearance.profile import refine_profile, shape_doubt, unlikelihood
+from friction_estimation.appearance.tuning import (
+    FARTHEST_RISE,
+    FEWEST_RAISED,
+    PLACED_ROUNDS,
+    RISE_STEP,
+    UNLIKELY_RISE,
+)
+
+
+def sight_doubt(
+    crops: Sequence[Crop], look: Appearance, prior: ShapePrior, *, typical: bool
+) -> ShapeDoubt:
+    """How far the stone may be misplaced by shapes that fit nearly as well.
+
+    Parameters
+    ----------
+    crops : crops of one stone with fitted poses
+    look : fitted to them
+    prior : what stones of its kind are like
+    typical : whether the middle of the prior is a real stone's; if not, the mean over shapes is no
+        better than the likeliest one, and what others say counts as an error only
+    """
+    doubt = shape_doubt(crops, look, prior)
+    rise, sigma = likely_rise(crops, look, prior)
+    if not typical:
+        rise, sigma = 0.0, float(np.hypot(sigma, rise))
+    toward = np.array([_toward_camera(crop) for crop in crops])
+    return replace(
+        doubt, sigma=np.maximum(doubt.sigma, sigma * np.abs(toward)), shift=rise * toward
+    )
+
+
+def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> tuple[float, float]:
+    """By how much higher than in a look the pictures show the stone, and its standard error [m].
+
+    Higher, the stone is nearer to the camera.
+
+    Parameters
+    ----------
+    crops, look, prior : see `sight_doubt`
+    """
+    # Every second crop will do: neighbours repeat each other's faults.
+    crops = crops[::2] if len(crops) > FEWEST_RAISED else crops
+    found: dict[float, float] = {}
+    middle = look
+    for step in (RISE_STEP, -RISE_STEP):
+        at = middle
+        for count in range(round(FARTHEST_RISE / RISE_STEP) + 1):
+            rise = count * step
+            if rise in found:
+                continue
+            moved = [_raised(crop, rise) for crop in crops]
+            at = refine_profile(moved, at, prior, PLACED_ROUNDS, placed=True)
+            found[rise] = unlikelihood(moved, at, prior, placed=True)
+            if rise == 0.0:
+                middle = at
+            if found[rise] > min(found.values()) + UNLIKELY_RISE:
+                break
+    rises = np.array(sorted(found))
+    fine = np.linspace(rises[0], rises[-1], 200)
+    cost = PchipInterpolator(rises, [found[rise] for rise in rises])(fine)
+    weight = np.exp(-0.5 * (cost - cost.min()))
+    weight /= weight.sum()
+    mean = float(weight @ fine)
+    return mean, float(np.sqrt(weight @ (fine - mean) ** 2))
+
+
+def _raised(crop: Crop, rise: float) -> Crop:
+    """The crop of a stone that is nearer to the camera, as far as one that much higher looks."""
+    return replace(crop, pose=crop.pose + rise * np.append(_toward_camera(crop), 0.0))
+
+
+def _toward_camera(crop: Crop) -> Floats:
+    """How far the line of sight comes nearer to the camera per metre of height, (2,)."""
+    return crop.window.ray_slope.mean(axis=0)
