@@ -6,14 +6,13 @@ size are joined to paths; a path along which something slows down as a stone doe
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from curling_env.sheet import HOG_LINE_Y
-from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats, Image, Progress, no_progress
+from curling_env.typing import Image, Progress, no_progress
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
@@ -22,6 +21,13 @@ from friction_estimation.tracking import tuning as tracking
 from friction_estimation.tracking.cutting import tuning
 from friction_estimation.tracking.cutting.looks import looks, parts_for, smaller
 from friction_estimation.tracking.cutting.motion import MotionDetector
+from friction_estimation.tracking.cutting.pace import (
+    is_beside_a_stone,
+    is_thrown,
+    slides_until,
+    without_resting,
+    without_walkers,
+)
 from friction_estimation.tracking.detection.background import (
     Blob,
     find_background,
@@ -59,23 +65,28 @@ class LostPath:
     Parameters
     ----------
     path : where it was seen
+    begin, end : from when to when it, or who goes beside it, was seen [s]
     until : until when it is looked for: longer than it was seen where people may hide it [s]
     slides : until when it may have slid on [s]
     """
 
     path: RoughPath
+    begin: float
+    end: float
     until: float
     slides: float
 
-    @property
-    def begin(self) -> float:
-        """When it was first seen [s]."""
-        return self.path.sightings[0].t
+    @classmethod
+    def of(cls, path: RoughPath, slides: float = 0.0, *, hidden: bool = False) -> LostPath:
+        """A path by itself.
 
-    @property
-    def end(self) -> float:
-        """When it was last seen [s]."""
-        return self.path.sightings[-1].t
+        Parameters
+        ----------
+        slides : until when its stone may have slid on [s]
+        hidden : whether people may hide it at the end
+        """
+        begin, end = path.sightings[0].t, path.sightings[-1].t
+        return cls(path=path, begin=begin, end=end, until=slides if hidden else end, slides=slides)
 
 
 def find_throws(
@@ -94,7 +105,8 @@ def find_throws(
     paths: list[LostPath] = []
     for low, high in _stretches(_motion(film, scene, camera, progress), film.duration):
         paths += finder.paths_between(low, high)
-    return _apart(list(_without_returns(_whole(paths))), film.duration)
+    whole = [path for path in _whole(paths) if not vanishes_behind_its_hog_line(path, camera)]
+    return _apart(list(_without_returns(whole)), film.duration)
 
 
 def _motion(film: Film, scene: Scene, camera: Camera, progress: Progress) -> Iterator[float]:
@@ -165,8 +177,25 @@ class _ThrowFinder:
             for i, (t, seen) in enumerate(blobs)
             for sighting in sightings_in(seen, i, t, self._camera, self._model, self._sheet)
         ]
-        paths = sorted(thrown_paths(without_resting(sightings)), key=lambda k: k.sightings[0].t)
-        return [self._lost(path, blobs) for path in paths]
+        people = [s for i, (t, seen) in enumerate(blobs) for s in self._people(seen, i, t)]
+        looked = np.array([t for t, _ in blobs])
+        stones, groups = (
+            without_walkers(without_resting(seen, looked), self._camera)
+            for seen in (sightings, people)
+        )
+        paths = sorted(thrown_paths(stones), key=lambda k: k.sightings[0].t)
+        beside = thrown_paths(groups, judged=is_beside_a_stone)
+        return with_groups([self._lost(path, blobs) for path in paths], beside)
+
+    def _people(self, blobs: Sequence[Blob], frame: int, t: float) -> Iterator[Sighting]:
+        """What is much larger than a stone in one frame, as sightings."""
+        half = np.array([self._sheet.width, self._sheet.length]) / 2 + tracking.PEOPLE_NEAR
+        for blob in blobs:
+            if is_larger(blob, self._camera, self._model):
+                middle = (blob.low_px + blob.high_px) / 2
+                xy = self._camera.on_plane(middle[None], tuning.PEOPLE_MIDDLE)[0]
+                if (np.abs(xy) < half).all():
+                    yield Sighting(frame=frame, t=t, xy=xy, likeness=1.0)
 
     def _lost(self, path: RoughPath, blobs: Sequence[tuple[float, Sequence[Blob]]]) -> LostPath:
         """A path with what may have become of the stone after its last sighting."""
@@ -179,101 +208,78 @@ class _ThrowFinder:
             for blob in seen
         )
         slides = slides_until(path, self._sheet.length / 2)
-        return LostPath(path=path, until=slides if lost else last.t, slides=slides)
+        return LostPath.of(path, slides, hidden=lost)
 
 
-def thrown_paths(sightings: Sequence[Sighting]) -> list[RoughPath]:
+def thrown_paths(
+    sightings: Sequence[Sighting], judged: Callable[[RoughPath], bool] = is_thrown
+) -> list[RoughPath]:
     """The paths of thrown stones through sightings, one after the other.
 
     What moves while a stone is thrown belongs to that throw.
+
+    Parameters
+    ----------
+    judged : whether a path is that of a thrown stone
     """
     left = list(sightings)
     for _ in range(tuning.MAX_TRIES):
         path = likeliest_path(left, tuning.MAX_UNSEEN, tuning.MAX_GAIN)
         if path is None:
             return []
-        if not is_thrown(path):
+        if not judged(path):
             taken = set(map(id, path.sightings))
             left = [s for s in left if id(s) not in taken]
             continue
         begin, end = path.sightings[0].t, path.sightings[-1].t
         before = [s for s in left if s.t < begin]
         after = [s for s in left if s.t > end]
-        return [*thrown_paths(before), path, *thrown_paths(after)]
+        return [*thrown_paths(before, judged), path, *thrown_paths(after, judged)]
     return []
 
 
 def shows_several(sightings: Sequence[Sighting]) -> bool:
     """Whether frames spread over a film seem to show more than one throw."""
     paths = thrown_paths(without_resting(sightings))
-    found = [LostPath(path=path, until=path.sightings[-1].t, slides=0.0) for path in paths]
+    found = [LostPath.of(path) for path in paths]
     return len(list(_without_returns(sorted(found, key=lambda path: path.begin)))) > 1
 
 
-def without_resting(sightings: Sequence[Sighting]) -> list[Sighting]:
-    """The sightings without those of stones, or of anything else, that lie still."""
-    if not sightings:
-        return []
-    t = np.array([s.t for s in sightings])
-    xy = np.array([s.xy for s in sightings])
-    looked = np.unique(t)
-    still = np.zeros(len(t), dtype=bool)
-    for k, place in enumerate(xy):
-        there = np.unique(t[np.linalg.norm(xy - place, axis=1) < tuning.REST_DISTANCE])
-        for low, high in ((t[k] - tuning.REST_SECONDS, t[k]), (t[k], t[k] + tuning.REST_SECONDS)):
-            looks_then = np.count_nonzero((looked >= low) & (looked <= high))
-            seen = np.count_nonzero((there >= low) & (there <= high))
-            whole = low >= looked[0] and high <= looked[-1]
-            still[k] |= whole and seen >= tuning.REST_SHARE * looks_then
-    return [s for s, lies in zip(sightings, still, strict=True) if not lies]
+def with_groups(paths: Sequence[LostPath], groups: Sequence[RoughPath]) -> list[LostPath]:
+    """Paths of stones, and those of sweepers whose stone was not seen; they last as long as both.
 
-
-def is_thrown(path: RoughPath) -> bool:
-    """Whether something moves as a stone does that slides along the ice.
-
-    It goes some way, and it slows down; who carries a stone walks at one pace.
+    A stone that was seen for a while only is looked for as long as people go on beside it.
     """
-    t = np.array([s.t for s in path.sightings])
-    along = np.abs(np.array([s.xy[1] for s in path.sightings]) - path.sightings[0].xy[1])
-    if along[-1] < tuning.MIN_PATH:
-        return False
-    moving = np.flatnonzero(along >= tuning.MOVING_SHARE * along[-1])[0] + 1
-    t, along = t[:moving], along[:moving]
-    if len(t) < 4:
-        return True  # too few to tell
-    slowing, sigma = _slowing(t, along)
-    lasted = t[-1] - t[0]
-    speed = (along[-1] - along[0]) / lasted
-    share = (slowing + 2 * sigma) * lasted / speed
-    return bool(speed > tuning.WALKING_SPEED or share > tuning.MIN_SLOWING)
+    found = list(paths)
+    for group in groups:
+        y = np.array([s.xy[1] for s in group.sightings])
+        # Before it sets out, it may be somebody else, as where a film goes on with another throw.
+        sets_out = int(np.argmax(np.abs(y - y[0]) >= (1 - tuning.MOVING_SHARE) * abs(y[-1] - y[0])))
+        one = LostPath.of(RoughPath(sightings=group.sightings[sets_out:]), group.sightings[-1].t)
+        own = [k for k, path in enumerate(found) if path.begin < one.end and one.begin < path.end]
+        for k in own:
+            found[k] = replace(
+                found[k],
+                begin=min(found[k].begin, one.begin),
+                end=max(found[k].end, one.end),
+                until=max(found[k].until, one.until),
+                slides=max(found[k].slides, one.slides),
+            )
+        if not own:
+            found.append(one)
+    return sorted(found, key=lambda path: path.begin)
 
 
-def _slowing(t: Floats, along: Floats) -> tuple[float, float]:
-    """How fast something slows down by its way (n,) at four or more times [m/s²]; its error."""
-    design = np.column_stack([np.ones_like(t), t - t[0], -0.5 * (t - t[0]) ** 2])
-    fit, *_ = np.linalg.lstsq(design, along, rcond=None)
-    rest = along - design @ fit
-    variance = float(rest @ rest) / max(len(t) - 3, 1)
-    return float(fit[2]), float(np.sqrt(variance * np.linalg.inv(design.T @ design)[2, 2]))
+def vanishes_behind_its_hog_line(path: LostPath, camera: Camera) -> bool:
+    """Whether something is seen no more, and nobody hides it, before it was thrown.
 
-
-def slides_freely(track: Trajectory) -> bool:
-    """The same of a measured track."""
-    every = max(1, len(track) // tuning.JUDGED_ROWS)
-    rows = zip(track.t[::every], track.xy[::every], strict=True)
-    sightings = (Sighting(frame=k, t=t, xy=xy, likeness=1.0) for k, (t, xy) in enumerate(rows))
-    return is_thrown(RoughPath(sightings=tuple(sightings)))
-
-
-def stops_before_its_hog_line(track: Trajectory) -> bool:
-    """Whether something comes to rest before the hog line of the end that it comes from.
-
-    Then it was not thrown: somebody walks there, or a stone is moved.
+    A camera that does not see the hog line of that end cannot tell.
     """
-    y = track.xy[:, 1]
-    late = track.xy[track.t >= track.t[-1] - tuning.RESTED_SECONDS]
-    rests = np.linalg.norm(late[0] - late[-1]) < 2 * tuning.REST_DISTANCE
-    return bool(rests and np.sign(y[-1] - y[0]) * y[-1] < -HOG_LINE_Y)
+    begin, last = path.path.sightings[0].xy, path.path.sightings[-1].xy
+    line = -HOG_LINE_Y * np.sign(last[1] - begin[1])
+    short = (line - last[1]) * line < 0
+    hidden = path.until > path.end
+    return bool(short and not hidden and camera.sees(np.array([[last[0], line, 0.0]]))[0])
 
 
 def _without_returns(paths: Sequence[LostPath]) -> Iterator[LostPath]:
@@ -302,7 +308,7 @@ def _whole(paths: Sequence[LostPath]) -> list[LostPath]:
         before = whole[-1] if whole else None
         if before is not None and _goes_on(before, path):
             joined = (*before.path.sightings, *path.path.sightings)
-            whole[-1] = replace(path, path=RoughPath(sightings=joined))
+            whole[-1] = replace(path, path=RoughPath(sightings=joined), begin=before.begin)
         else:
             whole.append(path)
     return whole
@@ -316,29 +322,6 @@ def _goes_on(before: LostPath, path: LostPath) -> bool:
     own = [s.xy[1] for s in path.path.sightings]
     way = y[-1] - y[0]
     return bool((own[0] - y[-1]) * way > 0 and (own[-1] - own[0]) * way > 0)
-
-
-def slides_until(path: RoughPath, far: float) -> float:
-    """How long a stone may slide on from where it was last seen [s].
-
-    Parameters
-    ----------
-    far : where the ice ends, from the middle of the sheet [m]
-    """
-    t = np.array([s.t for s in path.sightings])
-    y = np.array([s.xy[1] for s in path.sightings])
-    recent = t >= t[-1] - tuning.LAST_PACE_SECONDS
-    if len(t) < 4 or np.count_nonzero(recent) < 2:
-        return float(t[-1])
-    pace = float(np.polyfit(t[recent], np.abs(y[recent] - y[0]), 1)[0])
-    if pace < tuning.CREEPING:
-        return float(t[-1])
-    found, sigma = _slowing(t, np.abs(y - y[0]))
-    slowing = float(np.clip(found - 2 * sigma, *tuning.SLOWING))  # pushed, it was faster at first
-    left = max(far - y[-1] * np.sign(y[-1] - y[0]), 0.0)
-    # It stops, or leaves the ice before.
-    at_end = max(pace**2 - 2 * slowing * left, 0.0)
-    return float(t[-1] + (pace - np.sqrt(at_end)) / slowing)
 
 
 def _apart(paths: Sequence[LostPath], duration: float) -> list[FilmedThrow]:

@@ -64,6 +64,22 @@ JUDGED_ROWS = 60
 """About so many rows of a track are judged."""
 WALKING_SPEED = 2.2
 """Nobody walks faster on ice [m/s]."""
+WALK_SECONDS = (5.0, 6.5)
+"""Who goes on at one pace for so long walks [s]."""
+WALK_SHARE, WALK_LOOKS = 0.7, 8
+"""Share of the looks in that time in which they must be seen, and the least number of them."""
+WALK_JITTER = 0.08
+"""So far from where that pace leads a sighting may be, and a pixel [m]."""
+STROLLING = 0.5
+"""Who walks is faster than this [m/s]."""
+WALK_SLOWING = 0.02
+"""And slows down less [m/s²]: a stone on the keenest ice loses twice as much."""
+PEOPLE_MIDDLE = 0.8
+"""Height of the middle of somebody's picture, about [m]."""
+MIN_SWEPT, MIN_SWEPT_SECONDS = 8.0, 6.0
+"""People who go beside a stone go at least so far [m], and so long [s]."""
+LEAST_SLOWING = 0.04
+"""They slow down more than this [m/s²], as the stone does."""
 RETURN_DISTANCE = 0.8
 """A stone that sets out from within this of where the one before it came to rest, and goes the
 other way, is slid back [m]."""

@@ -16,12 +16,9 @@ from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.film.video import Film
+from friction_estimation.tracking.cutting.pace import slides_freely, stops_before_its_hog_line
 from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short, minutes
-from friction_estimation.tracking.cutting.throws import (
-    shows_several,
-    slides_freely,
-    stops_before_its_hog_line,
-)
+from friction_estimation.tracking.cutting.throws import shows_several
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.resume import Checkpoints, digest
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document

@@ -11,17 +11,27 @@ from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.film.video import Film
+from friction_estimation.synthetic.cameras import named_camera
 from friction_estimation.tracking import track_each
-from friction_estimation.tracking.cutting.pieces import cut
-from friction_estimation.tracking.cutting.throws import (
-    find_throws,
+from friction_estimation.tracking.cutting.pace import (
+    is_beside_a_stone,
     is_thrown,
-    shows_several,
     slides_until,
     stops_before_its_hog_line,
+    without_resting,
+    without_walkers,
+)
+from friction_estimation.tracking.cutting.pieces import cut
+from friction_estimation.tracking.cutting.throws import (
+    LostPath,
+    find_throws,
+    shows_several,
+    vanishes_behind_its_hog_line,
+    with_groups,
 )
 from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
 
+GANTRY = named_camera("gantry", (640, 360))
 FPS = 8.0
 """Frames per second of the practice film."""
 
@@ -143,3 +153,53 @@ def test_what_stops_before_its_own_hog_line_was_not_thrown(begins, ends, rests, 
     way = 1 - (1 - t / 6).clip(0) ** 2 if rests else t / 10
     track = Trajectory(t=t, xy=np.column_stack([0.2 * way, begins + (ends - begins) * way]))
     assert stops_before_its_hog_line(track) == moved
+
+
+def test_who_walks_at_one_pace_is_left_out_and_what_slows_down_is_not():
+    t = np.arange(0.0, 12.0, 0.4)
+    jitter = 0.02 * np.random.default_rng(2).standard_normal(len(t))
+    head = path_of(t, -9 + 1.6 * t + jitter).sightings
+    foot = path_of(t, -9.4 + 1.4 * t + jitter).sightings
+    stone = path_of(t, 12 - 2.0 * t + 0.045 * t**2 + jitter).sightings
+    left = without_walkers([*head, *foot, *stone], GANTRY)
+    # Where they meet, the stone is seen too near to somebody.
+    assert len(left) >= len(stone) - 8
+    assert all(any(s is own for own in stone) for s in left)
+
+
+def test_a_stone_that_is_seen_once_in_a_while_does_not_lie_still():
+    looked = np.arange(0.0, 20.0, 0.4)
+    path = path_of([6.0, 6.4, 13.2], [-9.0, -8.2, 3.0]).sightings
+    lying = path_of(looked, np.full(len(looked), 16.0)).sightings
+    assert without_resting([*path, *lying], looked)[: len(path)] == list(path)
+    assert len(without_resting(lying, looked)) < len(lying) / 2
+
+
+@pytest.mark.parametrize(
+    ("slows", "lasts", "sweeps"), [(0.09, 20.0, True), (0.0, 20.0, False), (0.09, 3.0, False)]
+)
+def test_people_who_slow_down_as_a_stone_does_sweep_one(slows, lasts, sweeps):
+    t = np.arange(0.0, lasts, 0.4)
+    jitter = 0.3 * np.random.default_rng(3).standard_normal(len(t))
+    assert is_beside_a_stone(path_of(t, -11 + 2.0 * t - slows * t**2 / 2 + jitter)) == sweeps
+
+
+def test_a_throw_lasts_as_long_as_people_sweep_beside_its_stone():
+    seen = LostPath.of(path_of([10.0, 10.4, 10.8], [-9.0, -8.2, -7.4]), 11.0)
+    t = np.arange(8.0, 32.0, 0.4)
+    beside, alone = path_of(t, 22 - 0.06 * (32 - t) ** 2), path_of(t + 50, t)
+    first, second = with_groups([seen], [beside, alone])
+    assert first.path is seen.path
+    assert first.begin < 10.0
+    assert first.until == pytest.approx(t[-1])
+    assert second.begin == pytest.approx(58.0, abs=2)
+    assert second.end == alone.sightings[-1].t
+
+
+@pytest.mark.parametrize(
+    ("ends", "hidden", "moved"), [(-15, False, True), (-15, True, False), (5, False, False)]
+)
+def test_what_is_seen_no_more_behind_its_hog_line_was_not_thrown(ends, hidden, moved):
+    path = path_of(np.linspace(0, 2, 6), np.linspace(-20, ends, 6))
+    lost = LostPath.of(path, 20.0, hidden=hidden)
+    assert vanishes_behind_its_hog_line(lost, GANTRY) == moved
