@@ -69,16 +69,17 @@ def stops_before_its_hog_line(track: Trajectory) -> bool:
     return bool(rests and np.sign(y[-1] - y[0]) * y[-1] < -HOG_LINE_Y)
 
 
-def slides_until(path: RoughPath, far: float) -> float:
+def slides_until(path: RoughPath, far: float, latest: float = tuning.LAST_PACE_SECONDS) -> float:
     """How long a stone may slide on from where it was last seen [s].
 
     Parameters
     ----------
     far : where the ice ends, from the middle of the sheet [m]
+    latest : how fast it was at last is taken from sightings so far back [s]
     """
     t = np.array([s.t for s in path.sightings])
     y = np.array([s.xy[1] for s in path.sightings])
-    recent = t >= t[-1] - tuning.LAST_PACE_SECONDS
+    recent = t >= t[-1] - latest
     if len(t) < 4 or np.count_nonzero(recent) < 2:
         return float(t[-1])
     pace = float(np.polyfit(t[recent], np.abs(y[recent] - y[0]), 1)[0])

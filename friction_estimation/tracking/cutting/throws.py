@@ -68,6 +68,7 @@ class LostPath:
     begin, end : from when to when it, or who goes beside it, was seen [s]
     until : until when it is looked for: longer than it was seen where people may hide it [s]
     slides : until when it may have slid on [s]
+    seen : whether it was seen itself, or only who goes beside it
     """
 
     path: RoughPath
@@ -75,6 +76,12 @@ class LostPath:
     end: float
     until: float
     slides: float
+    seen: bool = True
+
+    @property
+    def rests(self) -> bool:
+        """Whether it was seen to come to rest, or to leave the picture."""
+        return self.seen and self.until <= self.end
 
     @classmethod
     def of(cls, path: RoughPath, slides: float = 0.0, *, hidden: bool = False) -> LostPath:
@@ -185,7 +192,8 @@ class _ThrowFinder:
         )
         paths = sorted(thrown_paths(stones), key=lambda k: k.sightings[0].t)
         beside = thrown_paths(groups, judged=is_beside_a_stone)
-        return with_groups([self._lost(path, blobs) for path in paths], beside)
+        lost = [self._lost(path, blobs) for path in paths]
+        return with_groups(lost, beside, self._sheet.length / 2)
 
     def _people(self, blobs: Sequence[Blob], frame: int, t: float) -> Iterator[Sighting]:
         """What is much larger than a stone in one frame, as sightings."""
@@ -245,17 +253,25 @@ def shows_several(sightings: Sequence[Sighting]) -> bool:
     return len(list(_without_returns(sorted(found, key=lambda path: path.begin)))) > 1
 
 
-def with_groups(paths: Sequence[LostPath], groups: Sequence[RoughPath]) -> list[LostPath]:
+def with_groups(
+    paths: Sequence[LostPath], groups: Sequence[RoughPath], far: float
+) -> list[LostPath]:
     """Paths of stones, and those of sweepers whose stone was not seen; they last as long as both.
 
     A stone that was seen for a while only is looked for as long as people go on beside it.
+
+    Parameters
+    ----------
+    far : where the ice ends, from the middle of the sheet [m]
     """
     found = list(paths)
     for group in groups:
         y = np.array([s.xy[1] for s in group.sightings])
         # Before it sets out, it may be somebody else, as where a film goes on with another throw.
         sets_out = int(np.argmax(np.abs(y - y[0]) >= (1 - tuning.MOVING_SHARE) * abs(y[-1] - y[0])))
-        one = LostPath.of(RoughPath(sightings=group.sightings[sets_out:]), group.sightings[-1].t)
+        path = RoughPath(sightings=group.sightings[sets_out:])
+        slides = slides_until(path, far, tuning.GROUP_PACE_SECONDS)
+        one = replace(LostPath.of(path, slides, hidden=True), seen=False)
         own = [k for k, path in enumerate(found) if path.begin < one.end and one.begin < path.end]
         for k in own:
             found[k] = replace(
@@ -287,17 +303,17 @@ def _without_returns(paths: Sequence[LostPath]) -> Iterator[LostPath]:
 
     What goes on at once from where a stone came to rest was hit by it.
     """
-    before: RoughPath | None = None
+    before: LostPath | None = None
     for one in paths:
-        path = one.path
-        if before is not None:
-            begin, end = path.sightings[0].xy, path.sightings[-1].xy
-            came = before.sightings[-1].xy - before.sightings[0].xy
-            near = np.linalg.norm(begin - before.sightings[-1].xy) < tuning.RETURN_DISTANCE
-            at_once = path.sightings[0].t < before.sightings[-1].t + tuning.STRUCK_SECONDS
-            if near and ((end - begin)[1] * came[1] < 0 or at_once):
+        if before is not None and one.seen and before.seen:
+            begin, end = one.path.sightings[0].xy, one.path.sightings[-1].xy
+            first, last = before.path.sightings[0].xy, before.path.sightings[-1].xy
+            near = np.linalg.norm(begin - last) < tuning.RETURN_DISTANCE
+            at_once = one.path.sightings[0].t < before.path.sightings[-1].t + tuning.STRUCK_SECONDS
+            back = before.rests and (end - begin)[1] * (last - first)[1] < 0
+            if near and (back or at_once):
                 continue
-        before = path
+        before = one
         yield one
 
 

@@ -95,6 +95,8 @@ LOOKS_AFTER = 3
 """Where people are near in so many looks after the last sighting, a stone may be hidden."""
 LAST_PACE_SECONDS = 1.2
 """How fast a stone was when it was lost is taken from sightings so far back [s]."""
+GROUP_PACE_SECONDS = 4.0
+"""The same for people beside it, whose pictures join and part [s]."""
 CREEPING = 0.3
 """A stone that was last seen slower than this hardly slides on [m/s]."""
 SLOWING = (0.07, 0.12)
