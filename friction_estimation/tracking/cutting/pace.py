@@ -136,7 +136,8 @@ def without_walkers(sightings: Sequence[Sighting], camera: Camera) -> list[Sight
         if own is None or not _keeps_pace(t[own], xy[own, 1]):
             continue
         line = np.polynomial.polynomial.polyfit(t[own] - t[i], xy[own], 1)
-        then = slice(i, int(np.searchsorted(t, t[own[-1]], side="right")))
+        around = t[i] - tuning.WALK_MARGIN, t[own[-1]] + tuning.WALK_MARGIN
+        then = slice(*np.searchsorted(t, around).tolist())
         way = line[0] + (t[then] - t[i])[:, None] * line[1]
         walks[then] |= np.linalg.norm(xy[then] - way, axis=1) < tracking.PEOPLE_NEAR
     return [s for s, one in zip(ordered, walks, strict=True) if not one]

@@ -6,7 +6,8 @@ size are joined to paths; a path along which something slows down as a stone doe
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,7 +20,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning as tracking
 from friction_estimation.tracking.cutting import tuning
-from friction_estimation.tracking.cutting.looks import looks, parts_for, smaller
+from friction_estimation.tracking.cutting.looks import Look, looks, parts_for, smaller
 from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.cutting.pace import (
     is_beside_a_stone,
@@ -108,72 +109,90 @@ def find_throws(
     camera : its view of the sheet
     progress : called with the number of frames passed and the expected number of all
     """
-    finder = _ThrowFinder(film, scene, camera, progress)
-    paths: list[LostPath] = []
-    for low, high in _stretches(_motion(film, scene, camera, progress), film.duration):
-        paths += finder.paths_between(low, high)
+    finder = _ThrowFinder(film, scene, camera)
+    motion = MotionDetector.for_camera(camera, scene)
+    label, count = f"look through {film.path.name}", film.frame_count
+
+    def moving() -> Iterator[tuple[Look, bool]]:
+        for look in looks(film, high=film.duration):
+            progress(label, min(round(look.t * film.fps), count), count)
+            yield look, motion.detects(look.t, look.grey)
+
+    paths = [path for stretch in stretches(moving()) for path in finder.paths_in(stretch)]
     whole = [path for path in _whole(paths) if not vanishes_behind_its_hog_line(path, camera)]
     return _apart(list(_without_returns(whole)), film.duration)
 
 
-def _motion(film: Film, scene: Scene, camera: Camera, progress: Progress) -> Iterator[float]:
-    """The times at which something has moved on the ice [s]."""
-    motion = MotionDetector.for_camera(camera, scene)
-    label, count = f"look through {film.path.name}", film.frame_count
-    for look in looks(film, high=film.duration):
-        progress(label, min(round(look.t * film.fps), count), count)
-        if motion.detects(look.t, look.grey):
-            yield look.t
+def stretches(moving: Iterable[tuple[Look, bool]]) -> Iterator[Iterator[Look]]:
+    """Stretches of film around the times at which something moves, each with its looks.
 
+    A stretch must be taken to its end before the next one.
 
-def _stretches(moving: Iterator[float], end: float) -> list[tuple[float, float]]:
-    """Stretches of film around the times at which something moves [s]."""
-    found: list[tuple[float, float]] = []
-    margin = tuning.STRETCH_MARGIN
-    for t in moving:
-        low, high = max(t - tuning.COMPARED_AFTER - margin, 0.0), min(t + margin, end)
-        if found and low <= found[-1][1]:
-            found[-1] = found[-1][0], high
-        else:
-            found.append((low, high))
-    return found
+    Parameters
+    ----------
+    moving : looks in order, and whether something has moved shortly before each
+    """
+    ahead, after = tuning.COMPARED_AFTER + tuning.STRETCH_MARGIN, tuning.STRETCH_MARGIN
+    coming = iter(moving)
+    waiting: deque[Look] = deque()
+
+    def stretch(until: float) -> Iterator[Look]:
+        yield from take_until(until)
+        for look, moves in coming:
+            waiting.append(look)
+            if moves:
+                until = look.t + after
+            yield from take_until(until)
+            if look.t > until + ahead:
+                return
+
+    def take_until(until: float) -> Iterator[Look]:
+        while waiting and waiting[0].t <= until:
+            yield waiting.popleft()
+
+    for look, moves in coming:
+        waiting.append(look)
+        while waiting[0].t < look.t - ahead:
+            waiting.popleft()
+        if moves:
+            yield stretch(look.t + after)
 
 
 class _ThrowFinder:
     """Finds the paths of thrown stones in a film that moves here and there."""
 
-    def __init__(self, film: Film, scene: Scene, camera: Camera, progress: Progress) -> None:
-        self._film, self._sheet, self._progress = film, scene.sheet, progress
+    def __init__(self, film: Film, scene: Scene, camera: Camera) -> None:
+        self._sheet = scene.sheet
         self._parts = parts_for(film.size)
         self._camera = smaller(camera, self._parts)
         self._region = sheet_region(self._camera, scene.sheet)
         self._model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
 
-    def paths_between(self, low: float, high: float) -> list[LostPath]:
-        """The paths of thrown stones from one time to another [s], in order."""
+    def paths_in(self, stretch: Iterator[Look]) -> list[LostPath]:
+        """The paths of thrown stones in a stretch of film, in order."""
         found: list[LostPath] = []
-        begin = low
-        while begin < high:
-            end = begin + tuning.WINDOW
-            last = end >= high
-            paths = self._paths_in(begin, min(end, high))
-            sure = [k for k in paths if last or k.end < end - tuning.WINDOW_MARGIN]
-            found += sure
+        pictures: list[tuple[float, Image]] = []
+        while True:
+            last = True
+            for look in stretch:
+                pictures.append((look.t, look.picture(self._parts)))
+                if look.t >= pictures[0][0] + tuning.WINDOW:
+                    last = False
+                    break
+            paths = self._paths_in(pictures)
             if last:
-                break
+                return found + paths
+            begin, end = pictures[0][0], pictures[-1][0]
+            sure = [k for k in paths if k.end < end - tuning.WINDOW_MARGIN]
+            found += sure
             open_ = [k.begin for k in paths if k not in sure]
             following = min(open_, default=end - tuning.WINDOW_MARGIN) - tuning.STRETCH_MARGIN
             after = sure[-1].end if sure else begin
             # A path longer than a piece would be begun again and again.
             begin = max(following, after, begin + tuning.WINDOW / 4)
-        return found
+            pictures = [picture for picture in pictures if picture[0] >= begin]
 
-    def _paths_in(self, low: float, high: float) -> list[LostPath]:
-        pictures: list[tuple[float, Image]] = []
-        label, count = f"find throws in {self._film.path.name}", self._film.frame_count
-        for look in looks(self._film, low, high):
-            self._progress(label, min(round(look.t * self._film.fps), count), count)
-            pictures.append((look.t, look.picture(self._parts)))
+    def _paths_in(self, pictures: Sequence[tuple[float, Image]]) -> list[LostPath]:
         if not pictures:
             return []
         every = max(1, -(-len(pictures) // tuning.BACKGROUND_LOOKS))
@@ -186,10 +205,9 @@ class _ThrowFinder:
         ]
         people = [s for i, (t, seen) in enumerate(blobs) for s in self._people(seen, i, t)]
         looked = np.array([t for t, _ in blobs])
-        stones, groups = (
-            without_walkers(without_resting(seen, looked), self._camera)
-            for seen in (sightings, people)
-        )
+        moving = [without_resting(seen, looked) for seen in (sightings, people)]
+        free = set(map(id, without_walkers([*moving[0], *moving[1]], self._camera)))
+        stones, groups = ([s for s in seen if id(s) in free] for seen in moving)
         paths = sorted(thrown_paths(stones), key=lambda k: k.sightings[0].t)
         beside = thrown_paths(groups, judged=is_beside_a_stone)
         lost = [self._lost(path, blobs) for path in paths]

@@ -70,6 +70,8 @@ WALK_SHARE, WALK_LOOKS = 0.7, 8
 """Share of the looks in that time in which they must be seen, and the least number of them."""
 WALK_JITTER = 0.08
 """So far from where that pace leads a sighting may be, and a pixel [m]."""
+WALK_MARGIN = 1.5
+"""They walk for so long before and after, too [s]."""
 STROLLING = 0.5
 """Who walks is faster than this [m/s]."""
 WALK_SLOWING = 0.02

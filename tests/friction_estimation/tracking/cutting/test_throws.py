@@ -13,6 +13,7 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.film.video import Film
 from friction_estimation.synthetic.cameras import named_camera
 from friction_estimation.tracking import track_each
+from friction_estimation.tracking.cutting.looks import Look
 from friction_estimation.tracking.cutting.pace import (
     is_beside_a_stone,
     is_thrown,
@@ -26,6 +27,7 @@ from friction_estimation.tracking.cutting.throws import (
     LostPath,
     find_throws,
     shows_several,
+    stretches,
     vanishes_behind_its_hog_line,
     with_groups,
 )
@@ -205,3 +207,11 @@ def test_what_is_seen_no_more_behind_its_hog_line_was_not_thrown(ends, hidden, m
     path = path_of(np.linspace(0, 2, 6), np.linspace(-20, ends, 6))
     lost = LostPath.of(path, 20.0, hidden=hidden)
     assert vanishes_behind_its_hog_line(lost, GANTRY) == moved
+
+
+def test_stretches_around_motion_are_joined_where_they_meet():
+    moves = {30.0, 31.0, 37.5, 60.0}
+    seen = ((Look(t=t, stored=None), t in moves) for t in np.arange(0.0, 80.0, 0.5))
+    found = [[look.t for look in stretch] for stretch in stretches(seen)]
+    assert [(s[0], s[-1]) for s in found] == [(25.0, 40.5), (55.0, 63.0)]
+    assert all(len(s) == 2 * (s[-1] - s[0]) + 1 for s in found)
