@@ -291,6 +291,12 @@ alike in all frames [px]: no shape of the model is quite that of a stone."""
 SMALL_STONE_ERROR_PX = 0.15
 """The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
 stone has, the more of them mix it with the ice."""
+HIDDEN_ERROR_PX = 0.1
+"""Error of a place in the picture where something hides a part of the stone, by the root of that
+part [px]: in a single frame, and alike in its neighbours. Less the median error of the free rows of
+each film, rows of which a fifth is hidden were 0.05 px off, of which a half 0.09 px."""
+HIDDEN_NEIGHBOURS = 0.3
+"""Neighbours are frames this far before and after [s]."""
 LARGER_COORDINATE_SHARE = 0.7
 """Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
 of all coordinates lie in their intervals even where only one of the two is off."""

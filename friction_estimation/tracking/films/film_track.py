@@ -17,6 +17,10 @@ from friction_estimation.tracking.detection.thrown_stone import Sighting
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
+HIDDEN_LONG = 1.0
+"""A stone that is not seen for longer is said to be hidden [s]."""
+STILL_SLIDES = 0.15
+"""A stone that is as fast when it is last seen has not come to rest [m/s]."""
 FlowMethod = Literal["plain", "pyramidal"]
 """Lucas-Kanade optical flow at one scale, or from coarse to fine."""
 
@@ -79,6 +83,19 @@ class FilmTrack:
     stabiliser: Stabiliser | None = None
     moved_px: float = 0.0
     sightings: tuple[Sighting, ...] = ()
+
+    @property
+    def not_seen(self) -> str:
+        """When the stone slid unseen, in words; empty where it was seen all the way."""
+        t, pace = self.trajectory.t, self.velocity[-1]
+        long = np.flatnonzero(np.diff(t) > HIDDEN_LONG)
+        parts = [f"from {t[k]:.1f} to {t[k + 1]:.1f} s" for k in long]
+        a_second = (self.frame[-1] - self.frame[0]) / max(t[-1] - t[0], 1e-9)
+        ahead = np.array([[*(self.trajectory.xy[-1] + HIDDEN_LONG * pace), 0.0]])
+        filmed_on = self.frame_count - self.frame[-1] > HIDDEN_LONG * a_second
+        if filmed_on and np.hypot(*pace) > STILL_SLIDES and self.camera.sees(ahead)[0]:
+            parts.append(f"from {t[-1]:.1f} s on, while it still slides")
+        return " and ".join(parts)
 
     @property
     def handle_colour(self) -> Floats:

@@ -375,6 +375,8 @@ def _summary(found: FilmTrack | Trajectory) -> dict[str, Any]:
     }
     if isinstance(found, FilmTrack):
         about = {"frames": found.frame_count, **about, **_handle(found)}
+        if found.not_seen:
+            about["not_seen"] = found.not_seen
         if found.contacts:
             about["contacts_s"] = [float(t) for t in found.contacts]
         if found.others:

@@ -28,6 +28,8 @@ from friction_estimation.tracking.path.heading import (
 from friction_estimation.tracking.path.smoothing import smooth
 from friction_estimation.tracking.path.uncertainty import (
     heading_sigma,
+    hidden_for_long,
+    hidden_sigma,
     systematic_sigma,
     unseen_way,
 )
@@ -127,9 +129,13 @@ def assemble_track(
     sigma = np.array(
         [[np.nan] * 2 if f is None else np.sqrt(np.diag(f.covariance)[:2]) for f in fits]
     )
+    kept = np.isfinite(xy[:, 0])
+    model = appearance.model
+    hidden = np.array([0.0 if fit is None else fit.hidden for fit in fits])
+    if hidden.any():
+        sigma[kept] = np.hypot(sigma[kept], hidden_sigma(refined.camera, xy, hidden, model)[kept])
     smoothed = [smooth(t, xy[:, axis], sigma[:, axis]) for axis in range(2)]
     # Outliers keep their rows too, with the place that all other measurements give.
-    kept = np.isfinite(xy[:, 0])
     theta = spin = sigma_theta = np.full(len(t), np.nan)
     velocity = np.column_stack([axis.rate for axis in smoothed])
     ages = measured.ages.seen().around(t)
@@ -139,11 +145,17 @@ def assemble_track(
     place = np.column_stack([axis.value for axis in smoothed])
     if appearance.doubt is not None:
         place = place + appearance.doubt.shift_at(place)
-    model = appearance.model
     sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
     unseen = np.hypot(unseen_way(t, velocity, ages.rim), ages.dropped)[kept]
-    common = systematic_sigma(refined, place[kept], model, unseen, appearance.doubt)
+    common = systematic_sigma(
+        refined,
+        place[kept],
+        model,
+        unseen,
+        appearance.doubt,
+        hidden_for_long(t[kept], hidden[kept]),
+    )
     trajectory = Trajectory(
         t=t[kept],
         xy=place[kept],

@@ -44,8 +44,9 @@ def systematic_sigma(
     model: StoneModel,
     unseen: Floats | None = None,
     doubt: ShapeDoubt | None = None,
+    hidden: Floats | None = None,
 ) -> Floats:
-    """Standard error of each coordinate that all frames share, (n,) [m].
+    """Standard error of each coordinate that neighbouring frames share, (n,) [m].
 
     Parameters
     ----------
@@ -54,13 +55,15 @@ def systematic_sigma(
     model : the stone; its size counts
     unseen : (n, 2) way that the pictures may not show because of compression [m]; None: none
     doubt : what is not known of the stone's look
+    hidden : (n,) share of the stone that something hides, see `hidden_for_long`; None: nothing
     """
     camera, middle = refined.camera, model.height / 2
     variance = camera_variance(refined, xy, middle)
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
     small_px = tuning.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
-    edge_px = np.sqrt(tuning.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2)
+    hidden_px = tuning.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
+    edge_px = np.sqrt(tuning.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
     variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
     if doubt is not None:
         variance += doubt.at(xy) ** 2
@@ -68,6 +71,32 @@ def systematic_sigma(
         variance += unseen**2
     least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
     return np.sqrt(np.maximum(variance.mean(axis=1), least))
+
+
+def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) -> Floats:
+    """Standard error of each coordinate by what hides a part of a stone, (n, 2) [m].
+
+    Parameters
+    ----------
+    xy : (n, 2) places on the ice [m]; NaN where it was not seen
+    hidden : (n,) share of the stone that was left out of its measurement
+    """
+    sigma = np.zeros_like(xy)
+    some = (hidden > 0) & np.isfinite(xy[:, 0])
+    px = tuning.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
+    sigma[some] = px[:, None] * _metres_per_px(camera, xy[some], model.height / 2)
+    return sigma
+
+
+def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
+    """The share of a stone that something hides (n,), as its mean over the frames around each.
+
+    What hides it goes along with it: its neighbours in time err alike.
+    """
+    if not hidden.any():
+        return hidden
+    around = np.abs(t[:, None] - t) <= tuning.HIDDEN_NEIGHBOURS
+    return around @ hidden / around.sum(axis=1)
 
 
 def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:

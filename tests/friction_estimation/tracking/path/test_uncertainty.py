@@ -1,0 +1,40 @@
+"""How far a track may be misplaced where something hides a part of the stone."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.refinement import unrefined
+from friction_estimation.tracking.path.uncertainty import (
+    hidden_for_long,
+    hidden_sigma,
+    systematic_sigma,
+)
+
+CAMERA = Camera.looking_at(
+    position=(0.0, -36.0, 8.0), target=(0.0, 0.0, 0.0), focal_px=1500.0, size=(1280, 720)
+)
+STONE = StoneModel(radius=0.145, height=0.1143)
+
+
+def test_a_stone_that_is_half_hidden_is_less_certain_most_of_all_along_the_view():
+    xy = np.array([[0.0, 10.0], [0.0, 10.0], [np.nan, np.nan]])
+    free, half, unseen = hidden_sigma(CAMERA, xy, np.array([0.0, 0.5, 0.0]), STONE)
+    assert not free.any()
+    assert not unseen.any()
+    assert half[1] > 3 * half[0] > 0
+    camera = unrefined(CAMERA)
+    seen, hidden = systematic_sigma(camera, xy[:2], STONE, hidden=np.array([0.0, 0.5]))
+    assert hidden**2 - seen**2 == pytest.approx(0.7 * half[1] ** 2, rel=0.05)
+
+
+def test_what_hides_a_stone_for_a_moment_counts_less_than_what_stays():
+    t = np.arange(40) / 15
+    moment, stays = np.zeros(40), np.where(t > 1.0, 0.5, 0.0)
+    moment[20] = 0.5
+    assert hidden_for_long(t, moment).max() < 0.1
+    assert hidden_for_long(t, stays)[-1] == 0.5
+    assert not hidden_for_long(t, np.zeros(40)).any()
