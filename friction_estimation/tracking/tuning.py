@@ -97,14 +97,13 @@ PLAIN_NOISE = 12.0
 """Differences of so many grey levels count as one when it is judged what looks like a stone."""
 CLEARLY_EXPLAINED = 0.08
 """A look that leaves a smaller share of the pictures unexplained is clearly a stone's."""
-MAX_SLIDE_UNEXPLAINED = 0.15
+MAX_SLIDE_UNEXPLAINED = 0.12
 """One that leaves more is none. Of what slid steadily, or seemed to, stones left 0.01 to 0.11,
-heads, feet, coats and brooms 0.25 to 0.5."""
+heads, coats, legs and brooms 0.25 to 0.5, shoes 0.13 and more."""
 MAX_TOUCHED = 0.34
 """A stone that something touches left up to 0.29 at first, and the others 0.36 and more, mostly."""
 LEAST_FOLLOWED = 3.0
-"""What may be a stone that something touches, or one that rests, must be followed so far along the
-sheet [m]."""
+"""It must be followed so far along the sheet [m]."""
 LOOKS_CORRECTED = 3
 """So often its look is then corrected by its clearest pictures."""
 CLEAREST = 3

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.sheet import Sheet
+from curling_env.sheet import HOG_LINE_Y, Sheet
 from curling_env.typing import Floats
 from friction_estimation.appearance import (
     Appearance,
@@ -104,14 +104,27 @@ class _Followed:
     unexplained: float
 
     @property
+    def travel(self) -> float:
+        """How far along the sheet it was followed [m]."""
+        return float(np.ptp([pose[1] for pose in self.poses.values()])) if self.poses else 0.0
+
+    @property
     def is_stone(self) -> bool:
-        """Whether it is long enough in sight and looks like a stone."""
-        enough = len(self.poses) >= tuning.SLIDE_SIGHTINGS
-        return enough and self.unexplained <= tuning.MAX_SLIDE_UNEXPLAINED
+        """Whether it looks like a stone, and went so far that it may have been thrown."""
+        like = self.unexplained <= tuning.MAX_SLIDE_UNEXPLAINED
+        return like and self.travel > tuning.LEAST_FOLLOWED
 
     @property
     def score(self) -> float:
-        return len(self.poses) * (1 - self.unexplained / tuning.MAX_SLIDE_UNEXPLAINED)
+        return self.travel * (1 - self.unexplained / tuning.MAX_SLIDE_UNEXPLAINED)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether it surely is a stone, and thrown: one that is hit sets out in the far house."""
+        if not self.is_stone or self.unexplained > tuning.CLEARLY_EXPLAINED:
+            return False
+        first, last = (self.poses[k][1] for k in (min(self.poses), max(self.poses)))
+        return bool(np.sign(last - first) * first < HOG_LINE_Y)
 
     def is_at(self, sighting: Sighting) -> bool:
         pose = self.poses.get(sighting.frame)
@@ -133,10 +146,7 @@ def find_by_look(
     """
     pictures = [(t, CutFrame(frame, background.slices)) for t, frame in frames]
     seen = _Seen(pictures=pictures, background=background, camera=camera, model=model, sheet=sheet)
-    found: _Followed | None = None
-    for one in _stones(seen):
-        if found is None or one.score > found.score:
-            found = one
+    found = max(_stones(seen), key=lambda one: one.score, default=None)
     if found is None:
         return None
     clear = {k: place for place, k in enumerate(found.clear)}
@@ -151,17 +161,25 @@ def find_by_look(
 
 
 def _stones(seen: _Seen) -> Iterator[_Followed]:
-    """What looks like a stone: alone as it slides or where it rests; else with what touches it."""
+    """What looks like a stone, until it clearly is the thrown one.
+
+    First what is alone as it slides, then what is where it rests, then what something touches.
+    """
     alone = seen.sightings(in_parts=False)
-    found = list(_sliding(seen, alone, touched=False))
-    for still in at_rest(alone, seen.pictures[-1][0], seen.camera) if not found else ():
+    for one in _tried(seen, alone, touched=False):
+        yield one
+        if one.is_clear:
+            return
+    for still in at_rest(alone, seen.pictures[-1][0], seen.camera):
         one = _followed(seen, still, touched=True)
-        if one.is_stone and _travel(one.poses) > tuning.LEAST_FOLLOWED:
-            found.append(one)
-    yield from found or _sliding(seen, seen.sightings(in_parts=True), touched=True)
+        if one.is_stone:
+            yield one
+        if one.is_clear:
+            return
+    yield from _tried(seen, seen.sightings(in_parts=True), touched=True)
 
 
-def _sliding(seen: _Seen, sightings: Sequence[Sighting], *, touched: bool) -> Iterator[_Followed]:
+def _tried(seen: _Seen, sightings: Sequence[Sighting], *, touched: bool) -> Iterator[_Followed]:
     """What slides steadily and looks like a stone, the steadiest first, until one clearly does."""
     left = list(sightings)
     for _ in range(tuning.SLIDES_TRIED):
@@ -173,7 +191,7 @@ def _sliding(seen: _Seen, sightings: Sequence[Sighting], *, touched: bool) -> It
         left = [s for s in left if id(s) not in own and not one.is_at(s)]
         if one.is_stone:
             yield one
-        if one.unexplained < tuning.CLEARLY_EXPLAINED:
+        if one.is_clear:
             return
 
 
@@ -197,15 +215,16 @@ def _followed(seen: _Seen, slide: Sequence[Sighting], *, touched: bool) -> _Foll
     known = {s.frame: turned[s.t] for s in slide if s.t in turned}
     poses = _both_ways(seen, look, known, min(known), max(known))
     unclear = _unclear(seen, look, poses)
+    found = _Followed(poses=poses, clear=_clearest(unclear), unexplained=share)
     for _ in range(tuning.LOOKS_CORRECTED if share > tuning.MAX_SLIDE_UNEXPLAINED else 0):
-        if _travel(poses) < tuning.LEAST_FOLLOWED:
+        if found.travel < tuning.LEAST_FOLLOWED:
             break
         look = _corrected(seen, look, poses, unclear)
         clearest = min(unclear, key=unclear.__getitem__)
         poses = _both_ways(seen, look, poses, clearest, clearest)
         unclear = _unclear(seen, look, poses)
-        share = _of_clearest(unclear)
-    return _Followed(poses=poses, clear=_clearest(unclear), unexplained=share)
+        found = _Followed(poses=poses, clear=_clearest(unclear), unexplained=_of_clearest(unclear))
+    return found
 
 
 def _unexplained(crops: Sequence[Crop], look: Appearance) -> float:
@@ -220,11 +239,6 @@ def _unexplained(crops: Sequence[Crop], look: Appearance) -> float:
 def _of_clearest(unclear: dict[int, float]) -> float:
     """Which share the look leaves unexplained of the clearest pictures."""
     return float(np.mean(sorted(unclear.values())[: tuning.CLEAREST])) if unclear else np.inf
-
-
-def _travel(poses: dict[int, Floats]) -> float:
-    """How far along the sheet a stone was followed [m]."""
-    return float(np.ptp([pose[1] for pose in poses.values()])) if poses else 0.0
 
 
 def _corrected(
