@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -57,7 +58,12 @@ class Piece:
 
 
 def cut(
-    film: Film, scene: Scene, *, look_through: bool = False, progress: Progress = no_progress
+    film: Film,
+    scene: Scene,
+    *,
+    look_through: bool = False,
+    left_out: Callable[[str], object] = lambda why: None,
+    progress: Progress = no_progress,
 ) -> list[Piece]:
     """The throws of a film in order; all of it where it is short and shows no more than one.
 
@@ -66,6 +72,7 @@ def cut(
     film : of one throw or of many
     scene : its camera's view of the sheet
     look_through : whether even a film is looked through that is so short that it hardly shows two
+    left_out : called with what is left out of a film that is cut, and why
     progress : called with the number of frames passed and the expected number of all
 
     Raises
@@ -74,7 +81,14 @@ def cut(
     """
     if not look_through and is_short(film):
         return [Piece.whole(film)]
-    throws = find_throws(film, scene, camera_from_scene(scene, film.size), progress=progress)
+    back: list[tuple[float, float]] = []
+    throws = find_throws(
+        film,
+        scene,
+        camera_from_scene(scene, film.size),
+        slid_back=lambda *when: back.append(when),
+        progress=progress,
+    )
     if len(throws) <= 1 and film.duration <= tuning.ONE_THROW_SECONDS:
         return [Piece.whole(film)]
     if not throws:
@@ -83,6 +97,9 @@ def cut(
             "a stone does",
             source=film.path,
         )
+    for begin, end in back:
+        when = f"{minutes(begin)} to {minutes(end)}"
+        left_out(f"{when}: slid back from where the stone before it came to rest")
     pieces: list[Piece] = []
     for throw in throws:
         part = film.part(throw.begin, throw.end)

@@ -98,7 +98,12 @@ class LostPath:
 
 
 def find_throws(
-    film: Film, scene: Scene, camera: Camera, *, progress: Progress = no_progress
+    film: Film,
+    scene: Scene,
+    camera: Camera,
+    *,
+    slid_back: Callable[[float, float], object] = lambda begin, end: None,
+    progress: Progress = no_progress,
 ) -> list[FilmedThrow]:
     """The throws in a film, in order.
 
@@ -107,6 +112,7 @@ def find_throws(
     film : of one camera that stands still; any number of throws, or none
     scene : sizes of sheet and stone
     camera : its view of the sheet
+    slid_back : called with when a stone is slid back, from and to [s], which is no throw
     progress : called with the number of frames passed and the expected number of all
     """
     finder = _ThrowFinder(film, scene, camera)
@@ -120,7 +126,7 @@ def find_throws(
 
     paths = [path for stretch in stretches(moving()) for path in finder.paths_in(stretch)]
     whole = [path for path in _whole(paths) if not vanishes_behind_its_hog_line(path, camera)]
-    return _apart(list(_without_returns(whole)), film.duration)
+    return _apart(list(without_returns(whole, slid_back)), film.duration)
 
 
 def stretches(moving: Iterable[tuple[Look, bool]]) -> Iterator[Iterator[Look]]:
@@ -268,7 +274,7 @@ def shows_several(sightings: Sequence[Sighting]) -> bool:
     """Whether frames spread over a film seem to show more than one throw."""
     paths = thrown_paths(without_resting(sightings))
     found = [LostPath.of(path) for path in paths]
-    return len(list(_without_returns(sorted(found, key=lambda path: path.begin)))) > 1
+    return len(list(without_returns(sorted(found, key=lambda path: path.begin)))) > 1
 
 
 def with_groups(
@@ -316,10 +322,17 @@ def vanishes_behind_its_hog_line(path: LostPath, camera: Camera) -> bool:
     return bool(short and not hidden and camera.sees(np.array([[last[0], line, 0.0]]))[0])
 
 
-def _without_returns(paths: Sequence[LostPath]) -> Iterator[LostPath]:
+def without_returns(
+    paths: Sequence[LostPath],
+    slid_back: Callable[[float, float], object] = lambda begin, end: None,
+) -> Iterator[LostPath]:
     """The paths without those of stones that are slid back from where they came to rest.
 
     What goes on at once from where a stone came to rest was hit by it.
+
+    Parameters
+    ----------
+    slid_back : called with when each of them was, from and to [s]
     """
     before: LostPath | None = None
     for one in paths:
@@ -330,6 +343,8 @@ def _without_returns(paths: Sequence[LostPath]) -> Iterator[LostPath]:
             at_once = one.path.sightings[0].t < before.path.sightings[-1].t + tuning.STRUCK_SECONDS
             back = before.rests and (end - begin)[1] * (last - first)[1] < 0
             if near and (back or at_once):
+                if not at_once:
+                    slid_back(one.begin, one.end)
                 continue
         before = one
         yield one

@@ -195,10 +195,14 @@ def _track_each(
     whole = len(films) == 1 or left_out is None  # then a film without a throw is refused
     say = left_out or (lambda why: None)
     for k, (film, scene) in enumerate(films):
+
+        def say_of_it(why: str, film: Path = film) -> None:
+            say(f"{film.name}, {why}")
+
         try:
-            pieces = (
-                _pieces(film, scene, tracker, progress) if throws is None else [Piece.whole(film)]
-            )
+            pieces = [Piece.whole(film)]
+            if throws is None:
+                pieces = _pieces(film, scene, tracker, say_of_it, progress)
         except NoThrowError as error:
             if whole:
                 raise
@@ -233,9 +237,9 @@ def _track_each(
                 as_it_is = throws is not None or count > 1
                 try:
                     one = _track(piece, scene, tracker, known, progress)
-                    parts = [] if as_it_is else _parts(piece, scene, one.found, progress)
+                    parts = [] if as_it_is else _parts(piece, scene, one.found, say_of_it, progress)
                 except InputError as error:
-                    parts = [] if as_it_is else _parts(piece, scene, None, progress)
+                    parts = [] if as_it_is else _parts(piece, scene, None, say_of_it, progress)
                     if not parts:
                         if count == 1 and (whole or not isinstance(error, NoThrowError)):
                             raise
@@ -280,16 +284,28 @@ def _built_in(tracker: Tracker) -> tuple[Any, TrackingOptions | None]:
     return tracker, None
 
 
-def _pieces(film: Path, scene: Scene, tracker: Tracker, progress: Progress) -> list[Piece]:
+def _pieces(
+    film: Path,
+    scene: Scene,
+    tracker: Tracker,
+    left_out: Callable[[str], object],
+    progress: Progress,
+) -> list[Piece]:
     """The throws of a film, or all of it where it shows one throw only."""
     function, options = _built_in(tracker)
     if function is not track_film:
         return [Piece.whole(film)]
     opened = Film.open(film, scene.fps, None if options is None else options.slow)
-    return cut(opened, scene, progress=progress)
+    return cut(opened, scene, left_out=left_out, progress=progress)
 
 
-def _parts(piece: Piece, scene: Scene, found: FilmTrack | None, progress: Progress) -> list[Piece]:
+def _parts(
+    piece: Piece,
+    scene: Scene,
+    found: FilmTrack | None,
+    left_out: Callable[[str], object],
+    progress: Progress,
+) -> list[Piece]:
     """The throws of a short film that was tracked as one, if there are several.
 
     Parameters
@@ -300,7 +316,7 @@ def _parts(piece: Piece, scene: Scene, found: FilmTrack | None, progress: Progre
         return []
     if found is not None and not shows_several(found.sightings):
         return []
-    parts = cut(piece.film, scene, look_through=True, progress=progress)
+    parts = cut(piece.film, scene, look_through=True, left_out=left_out, progress=progress)
     return parts if len(parts) > 1 else []
 
 

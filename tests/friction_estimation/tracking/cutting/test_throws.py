@@ -30,6 +30,7 @@ from friction_estimation.tracking.cutting.throws import (
     stretches,
     vanishes_behind_its_hog_line,
     with_groups,
+    without_returns,
 )
 from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
 
@@ -100,6 +101,17 @@ def test_two_quick_takeouts_are_two_throws_and_a_stone_that_is_hit_is_none():
     assert shows_several(seen(first, second))
     for other in (hit, slid_back):
         assert not shows_several(seen(first, other))
+
+
+def test_a_stone_that_is_slid_back_is_left_out_and_that_is_told():
+    t = np.arange(0.0, 20.0, 0.7)
+    there = LostPath.of(path_of(t, 15.0 - 0.075 * (20.0 - t) ** 2))
+    back = LostPath.of(path_of(t + 40.0, 15.0 - 1.2 * t))
+    again = LostPath.of(path_of(t + 80.0, 15.0 - 0.075 * (20.0 - t) ** 2))
+    told = []
+    kept = list(without_returns([there, back, again], lambda *when: told.append(when)))
+    assert kept == [there, again]
+    assert told == [(back.begin, back.end)]
 
 
 def test_a_short_film_of_one_throw_is_tracked_as_it_is(practice):
