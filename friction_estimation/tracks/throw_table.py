@@ -28,6 +28,8 @@ from friction_estimation.tracks.tuning import (
     MAX_EXTRAPOLATION,
     MAX_LATE_RELEASE,
     SPIN_WINDOW,
+    STILL_SECONDS,
+    STILL_WITHIN,
 )
 
 NEAR_BACK, NEAR_TEE, NEAR_HOG = (-TEE_Y - line for line in (BACK_LINE_Y, TEE_Y, HOG_LINE_Y))
@@ -201,7 +203,7 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
     if hog is not None and (line := seen.line(hog.value)) is not None:
         origin, found["speed"], found["angle"], found["line"] = line
     found["spin"] = None if hog is None else seen.spin(hog.value)
-    rest = _Seen(track, slide).place_of_rest() if before else seen.place_of_rest()
+    rest = _Seen(track, slide).last_place() if before else seen.place_of_rest()
     if rest is not None:
         place, sigma = rest
         found |= {
@@ -364,14 +366,34 @@ class _Seen:
         return Measured(float(self._slide.t[-1]), 0.3)
 
     def place_of_rest(self) -> tuple[Floats, float | None] | None:
-        """Where the stone lies in the end, (2,) [m], and the standard error of a coordinate."""
-        last = self._t >= self._t[-1] - 0.7
-        still = last.sum() >= 4 and float(np.hypot(*np.ptp(self._xy[last], axis=0))) < 0.05
-        if not (still or (self._slide.rests and self._slide.t[-1] >= self._t[-1] - 1e-6)):
+        """Where it has come to rest by itself, (2,) [m], and the standard error of a coordinate.
+
+        It may be pushed aside or picked up afterwards.
+        """
+        if not self._slide.rests:
+            return self.last_place()
+        end = float(self._slide.t[-1])
+        lies = self._still_until(min(end + STILL_SECONDS, float(self._t[-1])))
+        return lies or self._place(end - 0.1, end)
+
+    def last_place(self) -> tuple[Floats, float | None] | None:
+        """Where it lies in the end, whatever moved it."""
+        end = float(self._t[-1])
+        rests = self._slide.rests and self._slide.t[-1] >= end - 1e-6
+        return self._still_until(end) or (self._place(end - 0.1, end) if rests else None)
+
+    def _still_until(self, end: float) -> tuple[Floats, float | None] | None:
+        """Where it lies still up to a time [s]; None where it moves."""
+        last = (self._t >= end - STILL_SECONDS) & (self._t <= end)
+        if last.sum() < 4 or float(np.hypot(*np.ptp(self._xy[last], axis=0))) >= STILL_WITHIN:
             return None
-        rows = np.flatnonzero(self._t >= self._t[-1] - (0.5 if still else 0.1))
+        return self._place(end - 0.5, end)
+
+    def _place(self, begin: float, end: float) -> tuple[Floats, float | None]:
+        """Where it is from one time to another [s]."""
+        rows = np.flatnonzero((self._t >= begin) & (self._t <= end))
+        stated = self._sigma_at(end)
         place = np.median(self._xy[rows], axis=0)
-        stated = self._sigma_at(float(self._t[-1]))
         return place, self._noise / np.sqrt(len(rows)) if stated is None else stated
 
 

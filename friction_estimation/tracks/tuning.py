@@ -45,6 +45,8 @@ LINE_WINDOW = 3.0
 the curl bends it; shorter, and the noise of single rows does."""
 SPIN_WINDOW = 3.0
 """Time after the hog line within which the spin is read [s]."""
+STILL_SECONDS, STILL_WITHIN = 0.7, 0.05
+"""A stone lies where it stays for so long [s], within so much [m]."""
 MIN_TURN = 0.3
 """Least turn of a stone from which its handle is named [rad]."""
 

@@ -117,6 +117,25 @@ def test_line_curl_and_rest_are_right_within_their_errors(draws, rng):
     assert [one.spin.value for one in found] == pytest.approx(starts[:, 4], rel=0.05)
 
 
+def test_a_stone_that_is_pushed_aside_afterwards_came_to_rest_before(draws, rng):
+    for track in seen(draws[0][:4], rng):
+        found = measure_throw(track)
+        t = np.arange(1, 25) / 30
+        aside = track.xy[-1] + np.column_stack([0.6 * t, 0.2 * t])
+        columns = {
+            "t": np.append(track.t, track.t[-1] + t),
+            "xy": np.concatenate([track.xy, aside]),
+            "theta": np.append(track.theta, np.full(len(t), track.theta[-1])),
+            "swept": np.zeros(len(track) + len(t)),
+            "sigma_xy": np.full(len(track) + len(t), 0.002),
+        }
+        pushed = measure_throw(replace(track, **columns))
+        assert pushed.rests
+        for name in ("right", "past", "curl", "turns"):
+            true = getattr(found, name).value
+            assert getattr(pushed, name).value == pytest.approx(true, abs=0.01), name
+
+
 def test_errors_that_last_are_within_what_is_said(draws, as_filmed):
     exact, starts = draws
     found = throw_table(as_filmed(exact, 3))
