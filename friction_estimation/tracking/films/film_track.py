@@ -94,7 +94,7 @@ class FilmTrack:
         ahead = np.array([[*(self.trajectory.xy[-1] + HIDDEN_LONG * pace), 0.0]])
         filmed_on = self.frame_count - self.frame[-1] > HIDDEN_LONG * a_second
         if filmed_on and np.hypot(*pace) > STILL_SLIDES and self.camera.sees(ahead)[0]:
-            parts.append(f"from {t[-1]:.1f} s on, while it still slides")
+            parts.append(f"from {t[-1]:.1f} s on, while it still moves")
         return " and ".join(parts)
 
     @property

@@ -17,7 +17,7 @@ from friction_estimation.tracking import FilmTrack
         (np.arange(80), 1.0, True, ""),
         (np.delete(np.arange(80), range(31, 50)), 1.0, True, "from 3.0 to 5.0 s"),
         (np.delete(np.arange(80), range(31, 36)), 1.0, True, ""),
-        (np.arange(61), 1.0, True, "from 6.0 s on, while it still slides"),
+        (np.arange(61), 1.0, True, "from 6.0 s on, while it still moves"),
         (np.arange(61), 0.0, True, ""),
         (np.arange(61), 1.0, False, ""),
     ],
