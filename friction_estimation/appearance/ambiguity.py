@@ -23,6 +23,7 @@ from friction_estimation.appearance.tuning import (
     FARTHEST_RISE,
     FEWEST_RAISED,
     PLACED_ROUNDS,
+    RISE_SIGMA,
     RISE_STEP,
     UNLIKELY_RISE,
 )
@@ -54,7 +55,8 @@ def sight_doubt(
 def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> tuple[float, float]:
     """By how much higher than in a look the pictures show the stone, and its standard error [m].
 
-    Higher, the stone is nearer to the camera.
+    Higher, the stone is nearer to the camera. What pictures hardly tell moves it little, but counts
+    as an error.
 
     Parameters
     ----------
@@ -81,9 +83,9 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
     fine = np.linspace(rises[0], rises[-1], 200)
     cost = PchipInterpolator(rises, [found[rise] for rise in rises])(fine)
     weight = np.exp(-0.5 * (cost - cost.min()))
-    weight /= weight.sum()
-    mean = float(weight @ fine)
-    return mean, float(np.sqrt(weight @ (fine - mean) ** 2))
+    trusted = weight * np.exp(-0.5 * (fine / RISE_SIGMA) ** 2)
+    mean = float(trusted @ fine / trusted.sum())
+    return mean, float(np.sqrt(weight @ (fine - mean) ** 2 / weight.sum()))
 
 
 def _raised(crop: Crop, rise: float) -> Crop:

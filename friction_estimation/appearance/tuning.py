@@ -112,6 +112,8 @@ UNLIKELY_KIND = 0.01
 RISE_STEP, FARTHEST_RISE = 0.002, 0.006
 """Steps in which stones are raised along the line of sight, and how far at most [m]: a stone's
 widest place is known to 3 mm."""
+RISE_SIGMA = 0.0015
+"""Standard error of the height at which a look shows a stone, before others are asked [m]."""
 FEWEST_RAISED = 8
 """Of more crops, only every second one is raised."""
 PLACED_ROUNDS = 8
