@@ -110,7 +110,9 @@ def find_stone(
         times = film.sample[0][0], film.sample[-1][0]
         frames = film.between(*times, look_step(film, background))
         by_look = find_by_look(frames, background, camera, model, scene.sheet)
-        if by_look is not None:
+        # Where both go alike nothing touches the stone, and it is shown best where it is alone.
+        alone = by_look is None or (found is not None and found.path.agrees_with(by_look.path))
+        if by_look is not None and not alone:
             found = replace(by_look, sightings=() if found is None else found.sightings)
     if found is None:
         raise NoThrowError(

@@ -177,6 +177,9 @@ MIN_CANDIDATE_LIKENESS = 0.05
 """Blobs less like a stone are no candidates."""
 SAME_PLACE = 0.2
 """Candidates nearer to each other than this are one stone [m]."""
+AGREEING_SHARE = 0.95
+"""Paths are those of one stone where so many places of one are the other's. Of films with people,
+those whose stone is always alone in the picture have 1.0, and those with sweepers 0.66 at most."""
 NEIGHBOURS = 3.0
 """Stones farther from each other than this do not overlap in a picture [m]."""
 MIN_RESTING_VISIBLE = 0.6

@@ -69,6 +69,12 @@ class RoughPath:
             return places[0] + speed * (t - times[0])
         return places[-1]
 
+    def agrees_with(self, other: RoughPath) -> bool:
+        """Whether it goes where another path was seen, nearly always."""
+        seen = other.sightings
+        near = [np.linalg.norm(self.at(s.t) - s.xy) < tuning.SAME_PLACE for s in seen]
+        return sum(near) >= tuning.AGREEING_SHARE * len(near)
+
     @cached_property
     def _t(self) -> Floats:
         return np.array([s.t for s in self.sightings])

@@ -139,3 +139,23 @@ def test_a_path_that_was_measured_leads_to_its_end():
     assert RoughPath(sightings=tuple(sightings), measured=True).leads(2.0)
     assert not RoughPath(sightings=tuple(sightings), measured=True).leads(2.1)
     assert not RoughPath(sightings=tuple(sightings)).leads(1.0)
+
+
+def test_paths_agree_where_one_goes_as_the_other_was_seen():
+    def path(t, y):
+        seen = zip(t, y, strict=True)
+        return RoughPath(
+            sightings=tuple(
+                Sighting(frame=k, t=u, xy=np.array([0.1, v]), likeness=1.0)
+                for k, (u, v) in enumerate(seen)
+            )
+        )
+
+    t = np.arange(0, 20, 0.2)
+    slide = path(t, 2.0 * t - 0.05 * t**2)
+    few = path(t[::3], 2.0 * t[::3] - 0.05 * t[::3] ** 2 + 0.05)
+    assert few.agrees_with(slide)
+    lost = path(t[:40:3], 2.0 * t[:40:3] - 0.05 * t[:40:3] ** 2)
+    assert not lost.agrees_with(slide)
+    gone_over = path(t[::3], 2.0 * t[::3] - np.where(t[::3] < 16, 0.05, 0.03) * t[::3] ** 2)
+    assert not gone_over.agrees_with(slide)
