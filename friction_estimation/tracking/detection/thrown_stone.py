@@ -72,8 +72,9 @@ class RoughPath:
     def agrees_with(self, other: RoughPath) -> bool:
         """Whether it goes where another path was seen, nearly always."""
         seen = other.sightings
-        near = [np.linalg.norm(self.at(s.t) - s.xy) < tuning.SAME_PLACE for s in seen]
-        return sum(near) >= tuning.AGREEING_SHARE * len(near)
+        away = [float(np.linalg.norm(self.at(s.t) - s.xy)) for s in seen]
+        near = sum(distance < tuning.SAME_PLACE for distance in away)
+        return near >= tuning.AGREEING_SHARE * len(away)
 
     @cached_property
     def _t(self) -> Floats:
