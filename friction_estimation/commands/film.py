@@ -77,7 +77,7 @@ def film(
         NAME.ice.json       the ice itself
     """
     from curling_env.ice import load_ice, save_ice
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.files.storage import check_writable, make_directory, together
     from curling_env.physics.session import slides_in_turn
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec, render_films
@@ -93,6 +93,8 @@ def film(
     # Four samples a frame: the cubic between them is then exact to a micrometre.
     thrown = [run.trajectory for run in slides_in_turn(known, numbered, fps=4 * fps)]
     folder = make_directory(output)
+    for throw in range(len(thrown)):
+        check_writable(folder / f"{spec.name}-{throw}.mp4", kinds=("made film",))
     with together(), progress_bar("frame") as progress:
         films = render_films(
             folder,

@@ -170,7 +170,7 @@ def track(
     import cv2
 
     from curling_env.infrastructure.files.command_files import note_rewritten
-    from curling_env.infrastructure.files.storage import together
+    from curling_env.infrastructure.files.storage import check_writable, together
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import films_in, is_stream
@@ -224,6 +224,7 @@ def track(
                         source="--overlay",
                     )
                 drawn = overlay.with_stem(f"{overlay.stem}-{number}") if number else overlay
+                check_writable(drawn, kinds=("made film",))
                 if number and drawn.exists():
                     say(f"{drawn}: the earlier file of this name is replaced")
                 write_overlay(

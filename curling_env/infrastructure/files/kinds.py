@@ -120,7 +120,7 @@ def is_same_kind(new: str | Path, old: str | Path) -> bool:
     """Whether a new file is of the same kind as the one whose name it is going to take.
 
     Tables and JSON documents without a kind of their own are alike where the columns or keys of one
-    are among those of the other.
+    are among those of the other. Whose films may be replaced says who writes them (`kind_of`).
     """
     before, now = kind_of(old), kind_of(new)
     if before is None or now is None:
@@ -131,7 +131,7 @@ def is_same_kind(new: str | Path, old: str | Path) -> bool:
     if before == now == "document":
         ours, theirs = document_keys(new), document_keys(old)
         return bool(ours & theirs) or ours == theirs
-    return before == now
+    return before.removeprefix("made ") == now.removeprefix("made ")
 
 
 def _kind_of_json(content: bytes) -> str:

@@ -54,6 +54,17 @@ def test_the_command_needs_a_directory_it_can_write(curling, tmp_path):
     assert "a file is in its place" in result.complaint
 
 
+def test_the_command_replaces_no_film_of_ones_own(curling, tmp_path):
+    (tmp_path / "r.csv").write_text(RELEASES)
+    own = tmp_path / "side-0.mp4"
+    own.write_bytes(b"\0\0\0\x20ftypisom, and what a camera took")
+    result = curling(
+        *("film", "--ice", "standard", "--releases", tmp_path / "r.csv", "--camera", "side"),
+        *("--size", "192x108", "--fps", 10, "--no-people", "-o", tmp_path),
+    )
+    assert "side-0.mp4: is a film of your own and is not replaced" in result.complaint
+
+
 def test_the_command_refuses_thousands_of_films(curling, tmp_path):
     rows = "".join(f"{k},0,-10.9725,0,2.1,0,1.5\n" for k in range(1001))
     (tmp_path / "r.csv").write_text("throw,x,y,vx,vy,theta,omega\n" + rows)
