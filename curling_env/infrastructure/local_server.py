@@ -70,15 +70,18 @@ class LocalServer(ThreadingHTTPServer):
     def process_request(self, request: Any, client_address: Any) -> None:
         """Begin a thread, unless too many are busy; one that has idled too long makes room."""
         with self._lock:
-            if len(self._open) >= MAX_CONNECTIONS:
-                oldest, begun = min(self._open.items(), key=lambda entry: entry[1])
-                if time.monotonic() - begun < PATIENCE:
-                    self.shutdown_request(request)
-                    return
+            full = len(self._open) >= MAX_CONNECTIONS
+            oldest = min(self._open, key=self._open.__getitem__) if full else None
+            idled = oldest is None or time.monotonic() - self._open[oldest] >= PATIENCE
+            if idled and oldest is not None:
                 _hang_up(oldest)
                 del self._open[oldest]
-            self._open[request] = time.monotonic()
-        super().process_request(request, client_address)
+            if idled:
+                self._open[request] = time.monotonic()
+        if idled:
+            super().process_request(request, client_address)
+        else:
+            self.shutdown_request(request)  # takes the lock itself
 
     def close_request(self, request: Any) -> None:
         """Forget a connection that has been answered."""

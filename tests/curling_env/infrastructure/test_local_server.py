@@ -6,6 +6,7 @@ import http.client
 import socket
 import threading
 import time
+from contextlib import suppress
 from http import HTTPStatus
 
 import pytest
@@ -98,3 +99,18 @@ def test_silent_connections_hold_no_threads(server, monkeypatch):
     assert ask(server)[0] == 200
     for connection in silent:
         connection.close()
+
+
+def test_one_connection_too_many_is_closed_and_the_others_go_on(server):
+    silent = [
+        socket.create_connection(server.server_address, timeout=60)
+        for _ in range(local_server.MAX_CONNECTIONS)
+    ]
+    with socket.create_connection(server.server_address, timeout=60) as last, suppress(OSError):
+        assert last.recv(1) == b""
+    for connection in silent:
+        connection.close()
+    deadline = time.monotonic() + 60
+    while server._open and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert ask(server)[0] == 200
