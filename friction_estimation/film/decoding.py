@@ -111,7 +111,7 @@ def decoded(
             continue
         for frame in frames:
             damaged = frame.is_corrupt or (damaged and not frame.key_frame)
-            if frame.interlaced_frame:
+            if frame.interlaced_frame and not frame.format.has_palette:
                 keep_one_field(frame)
             yield frame, damaged
         if ended:
