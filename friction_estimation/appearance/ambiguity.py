@@ -18,7 +18,7 @@ from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop
 from friction_estimation.appearance.fit import Appearance, ShapeDoubt
 from friction_estimation.appearance.prior import ShapePrior
-from friction_estimation.appearance.profile import refine_profile, shape_doubt, unlikelihood
+from friction_estimation.appearance.profile import ProfileFit, fit_profile, shape_doubt
 from friction_estimation.appearance.tuning import (
     FARTHEST_RISE,
     FEWEST_RAISED,
@@ -30,20 +30,20 @@ from friction_estimation.appearance.tuning import (
 
 
 def sight_doubt(
-    crops: Sequence[Crop], look: Appearance, prior: ShapePrior, *, typical: bool
+    crops: Sequence[Crop], fit: ProfileFit, prior: ShapePrior, *, typical: bool
 ) -> ShapeDoubt:
     """How far the stone may be misplaced by shapes that fit nearly as well.
 
     Parameters
     ----------
-    crops : crops of one stone with fitted poses
-    look : fitted to them
+    crops : crops of one stone, with the poses of the fit
+    fit : of a look to them
     prior : what stones of its kind are like
     typical : whether the middle of the prior is a real stone's; if not, the mean over shapes is no
         better than the likeliest one, and what others say counts as an error only
     """
-    doubt = shape_doubt(crops, look, prior)
-    rise, sigma = likely_rise(crops, look, prior)
+    doubt = shape_doubt(crops, fit)
+    rise, sigma = likely_rise(crops, fit.look, prior)
     if not typical:
         rise, sigma = 0.0, float(np.hypot(sigma, rise))
     toward = np.array([_toward_camera(crop) for crop in crops])
@@ -73,8 +73,8 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
             if rise in found:
                 continue
             moved = [_raised(crop, rise) for crop in crops]
-            at = refine_profile(moved, at, prior, PLACED_ROUNDS, placed=True)
-            found[rise] = unlikelihood(moved, at, prior, placed=True)
+            fit = fit_profile(moved, at, prior, PLACED_ROUNDS, placed=True)
+            at, found[rise] = fit.look, fit.unlikelihood()
             if rise == 0.0:
                 middle = at
             if found[rise] > min(found.values()) + UNLIKELY_RISE:

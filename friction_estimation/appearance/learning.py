@@ -35,10 +35,7 @@ from friction_estimation.appearance.prior import (
     UPRIGHT,
     ShapePrior,
 )
-from friction_estimation.appearance.profile import (
-    refine_profile,
-    unlikelihood,
-)
+from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ADAPTING_ROUNDS,
@@ -108,7 +105,7 @@ def _refined(
 ) -> Appearance:
     """A look refined with every how manyth crop; the poses of all are found anew, in place."""
     some = crops[::every]
-    look = refine_profile(some, look, prior, rounds)
+    look = fit_profile(some, look, prior, rounds).look
     look = replace(look, noise=residual_noise(some, look))
     if look.has_handle:
         fit_headings(crops, look)
@@ -132,7 +129,7 @@ def _handle_sought_again(
     some = [replace(crop, pose=crop.pose.copy()) for crop in crops[::every]]
     now = total_misfit(some, look)
     again = replace(look, has_handle=False, model=replace(look.model, **usual))
-    again = refine_profile(some, find_handle(some, again), prior, REFINED_AGAIN[1])
+    again = fit_profile(some, find_handle(some, again), prior, REFINED_AGAIN[1]).look
     far_better = again.has_handle and total_misfit(some, again) < OTHER_HANDLE * now
     return again if far_better else None
 
@@ -145,18 +142,19 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    other = refine_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
-    ahead = unlikelihood(others, other, alike) - unlikelihood(crops, look, prior)
+    fit = fit_profile(crops, look, prior, 0)
+    rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
+    ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(1 / (1 + np.exp(np.clip(np.log(REVERSIBLE_ODDS) - 0.5 * ahead, -50.0, 50.0))))
     if share < UNLIKELY_KIND:
-        return replace(other, doubt=sight_doubt(others, other, alike, typical=True))
-    doubt = sight_doubt(crops, look, prior, typical=False)
+        return replace(rival.look, doubt=sight_doubt(others, rival, alike, typical=True))
+    doubt = sight_doubt(crops, fit, prior, typical=False)
     if share > 1 - UNLIKELY_KIND:
         return replace(look, doubt=doubt)
-    rival = sight_doubt(others, other, alike, typical=True)
+    other = sight_doubt(others, rival, alike, typical=True)
     if share > 0.5:
-        return replace(look, doubt=doubt.mixed_with(rival, 1 - share))
-    return replace(other, doubt=rival.mixed_with(doubt, share))
+        return replace(look, doubt=doubt.mixed_with(other, 1 - share))
+    return replace(rival.look, doubt=other.mixed_with(doubt, share))
 
 
 def turned_alike(look: Appearance) -> Appearance:
@@ -194,13 +192,13 @@ def adapt_appearance(
     Returns
     -------
     the look, and how unlikely the crops are for such a stone, beside those of other heights of the
-    camera; see `profile.unlikelihood`
+    camera; see `ProfileFit.unlikelihood`
     """
     prior = ShapePrior(typical=model, ties=TURNED_ALIKE if alike else UPRIGHT)
     for crop in crops:
         fit_pose(crop, look)
-    look = refine_profile(crops, look, prior, ADAPTING_ROUNDS)
-    return look, unlikelihood(crops, look, prior, ALIKE_AT_HEIGHTS)
+    found = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
+    return found.look, found.unlikelihood(ALIKE_AT_HEIGHTS)
 
 
 def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:

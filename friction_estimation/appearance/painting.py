@@ -9,8 +9,9 @@ from curling_env.typing import Floats
 from friction_estimation.appearance.kernels import picture_kernels
 from friction_estimation.appearance.kernels.paint_kernels import (
     paint_body,
+    paint_dark,
     paint_handle,
-    paint_shade,
+    shade_ice,
 )
 from friction_estimation.appearance.kernels.picture_kernels import blur, colour_planes
 from friction_estimation.appearance.model import PixelWindow
@@ -56,17 +57,14 @@ def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bo
         columns,
         planes,
     )
-    shade_anew(planes, window, shape, pose)
+    dark = np.empty(planes.shape[1:], dtype=np.float32)
+    paint_dark(pose[0], pose[1], shape, window.ray_xy, rows, columns, dark)
+    shade_ice(planes, dark)
     if with_handle:
         turn_handle(planes, window, shape, pose)
     else:
         planes[HANDLE] = 0.0
     return planes
-
-
-def shade_anew(planes: Planes, window: PixelWindow, shape: Floats, pose: Floats) -> None:
-    """Paint the shade around a painted body, in place."""
-    paint_shade(pose[0], pose[1], shape, window.ray_xy, *window.shape, planes)
 
 
 def turn_handle(planes: Planes, window: PixelWindow, shape: Floats, pose: Floats) -> None:

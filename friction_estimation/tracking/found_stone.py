@@ -106,7 +106,8 @@ def find_stone(
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     found = find_thrown_stone(film.sample, background, camera, model, scene.sheet, film.between)
     path = None if found is None else found.path
-    if people_near(film.sample, path, background, camera, model):
+    alone = found is not None and seen_throughout(found.path, film.sample, camera)
+    if not alone and people_near(film.sample, path, background, camera, model):
         times = film.sample[0][0], film.sample[-1][0]
         frames = film.between(*times, look_step(film, background))
         by_look = find_by_look(frames, background, camera, model, scene.sheet)
@@ -127,6 +128,15 @@ def find_stone(
         model=model,
         sightings=found.sightings,
     )
+
+
+def seen_throughout(path: RoughPath, frames: Sequence[tuple[float, Frame]], camera: Camera) -> bool:
+    """Whether a stone is seen alone in nearly all frames through whose picture its path leads."""
+    times = np.array([t for t, _ in frames])
+    places = np.array([[*path.at(t), 0.0] for t in times])
+    expected = times[camera.sees(places)]
+    seen = np.isin(expected, [s.t for s in path.sightings])
+    return bool(seen.sum() >= tuning.AGREEING_SHARE * len(expected))
 
 
 def look_step(film: SteadyFilm, background: Background) -> float:

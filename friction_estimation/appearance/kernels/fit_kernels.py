@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-import math
+import numpy as np
 
 from curling_env.physics.compiled import compiled
 from friction_estimation.appearance.shape import (
     SUMS_IN_ANY_ORDER,
 )
+
+PIXELS_AT_ONCE = 256
+"""Pixels of which normal equations are summed at once."""
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
@@ -132,29 +135,60 @@ def robust_misfit(picture, behind, seen, noise, outlier_at):
 def normal_equations(jacobian, residual, weight, normal, right):
     """Fill the normal equations of a weighted least-squares problem.
 
-    Written out, because a threaded library call on such slim matrices mostly waits for its threads.
+    Written out, because a threaded library call on such slim matrices mostly waits for its threads,
+    and because many derivatives are zero in some channels.
 
     Parameters
     ----------
-    jacobian : (m, n) derivatives of n residuals by m parameters; they are weighted in place
-    residual, weight : (n,)
+    jacobian : (m, 3, n) derivatives of residuals by m parameters; they are weighted in place
+    residual : (3, n), weighted in place
+    weight : (n,) of the pixels
     normal, right : (m, m) and (m,)
     """
-    m, n = jacobian.shape
-    for i in range(n):
-        weight[i] = math.sqrt(weight[i])
-        residual[i] *= weight[i]
-    for p in range(m):
-        own = jacobian[p]
-        total = 0.0
+    m, n = jacobian.shape[0], jacobian.shape[2]
+    root, active = np.sqrt(weight), np.empty(m, np.int64)
+    normal[:], right[:] = 0.0, 0.0
+    for channel in range(3):
+        left = residual[channel]
         for i in range(n):
-            own[i] *= weight[i]
-            total += own[i] * residual[i]
-        right[p] = total
-        for q in range(p + 1):
-            other = jacobian[q]
-            total = 0.0
+            left[i] *= root[i]
+        count = 0
+        for p in range(m):
+            own, total, size = jacobian[p, channel], 0.0, 0.0
             for i in range(n):
-                total += own[i] * other[i]
-            normal[p, q] = total
-            normal[q, p] = total
+                own[i] *= root[i]
+                total += own[i] * left[i]
+                size += abs(own[i])
+            if size > 0.0:
+                right[p] += total
+                active[count] = p
+                count += 1
+        # So many pixels that what is read again and again stays in the fastest memory.
+        for start in range(0, n, PIXELS_AT_ONCE):
+            end = min(start + PIXELS_AT_ONCE, n)
+            for a in range(count):
+                p = active[a]
+                own = jacobian[p, channel, start:end]
+                for b in range(0, a + 1, 4):
+                    # The last ones may be reckoned twice.
+                    q0, q1 = active[b], active[min(b + 1, a)]
+                    q2, q3 = active[min(b + 2, a)], active[min(b + 3, a)]
+                    one, two = jacobian[q0, channel, start:end], jacobian[q1, channel, start:end]
+                    three = jacobian[q2, channel, start:end]
+                    four = jacobian[q3, channel, start:end]
+                    t0, t1, t2, t3 = 0.0, 0.0, 0.0, 0.0
+                    for i in range(end - start):
+                        t0 += own[i] * one[i]
+                        t1 += own[i] * two[i]
+                        t2 += own[i] * three[i]
+                        t3 += own[i] * four[i]
+                    normal[p, q0] += t0
+                    if b + 1 <= a:
+                        normal[p, q1] += t1
+                    if b + 2 <= a:
+                        normal[p, q2] += t2
+                    if b + 3 <= a:
+                        normal[p, q3] += t3
+    for p in range(m):
+        for q in range(p):
+            normal[q, p] = normal[p, q]

@@ -56,6 +56,8 @@ NODES = FOOT_STRIPS + BEVEL_STRIPS + 2
 GRIP_LEVELS = 4
 NECK_LEVELS = 2
 MIRROR_NODES = 5
+SHADE_REACH = 3.5
+"""Shade ends at this many lengths over which it fades."""
 NORMAL_MIRROR = 0.02
 """Share of upright light that water ice mirrors (Schlick's form of Fresnel's law)."""
 
@@ -256,31 +258,22 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def paint_shade(x, y, shape, ray_xy, rows, columns, planes):
-    """Paint the light that the ice loses in every fine pixel where it is seen beside the body.
+def paint_dark(x, y, shape, ray_xy, rows, columns, dark):
+    """Paint the share of its light that the ice loses in every fine pixel, beside the body or not.
 
     Parameters
     ----------
     x, y, shape, ray_xy, rows, columns : as of `paint_body`
-    planes : painted by `paint_body`; the last one, `shape.SHADE`, is filled
+    dark : (rows·FINE, columns·FINE), filled
     """
     contact_from = shape[RADIUS] - 0.5 * shape[FOOT_INSET]
-    contact_ends = contact_from + 3.0 * shape[CONTACT_REACH]
-    shadow_ends = shape[SHADOW_RADIUS] + 3.0 * shape[SHADOW_BLUR]
+    contact_ends = contact_from + SHADE_REACH * shape[CONTACT_REACH]
+    shadow_ends = shape[SHADOW_RADIUS] + SHADE_REACH * shape[SHADOW_BLUR]
+    full_shadow = max(shape[SHADOW_RADIUS] - SHADE_REACH * shape[SHADOW_BLUR], 0.0)
     for i in range(rows * FINE):
         below = min(i // FINE, rows - 2)
         down = (i + 0.5) / FINE - 0.5 - below
         for j in range(columns * FINE):
-            planes[SHADE, i, j] = 0.0
-            bare = (
-                1.0
-                - planes[FOOT, i, j]
-                - planes[SIDE, i, j]
-                - planes[BEVEL, i, j]
-                - planes[TOP, i, j]
-            )
-            if bare < 1e-6:
-                continue
             right = min(j // FINE, columns - 2)
             along = (j + 0.5) / FINE - 0.5 - right
             a = below * columns + right
@@ -289,17 +282,35 @@ def paint_shade(x, y, shape, ray_xy, rows, columns, planes):
             fy = ray_xy[a, 1] + along * (ray_xy[a + 1, 1] - ray_xy[a, 1])
             fy += down * (ray_xy[a + columns, 1] - ray_xy[a, 1]) - y
             light, square = 1.0, fx * fx + fy * fy
-            if square < contact_ends * contact_ends:
-                gap = max(math.sqrt(square) - contact_from, 0.0) / shape[CONTACT_REACH]
+            if square < contact_from * contact_from:
+                light -= shape[CONTACT]
+            elif square < contact_ends * contact_ends:
+                gap = (math.sqrt(square) - contact_from) / shape[CONTACT_REACH]
                 light -= shape[CONTACT] * math.exp(-gap * gap)
             dx, dy = fx - shape[SHADOW_X], fy - shape[SHADOW_Y]
             square = dx * dx + dy * dy
-            if square < shadow_ends * shadow_ends:
-                distance = math.sqrt(square) - shape[SHADOW_RADIUS]
-                light *= 1 - shape[SHADOW] * 0.5 * math.erfc(
-                    distance / shape[SHADOW_BLUR] * math.sqrt(0.5)
-                )
-            planes[SHADE, i, j] = bare * (1 - light)
+            if square < full_shadow * full_shadow:
+                light *= 1 - shape[SHADOW]
+            elif square < shadow_ends * shadow_ends:
+                beyond = (math.sqrt(square) - shape[SHADOW_RADIUS]) / shape[SHADOW_BLUR]
+                light *= 1 - shape[SHADOW] * 0.5 * math.erfc(beyond * math.sqrt(0.5))
+            dark[i, j] = 1 - light
+
+
+@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
+def shade_ice(planes, dark):
+    """Fill in the light that the ice loses in every fine pixel where it is seen beside the body.
+
+    Parameters
+    ----------
+    planes : painted by `paint_body`, of which `shape.SHADE` is filled
+    dark : painted by `paint_dark`
+    """
+    for i in range(planes.shape[1]):
+        for j in range(planes.shape[2]):
+            cover = planes[FOOT, i, j] + planes[SIDE, i, j]
+            cover += planes[BEVEL, i, j] + planes[TOP, i, j]
+            planes[SHADE, i, j] = (1 - cover) * dark[i, j]
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)

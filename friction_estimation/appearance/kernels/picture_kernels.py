@@ -48,7 +48,7 @@ def colour_planes(planes, handle, colours, coloured):
 
     Parameters
     ----------
-    planes : (7, height, width) planes that `paint_body` and `paint_shade` fill
+    planes : (7, height, width) planes that `paint_body` and `shade_ice` fill
     handle : (height, width) plane that `paint_handle` fills
     colours : (5, 3) colours of the parts
     coloured : (5, height, width), filled: the stone's brightness; the share of the ice's brightness

@@ -12,7 +12,7 @@ from friction_estimation.appearance.crops import composite, coverage
 from friction_estimation.appearance.fit import ShapeDoubt
 from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.prior import REVERSIBLE, ShapePrior
-from friction_estimation.appearance.profile import shape_doubt
+from friction_estimation.appearance.profile import fit_profile, shape_doubt
 from friction_estimation.camera.camera import Camera
 
 CAMERA = Camera.looking_at(
@@ -45,12 +45,13 @@ def test_crops_that_were_placed_too_far_away_come_nearer_to_the_camera():
         crop.pose = crop.pose - np.append(0.004 * crop.window.ray_slope.mean(axis=0), 0.0)
     prior = ShapePrior.reversible(PLAIN)
     found = np.array([crop.pose[:2] for crop in crops])
-    doubt, alone = sight_doubt(crops, shown, prior, typical=True), shape_doubt(crops, shown, prior)
+    fit = fit_profile(crops, shown, prior, 0)
+    doubt, alone = sight_doubt(crops, fit, prior, typical=True), shape_doubt(crops, fit)
     better = np.abs(found + doubt.shift - places)
     assert better.max() < 0.6 * np.abs(found - places).max()
     assert (better < 2 * np.hypot(doubt.sigma, 0.002)).all()
     assert (doubt.sigma >= alone.sigma).all()
-    guess = sight_doubt(crops, shown, prior, typical=False)
+    guess = sight_doubt(crops, fit, prior, typical=False)
     assert not guess.shift.any()
     assert guess.sigma[-1, 1] > abs(doubt.shift[-1, 1])
 

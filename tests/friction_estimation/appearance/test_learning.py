@@ -15,7 +15,7 @@ from friction_estimation.appearance.crops import Crop, composite, coverage
 from friction_estimation.appearance.fit import channels_of
 from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.prior import ShapePrior
-from friction_estimation.appearance.profile import refine_profile
+from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, all_on_film
 
@@ -63,6 +63,6 @@ def test_a_mirror_image_of_lamps_from_above_does_not_move_the_stone():
         seen = np.round(composite(coverage(crop, shown), ice, colours))
         crops.append(replace(crop, pixels=seen, pose=place + np.array([0.0, 0.004, 0.0])))
     dull = replace(shown, model=model)
-    found = refine_profile(crops, dull, ShapePrior(typical=model), 20)
+    found = fit_profile(crops, dull, ShapePrior(typical=model), 20).look
     assert abs(found.model.gloss - 0.08) < 0.02
     assert max(abs(crop.pose[1] - y) for crop, y in zip(crops, places, strict=True)) < 0.001

@@ -1,0 +1,109 @@
+"""How a stone's picture changes with its shape, its colours and its pose."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from friction_estimation.appearance import Appearance, Crop, StoneModel
+from friction_estimation.appearance.crops import composite, coverage
+from friction_estimation.appearance.derivatives import TURN_STEP, picture_derivatives, step_of
+from friction_estimation.appearance.kernels.fit_kernels import normal_equations
+from friction_estimation.appearance.model import window_at
+from friction_estimation.appearance.shape import PARTS, SHAPE_PARAMETERS
+from friction_estimation.camera.camera import Camera
+
+CAMERA = Camera.looking_at(
+    position=(2.5, -9.0, 4.0), target=(0.0, 0.0, 0.0), focal_px=700.0, size=(640, 360)
+)
+MODEL = StoneModel(
+    radius=0.143,
+    height=0.1143,
+    shadow_x=0.02,
+    shadow_y=-0.01,
+    shadow=0.3,
+    contact=0.3,
+    mirror=0.5,
+    gloss=0.05,
+    light_x=0.2,
+    light_y=-0.1,
+)
+COLOURS = np.array(
+    [[90.0, 1, -2], [80, 0, 0], [95, -1, 0], [100, 2, 1], [120, -20, 60]], dtype=float
+)
+LOOK = Appearance(model=MODEL, colours=COLOURS, noise=np.array([2.0, 6, 5]), has_handle=True)
+ICE = np.array([225.0, 3, -4])
+
+
+def stone_on_ice():
+    pose = np.array([0.3, 0.4, 0.7])
+    window = window_at(CAMERA, MODEL.outline_px(CAMERA, pose[:2]), 12.0)
+    ice = np.tile(ICE, (len(window.ray_xy), 1))
+    return Crop(window=window, pixels=ice, background=ice, pose=pose, t=0.0)
+
+
+def painted(crop, look):
+    """The crop's picture by the code that does not know of derivatives, (n, 3)."""
+    return composite(coverage(crop, look), crop.background, look.colours)
+
+
+def changed(crop, name, step):
+    """Crop and look after a step of one parameter of the shape, or of the heading."""
+    if name == "theta":
+        return replace(crop, pose=crop.pose + np.array([0.0, 0.0, step])), LOOK
+    model = replace(MODEL, **{name: getattr(MODEL, name) + step})
+    return crop, replace(LOOK, model=model)
+
+
+@pytest.mark.parametrize("name", [*SHAPE_PARAMETERS[2:], "theta"])
+def test_the_picture_changes_with_the_shape_as_pictures_of_two_shapes_differ(name):
+    """What bends an outline is stepped both ways; pictures of other shapes are painted anew."""
+    crop, turned = stone_on_ice(), name == "theta"
+    index = [] if turned else [SHAPE_PARAMETERS.index(name)]
+    jacobian, _, _ = picture_derivatives(crop, LOOK, index, len(PARTS), 3)
+    step = TURN_STEP if turned else step_of(name)
+    there, back = (painted(*changed(crop, name, way * step)) for way in (1, -1))
+    both = ((there - back) / (2 * step * LOOK.noise)).T
+    one = ((there - painted(crop, LOOK)) / (step * LOOK.noise)).T
+    found, bends = jacobian[-1 if turned else 0], not name.startswith(("shadow", "contact", "blur"))
+    expected = both if bends and name != "colour_blur_px" else one
+    assert np.linalg.norm(found - expected) < 0.01 * np.linalg.norm(expected)
+    assert np.linalg.norm(found - both) < 0.15 * np.linalg.norm(both)
+
+
+def test_the_picture_changes_with_colours_and_place():
+    crop = stone_on_ice()
+    jacobian, residual, weight = picture_derivatives(crop, LOOK, [], len(PARTS), 3)
+    now = painted(crop, LOOK)
+    np.testing.assert_allclose(residual, ((crop.pixels - now) / LOOK.noise).T, atol=2e-3)
+    assert weight.max() <= 1.0
+    for part in range(len(PARTS)):
+        for channel in range(3):
+            colours = COLOURS.copy()
+            colours[part, channel] += 1
+            expected = (painted(crop, replace(LOOK, colours=colours)) - now) / LOOK.noise
+            np.testing.assert_allclose(jacobian[3 * part + channel], expected.T, atol=2e-4)
+    for axis in range(2):
+        way = np.zeros(3)
+        way[axis] = 0.001
+        there, back = (painted(replace(crop, pose=crop.pose + s * way), LOOK) for s in (1, -1))
+        expected = ((there - back) / (0.002 * LOOK.noise)).T
+        # The picture is moved as a whole; the foot moves a little more than the top.
+        error = np.linalg.norm(jacobian[-3 + axis] - expected)
+        assert error < 0.25 * np.linalg.norm(expected)
+
+
+def test_normal_equations_leave_out_nothing():
+    """Derivatives that are zero in a channel are skipped, and pixels are summed in parts."""
+    rng = np.random.default_rng(3)
+    jacobian = rng.normal(size=(11, 3, 700))
+    jacobian[2, 1:], jacobian[5, 0], jacobian[7] = 0.0, 0.0, 0.0
+    residual, weight = rng.normal(size=(3, 700)), rng.uniform(0.1, 1.0, 700)
+    weighted = (jacobian * weight).reshape(11, -1)
+    normal, right = weighted @ jacobian.reshape(11, -1).T, weighted @ residual.ravel()
+    found, pulled = np.empty((11, 11)), np.empty(11)
+    normal_equations(jacobian, residual, weight, found, pulled)
+    np.testing.assert_allclose(found, normal, rtol=1e-9, atol=1e-9)
+    np.testing.assert_allclose(pulled, right, rtol=1e-9, atol=1e-9)
