@@ -8,7 +8,7 @@ from functools import cache
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, painted_planes, robust_weights
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.kernels.change_kernels import (
@@ -21,14 +21,12 @@ from friction_estimation.appearance.kernels.change_kernels import (
 )
 from friction_estimation.appearance.kernels.picture_kernels import blur
 from friction_estimation.appearance.painting import Planes, blurred, coloured, composite_change
-from friction_estimation.appearance.prior import HANDLE_PREFIXES, SHAPE_BOUNDS, SHAPE_SPREAD
+from friction_estimation.appearance.prior import HANDLE_PREFIXES, SHAPE_SPREAD
 from friction_estimation.appearance.shape import (
     BLUR_PX,
     COLOUR_BLUR_PX,
-    GLOSS,
     HANDLE,
     LIT,
-    MIRROR,
     SHAPE_PARAMETERS,
     SIDE,
 )
@@ -46,10 +44,6 @@ LONGEST_SPREAD = 0.1
 """Parameters that differ less from stone to stone are lengths."""
 TURN_STEP = 1e-2
 """The same of the heading [rad]."""
-LINEAR = (MIRROR, GLOSS)
-"""Parameters of the body by which its picture changes evenly."""
-LEAST = np.array([SHAPE_BOUNDS.get(name, (-np.inf, np.inf))[0] for name in SHAPE_PARAMETERS])
-"""Least values of the shape."""
 
 
 def picture_derivatives(
@@ -85,7 +79,6 @@ def picture_derivatives(
         shape,
         look.colours.astype(np.float32),
         steps,
-        _back(shape, steps, kinds),
         kinds,
         window.ray_xy,
         window.ray_slope,
@@ -137,15 +130,6 @@ def _steps(
         steps[-1, -1] = TURN_STEP
         places, kinds = [*places, size - 1], [*kinds, GRIP]
     return np.array(places), steps, np.array(kinds)
-
-
-def _back(shape: Floats, steps: Floats, kinds: NDArray[np.int64]) -> Flags:
-    """Which steps are taken both ways: those of what bends the outlines, where that is possible.
-
-    A step one way tells the slope half a step ahead, and a fit then stops short of the best shape.
-    """
-    bends = np.isin(kinds, (BODY, GRIP)) & ~np.any(steps[:, list(LINEAR)], axis=1)
-    return bends & np.all(shape - steps[:, :-1] >= LEAST, axis=1)
 
 
 def _add_colours(planes: Planes, shape: Floats, noise: Floats, jacobian: Floats) -> None:

@@ -43,7 +43,6 @@ def picture_changes(
     shape,
     colours,
     steps,
-    back,
     kinds,
     ray_xy,
     ray_slope,
@@ -64,8 +63,7 @@ def picture_changes(
     shape : (29,) see `shape.SHAPE_PARAMETERS`
     colours : (5, 3) colours of the parts
     steps : (n, 30) steps of the shape, and last of the heading; in each one entry is not zero
-    back : (n,) whether the step is taken back, too, from where the parameter is
-    kinds : (n,) what each step changes; back are taken only those of the body and the handle
+    kinds : (n,) what each step changes
     ray_xy, ray_slope, scale : rays of a `PixelWindow`
     planes : (7, rows·FINE, columns·FINE) the painted stone
     light : (5, rows·FINE, columns·FINE) the same coloured, see `colour_planes`
@@ -79,9 +77,8 @@ def picture_changes(
     x, y, theta = pose[0], pose[1], pose[2]
     size = (rows * FINE, columns * FINE)
     handle, none = planes[HANDLE], np.zeros(size, np.float32)
-    dark, later, sooner = np.empty(size, np.float32), np.empty(size, np.float32), handle
+    dark, other = np.empty(size, np.float32), np.empty(size, np.float32)
     body, change = np.empty_like(light), np.empty_like(light)
-    before, earlier = np.empty_like(light), np.empty(size, np.float32)
     again, softer = np.empty_like(planes), np.empty((5, 3, rows, columns), np.float32)
     colour_planes(planes, none, colours, body)
     paint_dark(x, y, shape, ray_xy, rows, columns, dark)
@@ -89,7 +86,7 @@ def picture_changes(
     grip[0], grip[2], grip[3] = colours[HANDLE, 0], colours[HANDLE, 1], colours[HANDLE, 2]
     for p in range(len(steps)):
         moved, turn, step = shape + steps[p, :-1], steps[p, -1], steps[p].sum()
-        low, out = shape - steps[p, :-1], changes[places[p]]
+        out = changes[places[p]]
         out[:] = 0.0
         if kinds[p] == BLUR:
             first, last, at = 0, 2, BLUR_PX
@@ -100,51 +97,37 @@ def picture_changes(
                 softer[c, 0] -= seen[c, 0]
             _compose(softer, first, last, behind, noise, step, 0, 0, out)
             continue
-        if back[p]:
-            step *= 2
         first, last = 0, 5
         if kinds[p] == GRIP:
-            bar = theta + turn
-            paint_handle(x, y, bar, moved, ray_xy, ray_slope, scale, rows, columns, later)
-            sooner = handle
-            if back[p]:
-                bar = theta - turn
-                paint_handle(x, y, bar, low, ray_xy, ray_slope, scale, rows, columns, earlier)
-                sooner = earlier
+            turned = theta + turn
+            paint_handle(x, y, turned, moved, ray_xy, ray_slope, scale, rows, columns, other)
             for c in range(5):
                 for i in range(size[0]):
-                    now, then, own, row = later[i], sooner[i], body[c, i], change[c, i]
+                    now, then, own, row = other[i], handle[i], body[c, i], change[c, i]
                     for j in range(size[1]):
                         row[j] = (now[j] - then[j]) * (grip[c] - own[j])
         elif kinds[p] == DARK:
             first, last = 1, 2
-            paint_dark(x, y, moved, ray_xy, rows, columns, later)
+            paint_dark(x, y, moved, ray_xy, rows, columns, other)
             for i in range(size[0]):
                 foot, side, bevel = planes[FOOT, i], planes[SIDE, i], planes[BEVEL, i]
-                top, now, then, held = planes[TOP, i], later[i], dark[i], handle[i]
+                top, now, then, held = planes[TOP, i], other[i], dark[i], handle[i]
                 row = change[1, i]
                 for j in range(size[1]):
                     bare = (one - held[j]) * (one - (foot[j] + side[j] + bevel[j] + top[j]))
                     row[j] = bare * (now[j] - then[j])
         else:
             last = 1 if kinds[p] == LIGHT else 5
-            shaded = steps[p, FOOT_INSET] != 0.0  # contact shade begins below the foot
-            if shaded:
-                paint_dark(x, y, moved, ray_xy, rows, columns, later)
             paint_body(x, y, moved, ray_xy, ray_slope, scale, rows, columns, again)
-            shade_ice(again, later if shaded else dark)
+            if steps[p, FOOT_INSET] != 0.0:  # contact shade begins below the foot
+                paint_dark(x, y, moved, ray_xy, rows, columns, other)
+                shade_ice(again, other)
+            else:
+                shade_ice(again, dark)
             colour_planes(again, none, colours, change)
-            other = body
-            if back[p]:
-                if shaded:
-                    paint_dark(x, y, low, ray_xy, rows, columns, later)
-                paint_body(x, y, low, ray_xy, ray_slope, scale, rows, columns, again)
-                shade_ice(again, later if shaded else dark)
-                colour_planes(again, none, colours, before)
-                other = before
             for c in range(last):
                 for i in range(size[0]):
-                    held, then, row = handle[i], other[c, i], change[c, i]
+                    held, then, row = handle[i], body[c, i], change[c, i]
                     for j in range(size[1]):
                         row[j] = (one - held[j]) * (row[j] - then[j])
         _add_blurred(change, first, last, shape, behind, noise, step, out)

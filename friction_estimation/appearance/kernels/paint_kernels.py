@@ -138,7 +138,6 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
     reach = radius + widest
     top_z, top_r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
     surely_top = max(top_r - 2 * widest, 0.0)
-    values = np.empty(NODES)
     mirrored = shape[MIRROR] > 0.0 or shape[GLOSS] > 0.0
     aslant = shape[LIGHT_X] != 0.0 or shape[LIGHT_Y] != 0.0
     for row in range(rows):
@@ -180,31 +179,37 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                     planes[LIT, i, j] = 0.0
                     # Where the ray comes nearest to the stone's axis, within its height.
                     z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
-                    cover, seen, z_nearest = 0.0, -1, 0.0
+                    cover, seen, z_nearest, upper_edge = 0.0, -1, 0.0, 0.0
                     if c0 + z * (2 * c1 + z * c2) < reach * reach:
-                        for k in range(NODES):
-                            z, r = nodes[k, 0], nodes[k, 1]
-                            values[k] = c0 + z * (2 * c1 + z * c2) - r * r
+                        z, r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
+                        above = c0 + z * (2 * c1 + z * c2) - r * r
                         nearest, r_nearest, strip = 1e18, 1.0, 0
-                        seen = NODES - 1 if values[NODES - 1] <= 0 else -1
+                        seen, upper_edge = NODES - 1 if above <= 0 else -1, above
                         for k in range(NODES - 2, -1, -1):
-                            rise = nodes[k + 1, 0] - nodes[k, 0]
-                            least, at = values[k], 0.0
-                            if values[k + 1] < least:
-                                least, at = values[k + 1], 1.0
+                            z, r = nodes[k, 0], nodes[k, 1]
+                            value = c0 + z * (2 * c1 + z * c2) - r * r
+                            rise = nodes[k + 1, 0] - z
+                            least, at = value, 0.0
+                            if above < least:
+                                least, at = above, 1.0
                             if rise > 1e-9:
                                 second = c2 - slopes[k] * slopes[k]
-                                first = c1 + c2 * nodes[k, 0] - slopes[k] * nodes[k, 1]
+                                first = c1 + c2 * z - slopes[k] * r
                                 if second > 0 and first < 0 and -first < second * rise:
                                     at = -first / second
-                                    least = values[k] + first * at
+                                    least = value + first * at
                                     at /= rise
                             if seen < 0 and least <= 0:
-                                seen = k
-                            r = nodes[k, 1] + at * (nodes[k + 1, 1] - nodes[k, 1])
+                                seen, upper_edge = k, above
+                            r += at * (nodes[k + 1, 1] - r)
                             if least < nearest * r:
                                 nearest, r_nearest, strip = least / r, r, k
-                                z_nearest = nodes[k, 0] + at * rise
+                                z_nearest = z + at * rise
+                                if seen < 0:
+                                    upper_edge = above
+                            if seen >= 0 and least < -widest * r:
+                                break  # all of this fine pixel is inside the body
+                            above = value
                         dx, dy = fx + z_nearest * lx, fy + z_nearest * ly
                         rho = math.sqrt(max(nearest * r_nearest + r_nearest * r_nearest, 0.0))
                         distance = (rho - r_nearest) * _px_per_metre(dx, dy, z_nearest, scale)
@@ -229,11 +234,11 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             upper, slope = nodes[strip + 1, 0], slopes[strip]
                             second = c2 - slope * slope
                             rise = upper - nodes[strip, 0]
-                            if values[strip + 1] > 0.0 and rise > 1e-9:
+                            if upper_edge > 0.0 and rise > 1e-9:
                                 first = c1 + c2 * upper - slope * nodes[strip + 1, 1]
-                                root = first * first - second * values[strip + 1]
+                                root = first * first - second * upper_edge
                                 if root > 0.0 and first + math.sqrt(root) > 1e-12:
-                                    z = upper - values[strip + 1] / (first + math.sqrt(root))
+                                    z = upper - upper_edge / (first + math.sqrt(root))
                             dx, dy = fx + z * lx, fy + z * ly
                             rho = math.sqrt(dx * dx + dy * dy) * math.sqrt(1.0 + slope * slope)
                             towards = shape[LIGHT_X] * dx + shape[LIGHT_Y] * dy
@@ -244,9 +249,15 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             image = 1e9
                             for q in range(MIRROR_NODES):
                                 k = q * (NODES - 1) // (MIRROR_NODES - 1)
-                                z = nodes[k, 0]
+                                z, r = nodes[k, 0], nodes[k, 1]
                                 dx, dy = fx - z * lx, fy - z * ly
-                                distance = math.sqrt(dx * dx + dy * dy) - nodes[k, 1]
+                                square = dx * dx + dy * dy
+                                if square > (r + 2 * widest) ** 2:
+                                    continue  # more than a pixel away
+                                if r > 2 * widest and square < (r - 2 * widest) ** 2:
+                                    image = -1.0  # more than a pixel inside
+                                    break
+                                distance = math.sqrt(square) - r
                                 image = min(image, distance * _px_per_metre(dx, dy, -z, scale))
                             if image < 1.0:  # the pebble spreads the mirror image
                                 steep = 1.0 - 1.0 / math.sqrt(1.0 + c2)

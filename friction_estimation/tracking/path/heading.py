@@ -279,7 +279,8 @@ def _steady_rotation(
         rate = np.where(share > 0.02, share**power, 0.0)
         swept = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
         way = np.interp(times, t, swept)
-        for spins in np.array_split(tuning.SPINS_TRIED, 8):
+        # A few at a time, so that their numbers stay in the fastest memory.
+        for spins in np.array_split(tuning.SPINS_TRIED, len(tuning.SPINS_TRIED) // 2):
             turned = np.exp(1j * spins[:, None] * way)
             total = np.empty((len(spins), tuning.HEADING_WAVES + 1), dtype=complex)
             power_of = np.ones_like(turned)
