@@ -231,6 +231,7 @@ def _follow_alone(
         appearance=appearance,
         options=options,
         heading=heading,
+        alone=True,
     )
     for t, frame in frames:
 

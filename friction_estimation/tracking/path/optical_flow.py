@@ -83,6 +83,10 @@ class LocalFlow:
         self._points = np.empty((0, 2))
         self._age = 0
 
+    def forget(self) -> None:
+        """Look for new points next time: those of the last frame are not followed on."""
+        self._points = np.empty((0, 2))
+
     def shift(self, before: Frame, after: Frame, corners_px: Floats) -> Floats | None:
         """Motion of what a rectangle of one BGR frame shows to the next frame, (2,) [px].
 

@@ -1,4 +1,8 @@
-"""Where to look for a stone in the next frame, and whether what is found there can be right."""
+"""Where to look for a stone in the next frame, and whether what is found there can be right.
+
+A stone that nothing touches hardly changes its speed from one frame to the next: its last two
+places tell the next one to a fraction of a pixel. Where they are not known, optical flow tells it.
+"""
 
 from __future__ import annotations
 
@@ -31,7 +35,7 @@ class ExpectedPath(Protocol):
 
 
 class Predictor:
-    """Predicts a stone's pose by optical flow while it is seen, and else by the expected path.
+    """Predicts a stone's pose by its motion or by optical flow, and else by the expected path.
 
     Parameters
     ----------
@@ -41,6 +45,7 @@ class Predictor:
     options : what may be accepted
     heading : the heading over the whole film, where it is known
     turned : the heading at the beginning, where only that is known [rad]
+    alone : whether nothing can hit the stone; else optical flow predicts from frame to frame
     """
 
     def __init__(
@@ -52,12 +57,16 @@ class Predictor:
         options: TrackingOptions,
         heading: HeadingCurve | None,
         turned: float = np.nan,
+        alone: bool = False,
     ) -> None:
         self._path, self._camera, self._appearance = path, camera, appearance
         self._options, self._heading_curve = options, heading
         self._flow = LocalFlow(options.flow)
-        self._frame: Frame | None = None
+        self._alone = alone
+        self._frames: tuple[Frame | None, Frame | None] = (None, None)
         self._last: StoneFit | None = None
+        self._seen: list[tuple[float, Floats]] = []
+        self._by_motion = False
         self._last_t = 0.0
         self._theta, self._spin = 0.0, 0.0
         self._doubt = (tuning.HEADING_SIGMA**2, 0.0, tuning.SPIN_CHANGE_AT_CONTACT**2)
@@ -67,9 +76,20 @@ class Predictor:
 
     def predict(self, t: float, frame: Frame) -> Floats:
         """The pose in the next frame, (3,): x, y [m] and heading [rad]."""
-        before, self._frame = self._frame, frame
+        self._frames = (self._frames[1], frame)
+        self._by_motion = self._alone and len(self._seen) == 2 and not self._path.leads(t)
+        if not self._by_motion:
+            return self._by_flow(t)
+        self._flow.forget()
+        (earlier, there), (later, here) = self._seen
+        place = here + (here - there) * ((t - later) / (later - earlier))
+        return np.array([*place, self._heading(t)])
+
+    def _by_flow(self, t: float) -> Floats:
+        """The pose in the last frame, by optical flow from the one before, or by the path."""
         theta = self._heading(t)
-        if self._last is None or before is None or self._path.leads(t):
+        before, frame = self._frames
+        if self._last is None or before is None or frame is None or self._path.leads(t):
             return np.array([*self._path.at(t), theta])
         corners = self._appearance.model.extent_px(self._camera, self._last.xy)
         shift = self._flow.shift(before, frame, corners)
@@ -87,7 +107,7 @@ class Predictor:
         fit_at: Callable[[Floats], StoneFit | None],
         allowed: Callable[[StoneFit], bool] = lambda fit: True,
     ) -> StoneFit | None:
-        """The stone in a frame, measured from the predicted pose or else from the expected path.
+        """The stone in a frame, measured from the predicted pose or else from other ones.
 
         Parameters
         ----------
@@ -104,6 +124,9 @@ class Predictor:
         )
         if fit is not None and self._accepts(t, fit, start) and allowed(fit):
             return fit
+        if self._by_motion:
+            self._by_motion = False
+            return self.find(t, self._by_flow(t), fit_at, allowed)
         again = np.array([*self._path.at(t), self._heading(t)])
         if np.linalg.norm(again[:2] - start[:2]) > tuning.MIN_RETRY_DISTANCE:
             fit = fit_at(again)
@@ -114,6 +137,7 @@ class Predictor:
     def update(self, t: float, fit: StoneFit | None) -> None:
         """Take in what was measured in a frame; None where the stone was not seen."""
         self._last = fit
+        self._seen = [] if fit is None else [*self._seen[-1:], (t, fit.xy)]
         if fit is None or not self._appearance.has_handle or not np.isfinite(fit.theta):
             return
         if self._headings == 0:
