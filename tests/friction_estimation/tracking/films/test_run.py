@@ -15,7 +15,9 @@ from friction_estimation.synthetic.cameras import named_camera
 from friction_estimation.tracking import track_each
 from friction_estimation.tracking.cutting.pieces import Piece
 from friction_estimation.tracking.films import run
+from friction_estimation.tracking.films.given_tracker import GivenTracker
 from friction_estimation.tracking.films.shared_cameras import SharedCameras
+from friction_estimation.tracking.films.throws_of_film import ThrowTracker
 
 
 class Pictures(np.ndarray):
@@ -37,8 +39,8 @@ def test_the_pictures_of_a_throw_that_is_left_out_are_not_kept(monkeypatch):
 
     film = Path("film.mp4")
     several = [Piece(path=film, film=film, begin=k, end=k + 1) for k in range(4)]
-    monkeypatch.setattr(run, "_pieces", lambda *_: several)
-    monkeypatch.setattr(run, "_track", refuse)
+    monkeypatch.setattr(ThrowTracker, "_pieces", lambda *_: several)
+    monkeypatch.setattr(GivenTracker, "track", refuse)
     monkeypatch.setattr(run, "ordinary_file", lambda *_: None)
     monkeypatch.setattr(SharedCameras, "of", lambda *_: None)
     scene = scene_of(named_camera("gantry", (640, 360)))

@@ -1,0 +1,192 @@
+"""The throws of one film: cut, and tracked one after the other; what was tracked before is read."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+
+from curling_env.errors import InputError
+from curling_env.typing import Progress
+from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.scene import Scene
+from friction_estimation.film.video import Film
+from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short
+from friction_estimation.tracking.cutting.throws import shows_several
+from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.films.given_tracker import GivenTracker
+from friction_estimation.tracking.films.resume import Checkpoints, digest
+from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
+from friction_estimation.tracking.films.tracked_film import TrackedFilm
+
+
+@dataclass(kw_only=True, eq=False)
+class ThrowTracker:
+    """Tracks the throws of films, numbered in order.
+
+    Parameters
+    ----------
+    tracker : finds the stones in a throw
+    cameras : what is known of the cameras of scenes
+    checkpoints : the tracks of an interrupted call, and where those of this one are kept
+    always_track : as many of the first throws are tracked even if checkpoints hold their tracks
+    several_films : whether there are several; the throw of a single film is not kept
+    left_out : called with what is left out of a film, and why
+    progress : called with the number of frames done and the expected number of all
+    """
+
+    tracker: GivenTracker
+    cameras: SharedCameras
+    checkpoints: Checkpoints | None
+    always_track: int
+    several_films: bool
+    left_out: Callable[[str], object]
+    progress: Progress
+    _done: int = 0
+
+    def throws_of(
+        self, film: Path, scene: Scene, *, like: Sequence[Path] = (), throw: int | None = None
+    ) -> Generator[TrackedFilm, None, InputError | None]:
+        """Track the throws of a film, in order.
+
+        Parameters
+        ----------
+        like : films of the same scene that follow
+        throw : number of its throw, where it is known to show one; None: it is cut into its throws
+
+        Returns
+        -------
+        None, or of a film of which no part is a throw why the first one is none; each was told
+
+        Raises
+        ------
+        InputError : a film that shows no throw at all, and what the tracker raises
+        """
+        pieces = [Piece.whole(film)] if throw is not None else self._pieces(film, scene)
+        camera = self._camera_of(scene, pieces, like)
+        if len(pieces) == 1:
+            piece = pieces[0]
+            key = self._key(piece, scene, camera)
+            one = self._kept(key, piece)
+            if one is None:
+                one, pieces = self._whole(piece, scene, camera, may_show_several=throw is None)
+                if one is not None:
+                    self._keep(one, key, scene, even_alone=False)
+            if one is not None:
+                yield self._next(one, piece, scene, throw)
+                return None
+        return (yield from self._throws_in(pieces, scene, camera))
+
+    def _throws_in(
+        self, pieces: Sequence[Piece], scene: Scene, camera: RefinedCamera | None
+    ) -> Generator[TrackedFilm, None, InputError | None]:
+        """The throws in several parts of a film; gives why the first is none where all are none."""
+        refused: list[InputError] = []
+        for piece in pieces:
+            key = self._key(piece, scene, camera)
+            one = self._kept(key, piece)
+            if one is None:
+                try:
+                    one = self.tracker.track(piece, scene, camera, self.progress)
+                except InputError as error:
+                    refused.append(alone(error))
+                    self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
+                    continue
+                self._keep(one, key, scene, even_alone=True)
+            yield self._next(one, piece, scene)
+        return refused[0] if len(refused) == len(pieces) else None
+
+    def _whole(
+        self, piece: Piece, scene: Scene, camera: RefinedCamera | None, *, may_show_several: bool
+    ) -> tuple[TrackedFilm | None, list[Piece]]:
+        """All of a film as one throw; or its parts, where it turns out to show several."""
+
+        def parts(found: FilmTrack | None) -> list[Piece]:
+            return self._parts(piece, scene, found) if may_show_several else []
+
+        try:
+            one = self.tracker.track(piece, scene, camera, self.progress)
+        except InputError:
+            several = parts(None)
+            if not several:
+                raise
+            return None, several
+        several = parts(one.found)
+        return (None, several) if several else (one, [])
+
+    def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
+        """The throws of a film, or all of it where it shows one throw only."""
+        if not self.tracker.is_built_in:
+            return [Piece.whole(film)]
+        options = self.tracker.options
+        opened = Film.open(film, scene.fps, None if options is None else options.slow)
+        return cut(opened, scene, left_out=self._left_out_of(film), progress=self.progress)
+
+    def _parts(self, piece: Piece, scene: Scene, found: FilmTrack | None) -> list[Piece]:
+        """The throws of a short film that was tracked as one, if there are several.
+
+        Parameters
+        ----------
+        found : what was found in it; None where that is no throw
+        """
+        if piece.begin is not None or not isinstance(piece.film, Film) or not is_short(piece.film):
+            return []
+        if found is not None and not shows_several(found.sightings):
+            return []
+        left_out = self._left_out_of(piece.path)
+        parts = cut(piece.film, scene, look_through=True, left_out=left_out, progress=self.progress)
+        return parts if len(parts) > 1 else []
+
+    def _left_out_of(self, film: Path) -> Callable[[str], object]:
+        return lambda why: self.left_out(f"{film.name}, {why}")
+
+    def _camera_of(
+        self, scene: Scene, pieces: Sequence[Piece], like: Sequence[Path]
+    ) -> RefinedCamera | None:
+        """The camera that all films of the scene share; None where each is solved by itself."""
+        if not self.tracker.shares_cameras:
+            return None
+        return self.cameras.of(scene, pieces, like, self.progress)
+
+    def _key(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> str:
+        """A text that differs where anything differs that decides the tracks of a piece."""
+        if self.checkpoints is None:
+            return ""
+        return digest(
+            piece.path,
+            tracker=self.tracker.identity,
+            scene=asdict(replace(scene, source=None)),
+            piece=piece.key,
+            camera=None if camera is None else camera_document(camera),
+        )
+
+    def _kept(self, key: str, piece: Piece) -> TrackedFilm | None:
+        """What an interrupted call has tracked of a piece; None where nothing is kept of it."""
+        if self.checkpoints is None or self._done < self.always_track:
+            return None
+        kept = self.checkpoints.load(self._done, key)
+        if kept is None:
+            return None
+        tracks, summary = kept
+        return TrackedFilm(film=piece.path, tracks=tuple(tracks), summary=summary, resumed=True)
+
+    def _keep(self, one: TrackedFilm, key: str, scene: Scene, *, even_alone: bool) -> None:
+        """Keep what was tracked, and the camera with which that went well."""
+        if one.found is not None:
+            self.cameras.note(scene, one.found)
+        if self.checkpoints is not None and (even_alone or self.several_films):
+            self.checkpoints.save(self._done, key, one.tracks, one.summary)
+
+    def _next(
+        self, one: TrackedFilm, piece: Piece, scene: Scene, throw: int | None = None
+    ) -> TrackedFilm:
+        """The next throw under its number."""
+        number = self._done if throw is None else throw
+        self._done += 1
+        return replace(one.numbered(number, piece), scene=scene)
+
+
+def alone(error: InputError) -> InputError:
+    """An error without what was being done: the pictures of a throw that is left out."""
+    error.__cause__ = error.__context__ = None
+    return error.with_traceback(None)
