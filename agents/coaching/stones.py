@@ -15,13 +15,13 @@ from math import ceil
 from typing import Any
 
 import numpy as np
-from scipy.optimize import LinearConstraint, milp, minimize_scalar
-from scipy.special import stdtrit
+from scipy.optimize import LinearConstraint, milp
 
 from agents.coaching.athletes import Interval
 from agents.coaching.misses.released import Released, read_release
 from agents.coaching.misses.session_ice import SessionIce
 from agents.coaching.runs import SPEED, SPIN, Place, rests
+from agents.coaching.stone_levels import Levels, levels
 from agents.coaching.tuning import (
     ALIKE_CURL,
     ALIKE_FRICTION,
@@ -32,7 +32,7 @@ from agents.coaching.tuning import (
 from curling_env.errors import InputError, TrackTooShortError
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats, Integers, Progress, no_progress
+from curling_env.typing import Floats, Progress, no_progress
 from friction_estimation.tracks.throw_list import NO_NOTES, ThrowNote
 from friction_estimation.tracks.throw_table import thrown_stones
 
@@ -221,37 +221,6 @@ def match_stones(
     return _Match(plain, read, numbers, names, left_out).result()
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Levels:
-    """Each stone's ln factor against the set.
-
-    Parameters
-    ----------
-    value : (k,)
-    covariance : (k, k)
-    freedom : degrees of freedom of its scale
-    between : variance from throw to throw
-    noise : (k,) variance of one throw of each stone: of the throw itself and of its measurement
-    """
-
-    value: Floats
-    covariance: Floats
-    freedom: float
-    between: float
-    noise: Floats
-
-    def interval(self, weights: Floats) -> tuple[float, float, float]:
-        """A weighted sum, and the ends of its interval."""
-        value = float(weights @ self.value)
-        half = float(np.sqrt(weights @ self.covariance @ weights)) * self.reach
-        return value, value - half, value + half
-
-    @property
-    def reach(self) -> float:
-        """Standard errors to either side of a 95 % interval."""
-        return float(stdtrit(self.freedom, 0.975))
-
-
 class _Match:
     def __init__(
         self,
@@ -271,12 +240,12 @@ class _Match:
         trend = when if np.ptp(when) > 0 else order
         handle = np.array([np.sign(one.throw[SPIN]) for one in releases])
         friction = np.array([one.friction for one in releases], dtype=np.float64)
-        self._friction = _levels(friction, stone, len(numbers), [trend, ends])
+        self._friction = levels(friction, stone, len(numbers), [trend, ends])
         curl = np.array([one.curl for one in releases], dtype=np.float64)
         known = curl[:, 1] < KNOWN_CURL
         self._curl = None
         if set(stone[known].tolist()) == set(range(len(numbers))):
-            self._curl = _levels(
+            self._curl = levels(
                 curl[known], stone[known], len(numbers), [handle[known], ends[known]]
             )
         self._carry, self._bend = _draw(ice, releases)
@@ -343,7 +312,7 @@ class _Match:
         )
 
     def _verdict(
-        self, levels: _Levels, told: tuple[float, float, float], alike: float, i: int, j: int
+        self, levels: Levels, told: tuple[float, float, float], alike: float, i: int, j: int
     ) -> tuple[str, int]:
         """Whether two stones differ, and how many more throws of each would settle it."""
         value, low, high = told
@@ -361,54 +330,6 @@ class _Match:
 def _factor(told: tuple[float, float, float]) -> Interval:
     value, low, high = np.exp(told).tolist()
     return Interval(value, low, high)
-
-
-def _levels(measured: Floats, stone: Integers, count: int, others: Sequence[Floats]) -> _Levels:
-    """The level of each stone by restricted likelihood.
-
-    Parameters
-    ----------
-    measured : (n, 2) a number of each throw, and its standard error
-    stone : (n,) the stone of each
-    count : number of stones
-    others : (n,) each, what else may move the number; left out where stones and it move together
-    """
-    value, variance = measured[:, 0], measured[:, 1] ** 2
-    design = np.eye(count)[stone]
-    for other in others:
-        size = float(np.ptp(other))
-        wider = np.column_stack([design, (other - other.mean()) / (size or 1.0)])
-        enough = len(value) - wider.shape[1] >= 2
-        if size > 0 and enough and np.linalg.cond(wider) < 50.0:
-            design = wider
-
-    def solve(between: float) -> tuple[Floats, Floats, float]:
-        weight = 1 / (variance + between)
-        normal = design.T @ (design * weight[:, None])
-        inverse = np.linalg.inv(normal)
-        found = inverse @ (design.T @ (weight * value))
-        left = value - design @ found
-        _, log_determinant = np.linalg.slogdet(normal)
-        cost = float((weight * left**2).sum() - np.log(weight).sum() + log_determinant)
-        return found, np.asarray(inverse, dtype=np.float64), cost
-
-    free = max(len(value) - design.shape[1], 1)
-    plain = value - design @ np.linalg.lstsq(design, value, rcond=None)[0]
-    most = 4 * float(plain @ plain) / free + 1e-10
-    best: Any = minimize_scalar(
-        lambda root: solve(root**2)[2], bounds=(0.0, most**0.5), method="bounded"
-    )
-    between = min(0.0, float(best.x) ** 2, key=lambda variance: solve(variance)[2])
-    found, inverse, _ = solve(between)
-    centre = np.eye(count) - 1 / count
-    noise = between + np.array([float(variance[stone == k].mean()) for k in range(count)])
-    return _Levels(
-        value=centre @ found[:count],
-        covariance=np.asarray(centre @ inverse[:count, :count] @ centre, dtype=np.float64),
-        freedom=float(free),
-        between=between,
-        noise=noise,
-    )
 
 
 def _draw(ice: Ice, releases: Sequence[Released]) -> tuple[float, float]:

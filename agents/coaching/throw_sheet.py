@@ -22,8 +22,9 @@ from friction_estimation.reports.throws_section import (
     throw_rows,
     write_measures,
 )
+from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_list import NO_NOTES, ThrowNote
-from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+from friction_estimation.tracks.throw_table import ThrowMeasures
 from friction_estimation.tracks.throw_table import throw_table as measured_throws
 
 Hand = Literal["right", "left"]

@@ -16,8 +16,10 @@ from curling_env.sheet import HOUSE_RADIUS, RULE_BOOK_STONE, Direction
 from curling_env.throw import handles
 from curling_env.units import Units, length, short_length, side, speed
 from friction_estimation.reports.html import table
+from friction_estimation.tracks.measured import Measured
+from friction_estimation.tracks.seen_throw import FAR_HOG
 from friction_estimation.tracks.throw_list import NO_NOTES, NOTED, ThrowNote
-from friction_estimation.tracks.throw_table import FAR_HOG, Measured, ThrowMeasures
+from friction_estimation.tracks.throw_table import ThrowMeasures
 from friction_estimation.tracks.tuning import MIN_TURN
 
 NOT_SEEN = "–"

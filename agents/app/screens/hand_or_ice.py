@@ -20,7 +20,7 @@ from agents.coaching import Part, Pattern, SessionCauses, ThrowCauses
 from agents.coaching.misses.causes import CAUSES, INTERVAL
 from curling_env.sheet import Direction, to_sheet
 from curling_env.units import side
-from friction_estimation.tracks.throw_table import Measured
+from friction_estimation.tracks.measured import Measured
 
 TITLES = {
     "weight": "Weight",

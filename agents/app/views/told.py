@@ -7,7 +7,8 @@ from math import floor, log10
 
 from agents.coaching import ThrowSheet
 from curling_env.units import side
-from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+from friction_estimation.tracks.measured import Measured
+from friction_estimation.tracks.throw_table import ThrowMeasures
 
 COLUMNS = (
     ("Back line to hog", "from the back line to the hog line at the thrower's end"),

@@ -13,7 +13,7 @@ from agents.coaching.calls import Call
 from agents.coaching.throw_sheet import ThrowSheet
 from curling_env.throw import Throw
 from curling_env.typing import Floats
-from friction_estimation.tracks.throw_table import Measured
+from friction_estimation.tracks.measured import Measured
 
 Cause = Literal["weight", "line", "rotation", "ice", "sweeping", "neither"]
 CAUSES: tuple[Cause, ...] = ("weight", "line", "rotation", "ice", "sweeping", "neither")

@@ -12,7 +12,7 @@ from agents.coaching.misses.released import Released
 from agents.coaching.runs import SPEED, SPIN
 from agents.coaching.throw_sheet import ThrowSheet
 from agents.coaching.tuning import HABIT_THROWS
-from friction_estimation.tracks.throw_table import Measured
+from friction_estimation.tracks.measured import Measured
 
 
 @dataclass(frozen=True, kw_only=True)

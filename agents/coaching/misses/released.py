@@ -37,9 +37,10 @@ from curling_env.throw import MAX_SPEED, MAX_SPIN
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Indices
 from friction_estimation.tracks.free_slide import FreeSlide, free_slide
+from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.spin import has_heading
-from friction_estimation.tracks.throw_table import Measured, rows_until
+from friction_estimation.tracks.throw_table import rows_until
 from friction_estimation.tracks.tuning import USUAL_SPIN
 
 _RIGHT, _PAST, _SPEED, _ANGLE, _SPIN, _HEADING, _FRICTION, _CURL = range(8)

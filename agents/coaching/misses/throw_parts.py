@@ -20,7 +20,7 @@ from curling_env.errors import TrackTooShortError
 from curling_env.ice import Ice
 from curling_env.throw import Throw
 from curling_env.typing import Flags, Floats
-from friction_estimation.tracks.throw_table import Measured
+from friction_estimation.tracks.measured import Measured
 
 
 class ThrowParts:

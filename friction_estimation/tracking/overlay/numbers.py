@@ -10,12 +10,8 @@ from curling_env.throw import handles
 from curling_env.units import Units, side
 from curling_env.units import speed as speed_in
 from friction_estimation.tracking.films.film_track import FilmTrack
-from friction_estimation.tracks.throw_table import (
-    FAR_HOG,
-    NEAR_HOG,
-    ThrowMeasures,
-    measure_throw,
-)
+from friction_estimation.tracks.seen_throw import FAR_HOG, NEAR_HOG
+from friction_estimation.tracks.throw_table import ThrowMeasures, measure_throw
 from friction_estimation.tracks.tuning import MIN_MOVING_SPEED, MIN_TURN
 
 

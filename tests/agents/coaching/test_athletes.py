@@ -14,8 +14,9 @@ from agents.coaching.misses.causes import HandError, SessionCauses, ThrowCauses
 from agents.coaching.throw_sheet import ThrowSheet
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
+from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_list import ThrowNote
-from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+from friction_estimation.tracks.throw_table import ThrowMeasures
 
 SPREAD = np.array([0.03, 0.14, 0.2])
 MEASURED = np.array([0.001, 0.02, 0.01])

@@ -10,8 +10,9 @@ from agents.coaching.throw_sheet import ThrowSheet, as_noted, sheet_rows, spin_s
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.units import Units
+from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_list import ThrowNote
-from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+from friction_estimation.tracks.throw_table import ThrowMeasures
 
 
 def sheet(called="", hand="right", athlete="", throw=0, **numbers):

@@ -19,8 +19,9 @@ from friction_estimation.reports.throws_section import (
     throws_section,
     write_measures,
 )
+from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_list import ThrowNote
-from friction_estimation.tracks.throw_table import Measured, ThrowMeasures
+from friction_estimation.tracks.throw_table import ThrowMeasures
 
 
 def thrown(throw=0, **numbers):

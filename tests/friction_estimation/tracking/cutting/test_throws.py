@@ -22,16 +22,14 @@ from friction_estimation.tracking.cutting.pace import (
     without_resting,
     without_walkers,
 )
-from friction_estimation.tracking.cutting.pieces import cut
-from friction_estimation.tracking.cutting.throws import (
+from friction_estimation.tracking.cutting.paths import (
     LostPath,
-    find_throws,
-    shows_several,
-    stretches,
     vanishes_behind_its_hog_line,
     with_groups,
     without_returns,
 )
+from friction_estimation.tracking.cutting.pieces import cut
+from friction_estimation.tracking.cutting.throws import find_throws, shows_several, stretches
 from friction_estimation.tracking.detection.thrown_stone import RoughPath, Sighting
 
 GANTRY = named_camera("gantry", (640, 360))
