@@ -177,6 +177,45 @@ class People:
         ]
 
 
+def walker(
+    x: float, y: float, way: int, t: float, look: int, *, broom: bool = True, bent: float = 0.0
+) -> list[Part]:
+    """Somebody who walks, or stands.
+
+    Parameters
+    ----------
+    x, y : where on the ice [m]
+    way : 1 towards y > 0, else -1
+    t : how long they have walked [s]
+    look : which coat and hair
+    broom : whether they carry one
+    bent : how far they bend down, 0 to 1
+    """
+    step = np.sin(2 * np.pi * t)
+    hips, neck, head = (
+        np.array([x, y, 0.92 - 0.3 * bent]),
+        np.array([x, y + 0.35 * bent * way, 1.42 - 0.6 * bent]),
+        np.array([x, y + (0.05 + 0.5 * bent) * way, 1.63 - 0.65 * bent]),
+    )
+    coat = COATS[look % len(COATS)]
+    found = [
+        Part(at=np.array([x + 0.12 * f, y + 0.28 * f * step * way, 0.06]), radius=0.07,
+             colour=SHOE, to=hips)
+        for f in (-1, 1)
+    ]  # fmt: skip
+    found += [
+        Part(at=hips, radius=0.17, colour=coat, to=neck),
+        Part(at=head, radius=0.115, colour=HAIR[look % len(HAIR)]),
+    ]
+    if broom:
+        pad, half = np.array([x + 0.35, y + 0.7 * way, 0.03]), np.array([0.1, 0.0, 0.0])
+        found += [
+            Part(at=pad, radius=0.014, colour=SHAFT, to=np.array([x + 0.2, y, 1.2])),
+            Part(at=pad - half, radius=0.035, colour=PAD, to=pad + half),
+        ]
+    return found
+
+
 def draw(
     picture: Array, view: View, parts: list[Part], stone: Array, draw_stone: Callable[[], object]
 ) -> None:
