@@ -33,6 +33,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.frame import Frame
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning
+from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
 from friction_estimation.tracking.found_stone import (
@@ -56,6 +57,7 @@ def track_film(
     throw: int = 0,
     options: TrackingOptions | None = None,
     camera: RefinedCamera | None = None,
+    judged: Callable[[RoughPath], object] = lambda path: None,
     progress: Progress = no_progress,
 ) -> FilmTrack:
     """Track the thrown stone of one film, and all other stones on the sheet.
@@ -68,6 +70,8 @@ def track_film(
     options : what may be chosen; the defaults if None
     camera : the scene's camera, if it was solved before, see `solve_camera`; where the paint is not
         where it sees it, the camera has moved and is solved anew for this film
+    judged : called with roughly where the stone is, before it is measured in every frame; raises
+        what is to be raised where that is no throw
     progress : called with the number of frames done and the expected number of all
 
     Raises
@@ -95,6 +99,7 @@ def track_film(
             )
         stone = found_or_misplaced(steady, scene, refined, background, options.refine)
         refined = focal_from_stones(refined, scene, [stone])
+    judged(stone.path)
     learnt = _learn(steady, scene, refined.camera, stone)
 
     def frames() -> Iterable[tuple[float, Frame]]:
@@ -180,14 +185,20 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     return _Learnt(
         stone=stone,
         appearance=appearance,
-        heading=_heading_of(crops) if appearance.has_handle else None,
+        heading=_heading_of(crops, stone.path) if appearance.has_handle else None,
         context=context,
         sample_times=[t for t, _ in film.sample],
     )
 
 
-def _heading_of(crops: Sequence[Crop]) -> HeadingCurve | None:
-    """The heading through the pictures of a stone; None where there are hardly any."""
+def _heading_of(crops: Sequence[Crop], path: RoughPath) -> HeadingCurve | None:
+    """The heading of a stone; None where hardly any pictures show it.
+
+    Where it was followed by its look, that tells its heading; else the pictures that taught it.
+    """
+    t, theta = path.headings
+    if len(t) >= tuning.MIN_HEADING_VIEWS:
+        return HeadingCurve.through(t, theta)
     ordered = sorted(crops, key=lambda crop: crop.t)
     if len(ordered) < 4:
         return None

@@ -97,11 +97,13 @@ class _Followed:
     poses : by index of the frame: x, y [m] and heading
     clear : frames that show it clearly, spread over its path
     unexplained : share of the pictures that taught the look which it does not explain
+    has_handle : whether a handle shows its headings
     """
 
     poses: dict[int, Floats]
     clear: Sequence[int]
     unexplained: float
+    has_handle: bool = False
 
     @property
     def travel(self) -> float:
@@ -151,7 +153,13 @@ def find_by_look(
         return None
     clear = {k: place for place, k in enumerate(found.clear)}
     path = tuple(
-        Sighting(frame=clear.get(k, 0), t=pictures[k][0], xy=pose[:2], likeness=float(k in clear))
+        Sighting(
+            frame=clear.get(k, 0),
+            t=pictures[k][0],
+            xy=pose[:2],
+            likeness=float(k in clear),
+            theta=float(pose[2]) if found.has_handle else np.nan,
+        )
         for k, pose in sorted(found.poses.items())
     )
     return ThrownStone(
@@ -215,7 +223,9 @@ def _followed(seen: _Seen, slide: Sequence[Sighting], *, touched: bool) -> _Foll
     known = {s.frame: turned[s.t] for s in slide if s.t in turned}
     poses = _both_ways(seen, look, known, min(known), max(known))
     unclear = _unclear(seen, look, poses)
-    found = _Followed(poses=poses, clear=_clearest(unclear), unexplained=share)
+    found = _Followed(
+        poses=poses, clear=_clearest(unclear), unexplained=share, has_handle=look.has_handle
+    )
     for _ in range(tuning.LOOKS_CORRECTED if share > tuning.MAX_SLIDE_UNEXPLAINED else 0):
         if found.travel < tuning.LEAST_FOLLOWED:
             break
@@ -223,7 +233,12 @@ def _followed(seen: _Seen, slide: Sequence[Sighting], *, touched: bool) -> _Foll
         clearest = min(unclear, key=unclear.__getitem__)
         poses = _both_ways(seen, look, poses, clearest, clearest)
         unclear = _unclear(seen, look, poses)
-        found = _Followed(poses=poses, clear=_clearest(unclear), unexplained=_of_clearest(unclear))
+        found = _Followed(
+            poses=poses,
+            clear=_clearest(unclear),
+            unexplained=_of_clearest(unclear),
+            has_handle=look.has_handle,
+        )
     return found
 
 

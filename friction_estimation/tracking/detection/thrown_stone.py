@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -18,6 +19,10 @@ from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
 
+_AROUND = np.column_stack(
+    [f(np.linspace(0, 2 * np.pi, 24, endpoint=False)) for f in (np.cos, np.sin)]
+)
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Sighting:
@@ -29,12 +34,14 @@ class Sighting:
     t : time since the film began [s]
     xy : (2,) centre on the ice [m]
     likeness : 1 for exactly the size and shape of a stone in that place, towards 0 otherwise
+    theta : heading of its handle [rad]; NaN where it was not looked for
     """
 
     frame: int
     t: float
     xy: Floats
     likeness: float
+    theta: float = np.nan
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,6 +75,12 @@ class RoughPath:
             speed = (places[span - 1] - places[0]) / (times[span - 1] - times[0])
             return places[0] + speed * (t - times[0])
         return places[-1]
+
+    @property
+    def headings(self) -> tuple[Floats, Floats]:
+        """Times [s] and headings, unwrapped [rad], each (n,), where headings were looked for."""
+        seen = [s for s in self.sightings if np.isfinite(s.theta)]
+        return np.array([s.t for s in seen]), np.unwrap([s.theta for s in seen])
 
     def agrees_with(self, other: RoughPath) -> bool:
         """Whether it goes where another path was seen, nearly always."""
@@ -215,28 +228,37 @@ def _as_stone(
     high: float,
 ) -> Sighting | None:
     """A blob as a stone at a place, reaching from one height to another [m]."""
-    if not np.isfinite(xy).all():
+    x, y = xy.tolist()
+    half = sheet.width / 2 + model.radius, sheet.length / 2 + model.radius
+    if not (abs(x) <= half[0] and abs(y) <= half[1]):  # nor where no ray meets the ice
         return None
-    if (np.abs(xy) - np.array([sheet.width, sheet.length]) / 2 > model.radius).any():
-        return None
-    found = blob.high_px - blob.low_px + 1
+    found = (blob.high_px - blob.low_px + 1).tolist()
     corners = model.extent_px(camera, xy)
     rim, ratio = tuning.BLOB_RIM_PX, tuning.MAX_SIZE_RATIO
-    if len(corners) == 0 or (corners[1] - corners[0] + rim > ratio * found + 0.01).any():
-        return None  # smaller than the body alone
-    body = model.outline_px(camera, xy)
-    around = np.linspace(0, 2 * np.pi, 24, endpoint=False)
-    slim = 0.6 * model.radius * np.column_stack([np.cos(around), np.sin(around)])
-    ends = [np.column_stack([xy + slim, np.full(24, z)]) for z in (low, high)]
-    outline = np.concatenate([body, camera.project(np.concatenate(ends))])
-    expected = np.ptp(outline, axis=0) + rim
-    least = 0.9 * cv2.contourArea(body.astype(np.float32)) + 1.0
-    most = 1.3 * cv2.contourArea(cv2.convexHull(outline.astype(np.float32))) + 4.0
-    area = max(np.log(least / blob.area_px), np.log(blob.area_px / most), 0.0)
-    misfit = max(float(np.abs(np.log(found / expected)).max()), area)
-    if misfit > np.log(ratio):
+    if len(corners) == 0:
         return None
-    return Sighting(frame=0, t=0.0, xy=xy, likeness=float(np.exp(-((misfit / 0.45) ** 2))))
+    least = (corners[1] - corners[0]).tolist()
+    if any(a + rim > ratio * b + 0.01 for a, b in zip(least, found, strict=True)):
+        return None  # smaller than the body alone
+    body = model.outline_px(camera, xy).astype(np.float32)
+    if len(body) == 0:
+        return None
+    slim = np.empty((2, len(_AROUND), 3))
+    slim[:, :, :2] = xy + 0.6 * model.radius * _AROUND
+    slim[:, :, 2] = [[low], [high]]
+    outline = np.concatenate([body, camera.project(slim.reshape(-1, 3)).astype(np.float32)])
+    expected = (outline.max(axis=0) - outline.min(axis=0)).tolist()
+    least_area = 0.9 * cv2.contourArea(body) + 1.0
+    most_area = 1.3 * cv2.contourArea(cv2.convexHull(outline)) + 4.0
+    misfit = max(
+        *(abs(math.log(a / (b + rim))) for a, b in zip(found, expected, strict=True)),
+        math.log(least_area / blob.area_px),
+        math.log(blob.area_px / most_area),
+        0.0,
+    )
+    if not misfit <= math.log(ratio):
+        return None
+    return Sighting(frame=0, t=0.0, xy=xy, likeness=math.exp(-((misfit / 0.45) ** 2)))
 
 
 def likeliest_path(

@@ -4,14 +4,19 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from curling_env.errors import NoThrowError
+from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.cutting.pace import slides_freely, stops_before_its_hog_line
 from friction_estimation.tracking.cutting.pieces import Piece
+from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.tracked_film import TrackedFilm, summary_of
 from friction_estimation.tracking.pipeline import track_film
@@ -70,26 +75,43 @@ class GivenTracker:
         InputError : what the tracker raises, or no tracks
         """
         given: dict[str, Any] = {} if camera is None else {"camera": camera}
+        if piece.begin is not None and self.is_built_in:
+            given["judged"] = lambda path: _refuse_what_is_moved(path, piece.path)
         found = self.function(piece.film, scene, progress=progress, **given)  # pyright: ignore[reportArgumentType]
         tracks = tracks_in(found, piece.path)
         about = found if isinstance(found, FilmTrack) else None
-        if piece.begin is not None and not slides_freely(tracks[0]):
-            raise NoThrowError(
-                "what moves there keeps its pace, as a stone does that is carried or pushed",
-                source=piece.path,
-            )
-        if piece.begin is not None and stops_before_its_hog_line(tracks[0]):
-            raise NoThrowError(
-                "what moves there stops before the hog line of its own end, as no thrown stone "
-                "does",
-                source=piece.path,
-            )
+        if piece.begin is not None:
+            _refuse_what_is_moved(tracks[0], piece.path)
         return TrackedFilm(
             film=piece.path,
             tracks=tracks,
             summary=summary_of(about or tracks[0]),
             found=about,
             shown=piece.film,
+        )
+
+
+def _refuse_what_is_moved(seen: Trajectory | RoughPath, film: Path) -> None:
+    """Refuse what was not thrown: by its track, or already by where it was followed by its look.
+
+    Raises
+    ------
+    NoThrowError : a stone that is carried, pushed or moved aside
+    """
+    if isinstance(seen, RoughPath):
+        if not seen.measured:
+            return
+        t, xy = (np.array([getattr(s, name) for s in seen.sightings]) for name in ("t", "xy"))
+        seen = Trajectory(t=t, xy=xy)
+    if not slides_freely(seen):
+        raise NoThrowError(
+            "what moves there keeps its pace, as a stone does that is carried or pushed",
+            source=film,
+        )
+    if stops_before_its_hog_line(seen):
+        raise NoThrowError(
+            "what moves there stops before the hog line of its own end, as no thrown stone does",
+            source=film,
         )
 
 

@@ -112,6 +112,16 @@ class HeadingCurve:
         self._trusted = np.ones(len(self._t), dtype=bool) if trusted is None else trusted
         self._cubics = PchipInterpolator(self._t, self._theta).c
 
+    @classmethod
+    def through(cls, t: Floats, theta: Floats) -> HeadingCurve:
+        """The curve through headings of single frames, each of which may be off.
+
+        Parameters
+        ----------
+        t, theta : (n,) increasing times [s] and unwrapped headings [rad]
+        """
+        return cls(t, _bell_mean(t, theta))
+
     def at(self, t: Floats | float) -> Floats:
         """Heading at times [s]; before the first and after the last one the spin stays the same."""
         t = np.asarray(t, dtype=np.float64)
@@ -316,5 +326,10 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
         chosen.append(at)
     drift = np.unwrap(_ANGLES[chosen[::-1]])
     # The grid of angles would make it jump: an average over neighbours smooths that.
-    bell = np.exp(-0.5 * ((times[:, None] - times) / (tuning.HEADING_NEIGHBOURS / 4)) ** 2)
-    return bell @ drift / bell.sum(axis=1)
+    return _bell_mean(times, drift)
+
+
+def _bell_mean(t: Floats, values: Floats) -> Floats:
+    """The mean of values (n,) around each time, the nearest of which count most."""
+    bell = np.exp(-0.5 * ((t[:, None] - t) / (tuning.HEADING_NEIGHBOURS / 4)) ** 2)
+    return bell @ values / bell.sum(axis=1)

@@ -161,3 +161,13 @@ def test_a_known_heading_makes_no_handle_visible():
     views = seen(np.random.default_rng(3), line=0, front=0).between(0.0, 2.5)
     known = KnownHeading(t=0.0, theta=0.4)
     assert fit_heading_curve(views, T, SPEED, known) is None
+
+
+def test_a_curve_through_headings_of_single_frames_is_nearer_than_each_of_them():
+    rng = np.random.default_rng(5)
+    t = np.sort(rng.choice(np.arange(0.0, 30.0, 0.2), 120, replace=False))
+    true = 1.1 * t - 0.015 * t**2
+    curve = HeadingCurve.through(t, true + 0.3 * rng.standard_normal(len(t)))
+    inside = np.arange(1.0, 29.0, 0.1)
+    off = curve.at(inside) - np.interp(inside, t, true)
+    assert np.sqrt(np.mean(off**2)) < 0.15
