@@ -33,6 +33,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.frame import Frame
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning
+from friction_estimation.tracking.detection.known_look import left_unexplained
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
@@ -152,7 +153,10 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
         crops = like
         appearance = learn_appearance(crops, stone.model, stone.background.noise)
     grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
-    if unexplained_share(crops, appearance, grain) > tuning.MAX_UNEXPLAINED:
+    unexplained = unexplained_share(crops, appearance, grain)
+    if stone.path.measured:  # as it was judged when it was found
+        unexplained = min(unexplained, left_unexplained(crops, appearance))
+    if unexplained > tuning.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=film.path,

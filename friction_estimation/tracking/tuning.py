@@ -102,10 +102,27 @@ MAX_SLIDE_UNEXPLAINED = 0.12
 heads, coats, legs and brooms 0.25 to 0.5, shoes 0.13 and more."""
 MAX_TOUCHED = 0.34
 """A stone that something touches left up to 0.29 at first, and the others 0.36 and more, mostly."""
+LONG_SECONDS, LONG_WAY = 6.0, 6.0
+"""What slides for so long [s] and so far [m] may be a stone that no second shows clearly."""
+LONG_SLOWING = (0.03, 0.25)
+"""It slows down so much all the way [m/s²]."""
+LONG_UNSEEN = 1.5
+"""It may be unseen for so long [s]."""
+LONG_SLIDES_SOUGHT = 20
+"""As many things that slide steadily are followed to see how far they go."""
+LONG_PICTURES = 12
+"""The look is learnt from about so many pictures of the whole way, or of a half of it."""
+LONG_TOUCHED = 0.4
+"""It may leave so much of the three clearest of them unexplained at first."""
+MAX_LONG_UNEXPLAINED = 0.2
+"""The corrected look may leave so much unexplained there. Stones of 5 by 3 px between sweepers left
+0.02 to 0.19, and 0.23 and more what was followed by mistake: a stone with a broom, or a head."""
 LEAST_FOLLOWED = 3.0
 """It must be followed so far along the sheet [m]."""
 LOOKS_CORRECTED = 3
 """So often its look is then corrected by its clearest pictures."""
+HOPELESS = 1.5
+"""A look that leaves so many times the allowed share unexplained is not corrected again."""
 CLEAREST = 3
 """By so many of them it is judged whether it is a stone's."""
 LEAST_SEEN = 0.45

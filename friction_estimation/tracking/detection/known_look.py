@@ -6,7 +6,8 @@ There it is found as something of a stone's size that slides steadily or lies st
 is learnt. From there it is followed both ways: where it should be by its motion so far, its look
 is fitted to those pixels that show it. What is not where it should be, or does not look like it,
 is not the stone. Where somebody is in its way all the time, its look is learnt with that and
-corrected by its clearest pictures.
+corrected by its clearest pictures. Where no second shows it so well, what slides far and slows down
+as a stone does may be one: its look is learnt from its whole way.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -41,7 +42,11 @@ from friction_estimation.tracking.detection.background import (
     parts_of_blobs,
 )
 from friction_estimation.tracking.detection.expected_motion import ExpectedMotion
-from friction_estimation.tracking.detection.steady_slides import resolution, steadiest_slide
+from friction_estimation.tracking.detection.steady_slides import (
+    long_slides,
+    resolution,
+    steadiest_slide,
+)
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
     Sighting,
@@ -98,12 +103,14 @@ class _Followed:
     clear : frames that show it clearly, spread over its path
     unexplained : share of the pictures that taught the look which it does not explain
     has_handle : whether a handle shows its headings
+    allowed : the share that a stone may leave unexplained
     """
 
     poses: dict[int, Floats]
     clear: Sequence[int]
     unexplained: float
     has_handle: bool = False
+    allowed: float = tuning.MAX_SLIDE_UNEXPLAINED
 
     @property
     def travel(self) -> float:
@@ -113,12 +120,12 @@ class _Followed:
     @property
     def is_stone(self) -> bool:
         """Whether it looks like a stone, and went so far that it may have been thrown."""
-        like = self.unexplained <= tuning.MAX_SLIDE_UNEXPLAINED
+        like = self.unexplained <= self.allowed
         return like and self.travel > tuning.LEAST_FOLLOWED
 
     @property
     def score(self) -> float:
-        return self.travel * (1 - self.unexplained / tuning.MAX_SLIDE_UNEXPLAINED)
+        return self.travel * (1 - self.unexplained / self.allowed)
 
     @property
     def is_clear(self) -> bool:
@@ -171,7 +178,8 @@ def find_by_look(
 def _stones(seen: _Seen) -> Iterator[_Followed]:
     """What looks like a stone, until it clearly is the thrown one.
 
-    First what is alone as it slides, then what is where it rests, then what something touches.
+    First what is alone as it slides, then what is where it rests, then what something touches, and
+    where nothing of these is a stone, what slides far.
     """
     alone = seen.sightings(in_parts=False)
     for one in _tried(seen, alone, touched=False):
@@ -184,7 +192,18 @@ def _stones(seen: _Seen) -> Iterator[_Followed]:
             yield one
         if one.is_clear:
             return
-    yield from _tried(seen, seen.sightings(in_parts=True), touched=True)
+    parts = seen.sightings(in_parts=True)
+    any_found = False
+    for one in _tried(seen, parts, touched=True):
+        any_found = True
+        yield one
+    for slide in () if any_found else long_slides(parts, seen.camera):
+        half = len(slide) // 2
+        for part in (slide, slide[:half], slide[half:]):
+            one = _followed_far(seen, part)
+            if one.is_stone:
+                yield one
+                return
 
 
 def _tried(seen: _Seen, sightings: Sequence[Sighting], *, touched: bool) -> Iterator[_Followed]:
@@ -216,18 +235,54 @@ def _followed(seen: _Seen, slide: Sequence[Sighting], *, touched: bool) -> _Foll
     if len(crops) < tuning.SLIDE_SIGHTINGS:
         return nothing
     look = learn_appearance(crops, seen.model, seen.background.noise, doubted=False)
-    share = _unexplained(crops, look)
+    share = left_unexplained(crops, look)
     if share > (tuning.MAX_TOUCHED if touched else tuning.MAX_SLIDE_UNEXPLAINED):
         return nothing
     turned = {crop.t: crop.pose for crop in crops}
     known = {s.frame: turned[s.t] for s in slide if s.t in turned}
     poses = _both_ways(seen, look, known, min(known), max(known))
+    if share > tuning.MAX_SLIDE_UNEXPLAINED:
+        return _followed_again(seen, look, poses, tuning.MAX_SLIDE_UNEXPLAINED)
+    clear = _clearest(_unclear(seen, look, poses))
+    return _Followed(poses=poses, clear=clear, unexplained=share, has_handle=look.has_handle)
+
+
+def _followed_far(seen: _Seen, slide: Sequence[Sighting]) -> _Followed:
+    """What slides far, or a part of its way, followed from its clearest picture by its look."""
+    nothing = _Followed(poses={}, clear=(), unexplained=np.inf)
+    spread = slide[:: max(1, -(-len(slide) // tuning.LONG_PICTURES))]
+    crops = seen.crops([(s.frame, s.xy) for s in spread])
+    if len(crops) < tuning.SLIDE_SIGHTINGS:
+        return nothing
+    look = learn_appearance(crops, seen.model, seen.background.noise, doubted=False)
+    unclear = {k: left_unexplained([crop], look) for k, crop in enumerate(crops)}
+    if _of_clearest(unclear) > tuning.LONG_TOUCHED:
+        return nothing
+    times = np.array([crop.t for crop in crops])
+    nearest = [crops[int(np.argmin(np.abs(times - s.t)))] for s in slide]
+    known = {
+        s.frame: np.array([*s.xy, crop.pose[2]]) for s, crop in zip(slide, nearest, strict=True)
+    }
+    clearest = crops[min(unclear, key=unclear.__getitem__)].t
+    start = next(s.frame for s in slide if s.t == clearest)
+    poses = _both_ways(seen, look, known, start, start)
+    return _followed_again(seen, look, poses, tuning.MAX_LONG_UNEXPLAINED)
+
+
+def _followed_again(
+    seen: _Seen, look: Appearance, poses: dict[int, Floats], allowed: float
+) -> _Followed:
+    """What was followed by a look with something else in it, which its clearest pictures correct.
+
+    Parameters
+    ----------
+    allowed : share of its clearest pictures that a stone may leave unexplained
+    """
+    found = _Followed(poses=poses, clear=(), unexplained=np.inf)
     unclear = _unclear(seen, look, poses)
-    found = _Followed(
-        poses=poses, clear=_clearest(unclear), unexplained=share, has_handle=look.has_handle
-    )
-    for _ in range(tuning.LOOKS_CORRECTED if share > tuning.MAX_SLIDE_UNEXPLAINED else 0):
-        if found.travel < tuning.LEAST_FOLLOWED:
+    for _ in range(tuning.LOOKS_CORRECTED):
+        seen_clearly = found.unexplained < tuning.HOPELESS * allowed or not found.clear
+        if found.travel < tuning.LEAST_FOLLOWED or not seen_clearly:
             break
         look = _corrected(seen, look, poses, unclear)
         clearest = min(unclear, key=unclear.__getitem__)
@@ -238,11 +293,12 @@ def _followed(seen: _Seen, slide: Sequence[Sighting], *, touched: bool) -> _Foll
             clear=_clearest(unclear),
             unexplained=_of_clearest(unclear),
             has_handle=look.has_handle,
+            allowed=allowed,
         )
     return found
 
 
-def _unexplained(crops: Sequence[Crop], look: Appearance) -> float:
+def left_unexplained(crops: Sequence[Crop], look: Appearance) -> float:
     """Share of the difference from bare ice that the look leaves unexplained.
 
     By the noise that is learnt with a look, one that explains little would seem to leave little.
@@ -321,7 +377,7 @@ def _unclear(seen: _Seen, look: Appearance, poses: dict[int, Floats]) -> dict[in
     for crop in seen.crops([(k, poses[k][:2]) for k in sorted(poses)]):
         k = index[crop.t]
         crop.pose = poses[k]
-        unclear[k] = _unexplained([crop], look)
+        unclear[k] = left_unexplained([crop], look)
     return unclear
 
 

@@ -1,8 +1,8 @@
-"""What slides steadily for about a second, among sightings of stones and of what passes for one."""
+"""What slides steadily, for a second or all the way, among sightings of what may be a stone."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -49,6 +49,57 @@ def steadiest_slide(sightings: Sequence[Sighting], camera: Camera) -> list[Sight
     if len(in_frame) < tuning.SLIDE_SIGHTINGS:
         return None
     return sorted(in_frame.values(), key=lambda s: s.t)
+
+
+def long_slides(sightings: Sequence[Sighting], camera: Camera) -> Iterator[list[Sighting]]:
+    """The sightings of each thing that slides far, and slows down all the way as a stone does.
+
+    A stone does, and in a picture whoever keeps beside it; who walks or stands does not.
+    """
+    left = list(sightings)
+    for _ in range(tuning.LONG_SLIDES_SOUGHT):
+        slide = steadiest_slide(left, camera)
+        if slide is None:
+            return
+        slide = _all_the_way(slide, left, camera)
+        own = set(map(id, slide))
+        left = [s for s in left if id(s) not in own]
+        t = np.array([s.t for s in slide])
+        y = np.array([s.xy[1] for s in slide])
+        along = np.abs(y - y[0])
+        if np.ptp(t) < tuning.LONG_SECONDS or along[-1] < tuning.LONG_WAY:
+            continue
+        least, most = tuning.LONG_SLOWING
+        if least < -2 * np.polyfit(t - t[0], along, 2)[0] < most:
+            yield slide
+
+
+def _all_the_way(
+    slide: Sequence[Sighting], sightings: Sequence[Sighting], camera: Camera
+) -> list[Sighting]:
+    """A slide with the sightings that go on from it, and those that lead to it."""
+    in_frame: dict[int, list[Sighting]] = {}
+    for one in sightings:
+        in_frame.setdefault(one.frame, []).append(one)
+    frames = sorted(in_frame)
+
+    def on(way: list[Sighting], ahead: Sequence[int]) -> list[Sighting]:
+        for frame in ahead:
+            last = way[-1].t
+            since = in_frame[frame][0].t - last
+            recent = [s for s in way if abs(s.t - last) <= tuning.SLIDE_SECONDS[1]]
+            if abs(since) > tuning.LONG_UNSEEN or len(recent) < 3:
+                break
+            line = np.polyfit([s.t - last for s in recent], [s.xy for s in recent], 1)
+            place = line[1] + line[0] * since
+            near = min(in_frame[frame], key=lambda s: float(np.linalg.norm(s.xy - place)))
+            reach = tuning.SLIDE_JITTER + resolution(camera, near.xy[None])[0]
+            if (np.abs(near.xy - place) < reach).all():
+                way.append(near)
+        return way
+
+    way = on(list(slide), [frame for frame in frames if frame > slide[-1].frame])
+    return on(way[::-1], [frame for frame in frames[::-1] if frame < slide[0].frame])[::-1]
 
 
 def resolution(camera: Camera, xy: Floats) -> Floats:
