@@ -94,7 +94,9 @@ def _all_the_way(
             place = line[1] + line[0] * since
             near = min(in_frame[frame], key=lambda s: float(np.linalg.norm(s.xy - place)))
             reach = tuning.SLIDE_JITTER + resolution(camera, near.xy[None])[0]
-            if (np.abs(near.xy - place) < reach).all():
+            # The line is that of the middle of what was seen; meanwhile a stone slows down.
+            slowed = 0.5 * tuning.SLOWING * (abs(since) + tuning.SLIDE_SECONDS[1] / 2) ** 2
+            if (np.abs(near.xy - place) < reach + slowed).all():
                 way.append(near)
         return way
 
