@@ -306,12 +306,16 @@ def describe(one: TrackedFilm) -> str:
     return (
         f"stone seen in {len(found.trajectory)} of {found.frame_count} frames, its place known "
         f"to about {known:.1f} mm{_not_seen(found)}; {paint}{_height(found)}{_moved(found)}"
-        f"{_other_stones(found)}"
+        f"{_other_stones(found)}{_unexplained(found)}"
     )
 
 
 def _not_seen(found: FilmTrack) -> str:
     return f"; it is hidden {found.not_seen}" if found.not_seen else ""
+
+
+def _unexplained(found: FilmTrack) -> str:
+    return "".join(f"; {said}" for said in found.unexplained)
 
 
 def _height(found: FilmTrack) -> str:

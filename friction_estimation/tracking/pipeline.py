@@ -49,6 +49,7 @@ from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.scene_context import SceneContext, find_scene_context
 from friction_estimation.tracking.several.collisions import assemble_tracks
 from friction_estimation.tracking.several.moving_stones import MovingStone, StoneFollower
+from friction_estimation.tracking.several.unexplained import hit_unseen
 
 
 def track_film(
@@ -170,6 +171,7 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
             appearance,
             scene.sheet,
             stone.path,
+            stone.pictures,
             film.sample_until,
         )
 
@@ -227,7 +229,8 @@ def _track_alone(
     better = _better_heading(measured, learnt.heading)
     if better is not None:
         measured = follow(better)
-    return assemble_track(measured, learnt.appearance, refined)
+    found = assemble_track(measured, learnt.appearance, refined)
+    return None if found is None else replace(found, unexplained=hit_unseen(measured))
 
 
 def _follow_alone(

@@ -19,13 +19,18 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, moving_blobs
+from friction_estimation.tracking.detection.ice_beneath import (
+    fill_from_mirrors,
+    footprint,
+    mirrors,
+)
 from friction_estimation.tracking.detection.resting_stones import (
     FilmedRestingStone,
     find_resting_stones,
-    footprint,
 )
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
+    Sighting,
     likeliest_path,
     sightings_in,
 )
@@ -56,6 +61,7 @@ def find_scene_context(
     appearance: Appearance,
     sheet: Sheet,
     path: RoughPath,
+    pictures: Sequence[tuple[float, Frame]],
     sample_until: Callable[[float], Sequence[tuple[float, Image]]],
 ) -> SceneContext | None:
     """Find the other stones on the sheet, and tell the thrown stone's path from theirs.
@@ -63,7 +69,7 @@ def find_scene_context(
     Parameters
     ----------
     sample : sampled frames and their times [s]
-    appearance, path : appearance and path of the thrown stone
+    appearance, path, pictures : of the thrown stone; its path may have gone over to another
     sample_until : as many frames as `sample` has, between the film's beginning and a time [s]
 
     Returns
@@ -78,22 +84,25 @@ def find_scene_context(
     )
     if not any(stone.leaves for stone in resting):
         return unchanged
-    ice = _ice_without(resting, sample, background, camera, appearance.model)
+    ice = _ice_without(resting, sample, background, camera, appearance.model, sheet)
     places = np.array([stone.xy for stone in resting if stone.leaves])
     leaving = sorted((s for s in resting if s.leaves), key=lambda stone: stone.last_seen)
     while leaving:
+        until = sample[leaving[0].last_seen][0]
+        own = path.until(until)
+        if own is not None:
+            return SceneContext(resting=tuple(resting), path=own, pictures=pictures, background=ice)
         # A stone thrown hard is in few of the sampled frames, and behind sweepers in most of them.
-        before = sample_until(sample[leaving[0].last_seen][0])
-        new_path = likeliest_path(
-            [
-                sighting
-                for i, (t, frame) in enumerate(before)
-                for sighting in sightings_in(
-                    moving_blobs(frame, ice), i, t, camera, appearance.model, sheet
-                )
-                if np.linalg.norm(places - sighting.xy, axis=1).min() > 2 * appearance.model.radius
-            ]
-        )
+        before = sample_until(until)
+        seen = [
+            sighting
+            for i, (t, frame) in enumerate(before)
+            for sighting in sightings_in(
+                moving_blobs(frame, ice), i, t, camera, appearance.model, sheet
+            )
+            if np.linalg.norm(places - sighting.xy, axis=1).min() > 2 * appearance.model.radius
+        ]
+        new_path = likeliest_path(_that_move(seen, len(before)))
         if new_path is not None:
             return SceneContext(
                 resting=tuple(resting), path=new_path, pictures=before, background=ice
@@ -106,20 +115,47 @@ def find_scene_context(
     return replace(unchanged, resting=tuple(resting))
 
 
+def _that_move(sightings: Sequence[Sighting], frames: int) -> list[Sighting]:
+    """Those of the sightings in a number of frames that are not always in the same place.
+
+    Where the ice is not quite known beneath what lay there, something seems to lie there still.
+    """
+    xy = np.array([s.xy for s in sightings]).reshape(-1, 2)
+    return [
+        s
+        for s in sightings
+        if (np.linalg.norm(xy - s.xy, axis=1) < tuning.SAME_PLACE).sum() < frames / 2
+    ]
+
+
 def _ice_without(
     resting: Sequence[FilmedRestingStone],
     sample: Sequence[tuple[float, Image]],
     background: Background,
     camera: Camera,
     model: StoneModel,
+    sheet: Sheet,
 ) -> Background:
-    """The background with the ice seen before a stone comes or after it leaves, in its place."""
+    """The background with the ice seen before a stone comes or after it leaves, in its place.
+
+    What hits a stone may come to rest where it lay: of later frames only those pixels count that
+    look like ice that is painted alike.
+    """
     moved = [stone for stone in resting if not stone.stays]
-    origin = background.origin_px
-    masks = [
-        footprint(background.image.shape, origin, camera, model, stone.xy) > 0 for stone in moved
-    ]
+    origin, shape = background.origin_px, background.image.shape
+    masks = [footprint(shape, origin, camera, model, stone.xy) > 0 for stone in moved]
+    beneath = np.logical_or.reduce(masks)
+    lying = [footprint(shape, origin, camera, model, stone.xy) for stone in resting]
     image = background.image.copy()
+    like, guessed = fill_from_mirrors(
+        np.clip(np.rint(image), 0, 255).astype(np.uint8),
+        beneath.view(np.uint8),
+        np.maximum.reduce(lying),
+        mirrors(shape, origin, camera, sheet),
+    )
+    image[beneath] = like[beneath]
+    limit = 2 * max(tuning.MIN_CONTRAST, 5 * background.noise)
+    around = np.ones((5, 5), np.uint8)
     for mask in masks:
         rows, columns = np.nonzero(mask)
         if len(rows) == 0:
@@ -135,19 +171,13 @@ def _ice_without(
             # In the frame after the last that shows a stone at rest, it is half gone.
             from_, to = (0, here[-1] + 2) if stone.leaves else (here[0] - 1, len(sample))
             covered[max(from_, 0) : to] |= other[part]
+        unlike = (np.abs(cuts - like[part]).max(axis=3) > limit) & (guessed[part] == 0)
+        for k, one in enumerate(unlike):
+            covered[k] |= cv2.dilate(one.view(np.uint8), around) > 0
         cuts[covered] = np.nan
         free = (~covered).sum(axis=0)
         own = mask[part] & (free >= tuning.END_FRAMES)
         with np.errstate(all="ignore"):
             bare = np.nanmedian(np.where(own[None, :, :, None], cuts, 0.0), axis=0)
         image[part][own] = bare[own]
-        never = mask[part] & ~own
-        if never.any():
-            filled = cv2.inpaint(
-                np.clip(np.rint(image[part]), 0, 255).astype(np.uint8),
-                never.astype(np.uint8),
-                3.0,
-                cv2.INPAINT_TELEA,
-            )
-            image[part][never] = filled[never]
     return replace(background, image=image)

@@ -201,12 +201,19 @@ NEIGHBOURS = 3.0
 """Stones farther from each other than this do not overlap in a picture [m]."""
 MIN_RESTING_VISIBLE = 0.6
 """Share of a candidate's picture that must look like a stone."""
+MIN_RESTING_CONTRAST = 3.0
+"""How badly bare ice explains a pixel of a stone at least, in squared standard errors: stones on
+the rings had 10 and more, and paint that was taken for one 0.3."""
 MAX_RESTING_MISFIT = 0.5
-"""Share of the misfit of bare ice that a stone may leave."""
+"""Share of the misfit of bare ice that a stone may leave, in the pixels that show it..."""
+MOSTLY = 0.5
+"""... by so much or more."""
 HEADINGS_TRIED = 24
 """Headings at which the handle of a stone at rest is looked for."""
 REST_TOLERANCE = 0.04
 """A stone is where it lay if it is found within this, and a pixel, of it [m]."""
+CLEARLY_MOVED = 8.0
+"""Standard errors by which two stones lie apart that lay at about the same place in turn."""
 END_FRAMES = 3
 """Sampled frames at each end of the film that show what lies there."""
 MIN_PRESENCE = 0.6
@@ -215,6 +222,15 @@ CLEAR_FRONT = 12.0
 """Squared standard errors by which a handle turned end for end must fit worse."""
 SHADOW_WIDTH = 0.10
 """Distance beyond its edge to which a stone darkens the ice [m]."""
+
+STONE_LIKE = 30.0
+"""What has the colours of a stone's body, but for so much, may be one [grey levels]."""
+AROUND_PX = 12
+"""The ice beneath a stone is compared with what is around it so far out [px]."""
+LEAST_AROUND = 30
+"""In so many pixels at least."""
+MIRROR_DIFFERENCE = 6.0
+"""The sheet's other side may differ there by so much, but for its brightness [grey levels]."""
 
 # --- where to look for a stone in the next frame ------------------------------------------------
 
@@ -245,14 +261,29 @@ RECENT_FITS = 8
 """Number of latest measurements that extrapolate a stone's path."""
 HIDDEN_DECELERATION = 0.12
 """Deceleration of a stone while it is hidden [m/s²]."""
+WAKES_WITHIN = 1.0
+"""A stone at rest is looked at from when a moving one is so near [m]."""
+GIVEN_ON = 0.93
+"""Share of its speed towards another stone that a stone gives on to it."""
+STANDS = 0.05
+"""A stone that is slower hits no other [m/s]."""
 MIN_SEPARATION_RADII = 1.7
 """Measurements of two stones nearer than this many radii are one stone measured twice."""
 MAX_HIT_GAP = 0.4
 """Largest gap between two stones one of which has just hit the other [m]."""
 CONTACT_FITS = 8
 """Number of measurements after a hit whose straight line is followed back to the contact."""
+CLEAR_OF_CONTACT = 0.03
+"""Stones whose rims are so far apart have surely not touched yet [m]."""
 MAX_CONTACT_DELAY = 0.4
 """A contact lies at most this long before a stone is seen to have left its place [s]."""
+
+SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
+"""A stone that loses so much speed at once [m/s], by so many standard errors, has hit something."""
+BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
+"""Its speed before and after is that of so long a time [s], with so many measurements at least."""
+OUT_OF_HAND = 10.0
+"""From so far on along the sheet no hand is at it [m]."""
 
 # --- heading ----------------------------------------------------------------------------------
 

@@ -6,6 +6,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import cv2
 import numpy as np
 from numpy.typing import NDArray
@@ -20,13 +22,19 @@ from friction_estimation.tracking.detection.thrown_stone import sighting_of
 
 
 def find_stone_candidates(
-    picture: Image, background: Background, camera: Camera, model: StoneModel, sheet: Sheet
+    picture: Image,
+    background: Background,
+    camera: Camera,
+    model: StoneModel,
+    sheet: Sheet,
+    others: Sequence[Image] = (),
 ) -> list[Floats]:
     """Places at which a dark blob is about as large as a stone would look there, each (2,) [m].
 
     Parameters
     ----------
     picture : (rows, columns, 3) the background's part of a frame
+    others : the same ice at other times, or ice that is painted alike: a stone is darker than it
     """
     # How large a stone looks, and where, along the centre line and the edges of the sheet.
     x = np.linspace(-sheet.width / 2, sheet.width / 2, 3)
@@ -54,7 +62,10 @@ def find_stone_candidates(
         if min(cut.shape[:2]) < 4:
             continue
         flat = float(extent[steps == step].min())
-        for blob in _dark_blobs(cut, width, flat, background, low):
+        without = [
+            np.ascontiguousarray(other[low[1] : high[1], low[0] : high[0]]) for other in others
+        ]
+        for blob in _dark_blobs(cut, width, flat, background, low, without):
             sighting = sighting_of(blob, camera, model, sheet)
             if sighting is not None and sighting.likeness >= tuning.MIN_CANDIDATE_LIKENESS:
                 found.append((sighting.likeness, sighting.xy))
@@ -72,7 +83,12 @@ def _extent_px(camera: Camera, model: StoneModel, xy: Floats) -> Floats:
 
 
 def _dark_blobs(
-    cut: Image, width: float, flat: float, background: Background, low: NDArray[np.int_]
+    cut: Image,
+    width: float,
+    flat: float,
+    background: Background,
+    low: NDArray[np.int_],
+    without: Sequence[Image],
 ) -> list[Blob]:
     """Blobs that are darker, in any colour, than their surroundings of a stone's width or two.
 
@@ -81,6 +97,7 @@ def _dark_blobs(
     cut : (rows, columns, 3) the part of the background that is searched
     width, flat : larger and smaller side of the box around a stone's picture there [px]
     low : (2,) column and row of `cut` in the background
+    without : pictures of like ice; blobs that are darker than one of these count as well
     """
     reach = 2 * round(tuning.CANDIDATE_REACH * width / 2) + 1
     kernel = cv2.getStructuringElement(cv2.MORPH_RECT, (reach, reach))
@@ -89,7 +106,10 @@ def _dark_blobs(
     # Opening removes lines, which are thinner than stones; of a flat stone it may leave nothing.
     thin = max(3, 2 * round(flat / 8) + 1)
     found: list[Blob] = []
-    for one in cv2.split(depth):
+    # The edges of paint are not in quite the same place in pictures of like ice.
+    edges = np.ones((3, 3), np.uint8)
+    depths = [depth, *(cv2.subtract(cv2.erode(other, edges), cut) for other in without)]
+    for one in (channel for each in depths for channel in cv2.split(each)):
         # A ring is dark in two colours; in the third one a stone on it stands out.
         for least in (limit, tuning.STRONG_CONTRAST_FACTOR * limit):
             mask = (one > least).astype(np.uint8)

@@ -14,7 +14,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
-import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -23,7 +22,6 @@ from curling_env.typing import Flags, Floats, Image
 from friction_estimation.appearance import (
     Appearance,
     PosedStone,
-    StoneModel,
     channels_of,
     crops_at,
     measure,
@@ -39,11 +37,12 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.learning import colours_of
 from friction_estimation.appearance.occlusion import set_among
+from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import PIXEL_CORRELATION
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, median_picture
-from friction_estimation.tracking.detection.blobs import find_stone_candidates
+from friction_estimation.tracking.detection.ice_beneath import places_on_ice
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 
 
@@ -85,6 +84,11 @@ class FilmedRestingStone:
         return self._at_first and not self._at_last
 
     @property
+    def comes(self) -> bool:
+        """Whether it lay there at the end and not at the beginning."""
+        return self._at_last and not self._at_first
+
+    @property
     def _at_first(self) -> bool:
         return bool(self.seen[: tuning.END_FRAMES].any())
 
@@ -121,17 +125,13 @@ def find_resting_stones(
     ]
     pictures = [median_picture(part) for part in cuts]
     pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
-    candidates = [
-        find_stone_candidates(picture, background, camera, appearance.model, sheet)
-        for picture in pictures
-    ]
-    empty = background.image.copy()
+    on_ice = places_on_ice(pictures, background, camera, appearance, sheet)
+    empty = on_ice.empty
     places: list[Floats] = []
-    for picture, found in zip(pictures, candidates, strict=True):
+    for picture, found in zip(pictures, on_ice.found, strict=True):
         new = [
             xy for xy in found if all(np.linalg.norm(xy - k) > tuning.SAME_PLACE for k in places)
         ]
-        _fill_in(empty, picture, background.origin_px, camera, appearance.model, new)
         fitted = (_fitted_place(xy, picture, empty, background, camera, appearance) for xy in new)
         places += [xy for xy in fitted if xy is not None]
     end = rough.sightings[-1].xy
@@ -199,68 +199,6 @@ class _Lying:
         return bool(near and np.mean([i in self.frames for i in other.chosen]) > 0.5)
 
 
-def footprint(
-    shape: tuple[int, ...],
-    origin: tuple[int, int],
-    camera: Camera,
-    model: StoneModel,
-    xy: Floats,
-) -> NDArray[np.uint8]:
-    """Mask of the pixels that a stone, its handle, its shadow or its reflection may change.
-
-    Parameters
-    ----------
-    shape : rows and columns of the mask
-    origin : column and row of its upper left pixel in a frame
-    """
-    around = np.linspace(0, 2 * np.pi, 36, endpoint=False)
-    circle = np.column_stack([np.cos(around), np.sin(around)])
-    rings = [
-        np.column_stack([xy + radius * circle, np.full(36, z)])
-        for z, radius in (
-            (-0.7 * model.height, model.radius),
-            (0.0, model.radius + tuning.SHADOW_WIDTH),
-            (model.height + model.handle_rise + 0.02, model.radius),
-        )
-    ]
-    px = camera.project(np.concatenate(rings)) - np.array(origin)
-    mask = np.zeros(shape[:2], dtype=np.uint8)
-    if np.isfinite(px).all():
-        hull = cv2.convexHull(px.astype(np.float32))
-        cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
-        cv2.dilate(mask, np.ones((3, 3), np.uint8), dst=mask)
-    return mask
-
-
-def _fill_in(
-    empty: NDArray[np.float32],
-    picture: Image,
-    origin: tuple[int, int],
-    camera: Camera,
-    model: StoneModel,
-    places: Sequence[Floats],
-) -> None:
-    """Copy the ice of a picture into `empty` around places, without the stones there."""
-    if not places:
-        return
-    masks = [footprint(empty.shape, origin, camera, model, xy) for xy in places]
-    all_masks = np.maximum.reduce(masks)
-    for mask in masks:
-        rows, columns = np.nonzero(mask)
-        if len(rows) == 0:
-            continue
-        part = (
-            slice(max(int(rows.min()) - 12, 0), int(rows.max()) + 13),
-            slice(max(int(columns.min()) - 12, 0), int(columns.max()) + 13),
-        )
-        empty[part] = cv2.inpaint(
-            np.ascontiguousarray(picture[part]),
-            np.ascontiguousarray(all_masks[part]),
-            3.0,
-            cv2.INPAINT_TELEA,
-        )
-
-
 def _fitted_place(
     xy: Floats,
     picture: Image,
@@ -307,6 +245,7 @@ def _lying_at(
             and np.linalg.norm(fit.xy - xy) < tolerance
         ):
             found.append((i, fit.xy))
+    found = _before_it_moved(found, xy)
     if not found:
         return None
     lying = [i for i, _ in found]
@@ -314,6 +253,32 @@ def _lying_at(
     if len(lying) < max(tuning.END_FRAMES, tuning.MIN_PRESENCE * span):
         return None
     return _Lying(xy=np.median([place for _, place in found], axis=0), frames=lying)
+
+
+def _before_it_moved(found: list[tuple[int, Floats]], xy: Floats) -> list[tuple[int, Floats]]:
+    """Those of the frames that show the same stone at a place, where another one took its place.
+
+    A stone that is hit full on is replaced by the one that hit it, a hand's breadth away.
+
+    Parameters
+    ----------
+    found : indices of frames, in order, and the places (2,) at which a stone was measured [m]
+    xy : (2,) the place [m]
+    """
+    least = tuning.END_FRAMES
+    places = np.array([place for _, place in found]).reshape(-1, 2)
+    best, split = 0.0, 0
+    for k in range(least, len(found) - least + 1):
+        one, two = places[:k], places[k:]
+        apart = one.mean(axis=0) - two.mean(axis=0)
+        spread = np.hypot(one.std(axis=0), two.std(axis=0)) * np.sqrt(1 / k + 1 / len(two)) + 1e-4
+        clear = float(np.abs(apart / spread).max())
+        if clear > best and np.linalg.norm(apart) > tuning.REST_TOLERANCE:
+            best, split = clear, k
+    if best < tuning.CLEARLY_MOVED:
+        return found
+    first, last = (np.linalg.norm(part.mean(axis=0) - xy) for part in np.split(places, [split]))
+    return found[:split] if first < last else found[split:]
 
 
 def _resting_stone(
@@ -347,8 +312,12 @@ def _resting_stone(
     if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
         return None
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
-    bare = _cost_of_bare_ice(crop, own, hidden)
-    if _cost_at(crop, own, pose, hidden) > tuning.MAX_RESTING_MISFIT * bare:
+    # The ice around it may not be known: other stones lay there at other times.
+    aside = hidden | ~_covered(replace(crop, pose=pose), own)
+    bare = _cost_of_bare_ice(crop, own, aside)
+    if bare < tuning.MIN_RESTING_CONTRAST * np.count_nonzero(~aside):
+        return None
+    if _cost_at(crop, own, pose, aside) > tuning.MAX_RESTING_MISFIT * bare:
         return None
     seen = np.zeros(len(frames), dtype=bool)
     seen[list(lying.frames)] = True
@@ -378,6 +347,11 @@ def _cost_at(
         shown = composite(coverage(placed, appearance), crop.background, appearance.colours)
         placed.pixels = np.where(hidden[:, None], shown, crop.pixels)
     return misfit_of(placed, appearance, painted_planes(placed, appearance))
+
+
+def _covered(crop: Crop, appearance: Appearance) -> Flags:
+    """(n,) the pixels of a crop in which mostly the stone is seen."""
+    return coverage(crop, appearance)[0, :, : len(PARTS)].sum(axis=1) > tuning.MOSTLY
 
 
 def _cost_of_bare_ice(crop: Crop, appearance: Appearance, hidden: Flags) -> float:

@@ -82,6 +82,18 @@ class RoughPath:
         seen = [s for s in self.sightings if np.isfinite(s.theta)]
         return np.array([s.t for s in seen]), np.unwrap([s.theta for s in seen])
 
+    def until(self, t: float) -> RoughPath | None:
+        """The same path up to a time [s], if its look was fitted there; None where that is short.
+
+        Beside people it is nearer to the stone than any other that is found.
+        """
+        kept = tuple(s for s in self.sightings if s.t <= t)
+        clear = sum(s.likeness >= tuning.MIN_LEARNING_LIKENESS for s in kept)
+        if not self.measured or clear < tuning.MIN_SIGHTINGS:
+            return None
+        far = abs(kept[-1].xy[1] - kept[0].xy[1]) > tuning.LEAST_FOLLOWED
+        return replace(self, sightings=kept) if far else None
+
     def agrees_with(self, other: RoughPath) -> bool:
         """Whether it goes where another path was seen, nearly always."""
         seen = other.sightings

@@ -64,6 +64,7 @@ class FilmTrack:
     refined : the same camera, with how well the paint on the ice agrees with it
     contacts : times at which the stone hit or was hit [s]
     others : tracks of the other stones on the sheet, numbered from 1
+    unexplained : what should be looked at in the film, in words: the track may be another stone's
     stabiliser : undoes the camera's sway in a frame; None where the camera stood still
     moved_px : how far the camera has moved since it was solved for earlier films [px]; 0 where it
         stood still or is solved for this film first
@@ -80,6 +81,7 @@ class FilmTrack:
     refined: RefinedCamera
     contacts: tuple[float, ...] = ()
     others: tuple[FilmTrack, ...] = ()
+    unexplained: tuple[str, ...] = ()
     stabiliser: Stabiliser | None = None
     moved_px: float = 0.0
     sightings: tuple[Sighting, ...] = ()

@@ -93,6 +93,8 @@ def summary_of(found: FilmTrack | Trajectory) -> dict[str, Any]:
         about = {"frames": found.frame_count, **about, **_handle(found)}
         if found.not_seen:
             about["not_seen"] = found.not_seen
+        if found.unexplained:
+            about["unexplained"] = list(found.unexplained)
         if found.contacts:
             about["contacts_s"] = [float(t) for t in found.contacts]
         if found.others:

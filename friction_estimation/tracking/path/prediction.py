@@ -106,6 +106,7 @@ class Predictor:
         start: Floats,
         fit_at: Callable[[Floats], StoneFit | None],
         allowed: Callable[[StoneFit], bool] = lambda fit: True,
+        or_at: Floats | None = None,
     ) -> StoneFit | None:
         """The stone in a frame, measured from the predicted pose or else from other ones.
 
@@ -115,6 +116,7 @@ class Predictor:
         start : (3,) predicted pose
         fit_at : measures the stone in the frame from a pose to start with
         allowed : what else a measurement must fulfil
+        or_at : (2,) another place where it may be [m]
         """
         turned = [fit_at(start + np.array([0.0, 0.0, turn])) for turn in self._turns_to_try]
         fit = min(
@@ -126,9 +128,11 @@ class Predictor:
             return fit
         if self._by_motion:
             self._by_motion = False
-            return self.find(t, self._by_flow(t), fit_at, allowed)
-        again = np.array([*self._path.at(t), self._heading(t)])
-        if np.linalg.norm(again[:2] - start[:2]) > tuning.MIN_RETRY_DISTANCE:
+            return self.find(t, self._by_flow(t), fit_at, allowed, or_at)
+        for place in (self._path.at(t), or_at):
+            if place is None or np.linalg.norm(place - start[:2]) < tuning.MIN_RETRY_DISTANCE:
+                continue
+            again = np.array([*place, self._heading(t)])
             fit = fit_at(again)
             if fit is not None and self._accepts(t, fit, again) and allowed(fit):
                 return fit

@@ -21,7 +21,9 @@ from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
 from friction_estimation.tracking.path.heading import KnownHeading
 from friction_estimation.tracking.path.uncertainty import systematic_sigma
+from friction_estimation.tracking.several.expected_path import time_to_touch
 from friction_estimation.tracking.several.moving_stones import MovingStone
+from friction_estimation.tracking.several.unexplained import unexplained
 
 
 def assemble_tracks(
@@ -48,12 +50,15 @@ def assemble_tracks(
         return None
     forward = np.sign(thrown.trajectory.xy[-1, 1] - thrown.trajectory.xy[0, 1]) or 1.0
     others: list[tuple[float, FilmTrack]] = []
+    tracks: list[Trajectory | None] = [thrown.trajectory]
     for stone, times in zip(stones[1:], contacts[1:], strict=True):
+        tracks.append(None)
         if stone.rested is None or not times:
             continue  # it was seen to be gone, but not how it went
         measured = _after(stone.measured, min(times))
         track = assemble_pieces(measured, sorted(times)[1:], stone, refined)
         if track is not None:
+            tracks[-1] = track.trajectory
             track = replace(track, contacts=tuple(sorted(times)))
             others.append((forward * float(stone.rested.xy[1]), track))
     for stone in resting:
@@ -65,7 +70,8 @@ def assemble_tracks(
         replace(other, trajectory=replace(other.trajectory, stone=number))
         for number, (_, other) in enumerate(others, start=1)
     ]
-    return replace(thrown, others=tuple(numbered))
+    told = unexplained(stones, contacts, tracks, resting)
+    return replace(thrown, others=tuple(numbered), unexplained=told)
 
 
 def _contacts(stones: Sequence[MovingStone]) -> list[list[float]]:
@@ -74,27 +80,35 @@ def _contacts(stones: Sequence[MovingStone]) -> list[list[float]]:
     for k, stone in enumerate(stones):
         if stone.left is None or stone.rested is None:
             continue
-        time = contact_time(stone.measured, stone.rested.xy, stone.left)
+        strikers = [j for j, other in enumerate(stones) if stone.left in other.hits]
+        later = min((t for t in stone.hits if t > stone.left), default=np.inf)
+        time = contact_time(stone.measured, stone.rested.xy, stone.left, later)
+        for j in strikers:
+            touching = 2 * stone.appearance.model.radius
+            own = stones[j].left
+            since = -np.inf if own is None else own
+            about = stone.left
+            if stone.expected is not None:
+                about = min(about, stone.expected[0] + tuning.MAX_CONTACT_DELAY / 2)
+            met = meeting_time(stones[j].measured, stone.rested.xy, touching, since, about)
+            time = time if met is None else met
+            contacts[j].append(time)
         contacts[k].append(time)
-        for j, other in enumerate(stones):
-            if stone.left in other.hits:
-                contacts[j].append(time)
     return contacts
 
 
-def contact_time(measured: Measurements, rested: Floats, left: float) -> float:
+def contact_time(
+    measured: Measurements, rested: Floats, left: float, until: float = np.inf
+) -> float:
     """When a stone was hit [s]: its first measurements followed back to where it lay.
 
     Parameters
     ----------
     rested : (2,) place at which it lay [m]
     left : when it was seen to have left [s]
+    until : when it hit another stone [s]
     """
-    after = [
-        (t, fit.xy)
-        for t, fit in zip(measured.t, measured.fits, strict=True)
-        if fit is not None and t >= left
-    ][: tuning.CONTACT_FITS]
+    after = _places(measured, left, until)[: tuning.CONTACT_FITS]
     if len(after) < 3:
         return left
     t = np.array([time for time, _ in after])
@@ -103,6 +117,50 @@ def contact_time(measured: Measurements, rested: Floats, left: float) -> float:
     at_left, speed = np.polynomial.polynomial.polyfit(t - left, way @ aim, 1)
     back = at_left / max(float(speed), 1e-3)
     return float(left - np.clip(back, 0.0, tuning.MAX_CONTACT_DELAY))
+
+
+def meeting_time(
+    striker: Measurements, rested: Floats, touching: float, since: float, left: float
+) -> float | None:
+    """When a stone came so near to one at rest that they touched [s].
+
+    Parameters
+    ----------
+    striker : measurements of the stone that came
+    rested : (2,) where the other one lay [m]
+    touching : how far their centres are apart then [m]
+    since : when its path began, such as when it was hit itself [s]
+    left : when the other one was seen to have left [s]
+
+    Returns
+    -------
+    None where its path up to then is not known, or passes by
+    """
+    before = [
+        (t, xy)
+        for t, xy in _places(striker, since, left)
+        if np.linalg.norm(xy - rested) > touching + tuning.CLEAR_OF_CONTACT
+    ][-tuning.CONTACT_FITS :]
+    if len(before) < 3 or before[-1][0] < left - 2 * tuning.MAX_CONTACT_DELAY:
+        return None
+    t = np.array([time for time, _ in before])
+    places = np.array([xy for _, xy in before])
+    start, speed = np.polynomial.polynomial.polyfit(t - left, places - rested, 1)
+    wait = time_to_touch(start, speed, touching)
+    if wait is None:  # by a hair's breadth it passes by
+        wait = time_to_touch(start, speed, touching + tuning.CLEAR_OF_CONTACT)
+    if wait is None:
+        return None
+    return float(left + np.clip(wait, -tuning.MAX_CONTACT_DELAY, 0.0))
+
+
+def _places(measured: Measurements, since: float, until: float) -> list[tuple[float, Floats]]:
+    """Times [s] and measured places (2,) [m] in a span of time [s]."""
+    return [
+        (t, fit.xy)
+        for t, fit in zip(measured.t, measured.fits, strict=True)
+        if fit is not None and since <= t < until
+    ]
 
 
 def assemble_pieces(

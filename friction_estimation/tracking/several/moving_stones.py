@@ -23,53 +23,7 @@ from friction_estimation.tracking.films.film_track import TrackingOptions
 from friction_estimation.tracking.path.assembly import Measurements
 from friction_estimation.tracking.path.heading import HeadingCurve
 from friction_estimation.tracking.path.prediction import Predictor
-
-
-class ExtrapolatedPath:
-    """Where a stone should be: on a path that is known beforehand, then as it slid so far.
-
-    Parameters
-    ----------
-    known : its rough path, or the place where it lies (2,) [m]
-    until : until when that holds [s]
-    """
-
-    def __init__(self, known: RoughPath | Floats, until: float) -> None:
-        self._known, self._until = known, until
-        self._recent: list[tuple[float, Floats]] = []
-
-    def add(self, t: float, xy: Floats) -> None:
-        """Take in where the stone was seen."""
-        self._recent = [*self._recent[1 - tuning.RECENT_FITS :], (t, xy)]
-
-    def restart(self, t: float) -> None:
-        """Forget the path before a contact at a time [s]."""
-        self._until = t
-        self._recent = self._recent[-1:]
-
-    def leads(self, t: float) -> bool:
-        """Whether the path tells best where the stone is at a time [s]."""
-        return t < self._until and isinstance(self._known, RoughPath) and self._known.leads(t)
-
-    def at(self, t: float) -> Floats:
-        """Place at a time [s], (2,) [m]."""
-        known = self._known
-        if not isinstance(known, RoughPath):
-            if t < self._until or not self._recent:
-                return known
-        elif t < min(self._until, known.sightings[-1].t) or not self._recent:
-            return known.at(t)
-        last, place = self._recent[-1]
-        if len(self._recent) < 3:
-            return place
-        times = np.array([time for time, _ in self._recent]) - last
-        places = np.array([xy for _, xy in self._recent])
-        speed_x, speed_y = np.polynomial.polynomial.polyfit(times, places, 1)[1]
-        pace = float(np.hypot(speed_x, speed_y))
-        slowing = tuning.HIDDEN_DECELERATION
-        ahead = min(t - last, pace / slowing)
-        way = ahead - 0.5 * slowing * ahead**2 / max(pace, 1e-6)
-        return place + way * np.array([speed_x, speed_y])
+from friction_estimation.tracking.several.expected_path import ExtrapolatedPath, after_contact
 
 
 @dataclass(eq=False)
@@ -86,6 +40,7 @@ class MovingStone:
     wakes : when it is first looked at [s]
     left : when it was seen to have left its place [s]; None while it lies there
     hits : times at which other stones were seen to have left because of it [s]
+    expected : when another stone should have hit it, and which [s]; None where none came near
     """
 
     appearance: Appearance
@@ -96,16 +51,24 @@ class MovingStone:
     wakes: float = 0.0
     left: float | None = None
     hits: list[float] = field(default_factory=list)
+    expected: tuple[float, MovingStone] | None = None
     _pose: Floats | None = None
 
     @property
     def moves(self) -> bool:
-        """Whether it was thrown, or has left its place."""
-        return self.rested is None or self.left is not None
+        """Whether it was thrown, has left its place, or should have."""
+        return self.rested is None or self.left is not None or self.expected is not None
 
     def predicted(self, t: float, frame: Frame) -> Floats | None:
         """Its predicted pose in a frame, (3,); None while it is not followed yet."""
         return None if t < self.wakes else self.predictor.predict(t, frame)
+
+    @property
+    def where_it_lay(self) -> Floats | None:
+        """Its place (2,) [m], where it should have left it and was not seen to."""
+        if self.rested is None or self.expected is None or self.left is not None:
+            return None
+        return self.rested.xy
 
     def posed(self) -> PosedStone | None:
         """The stone in its latest known pose; None where none is known."""
@@ -184,6 +147,8 @@ class StoneFollower:
             moving.rested, moving.wakes = stone, wakes
             stones.append(moving)
         for t, frame in frames:
+            _wake(t, stones)
+            _expect_contacts(t, stones)
             self._measure(t, frame, stones)
             self._note_contacts(t, stones)
         return stones
@@ -252,6 +217,7 @@ class StoneFollower:
                 lambda fit, taken=taken, apart=apart: all(
                     np.linalg.norm(fit.xy - xy) > apart for xy in taken
                 ),
+                stone.where_it_lay,
             )
             done.append(k)
         around = [self._others(k, stones, starts, fits, done) for k in range(len(stones))]
@@ -278,7 +244,8 @@ class StoneFollower:
             elif fit is not None and known is not None:
                 pose = np.array([*fit.xy, known.pose[2]])
             elif known is not None:
-                pose = known.pose if ahead is None or j in done else ahead
+                gone = other.expected is not None or j not in done
+                pose = ahead if ahead is not None and gone else known.pose
             else:
                 continue
             others.append(PosedStone(look=other.appearance, pose=pose))
@@ -293,6 +260,8 @@ class StoneFollower:
             stone.path.restart(t)
             stone.predictor.note_contact()
             striker = _striker(stone, stones, stones[0].appearance.model.radius)
+            if stone.expected is not None:
+                striker = stone.expected[1]
             if striker is not None:
                 striker.hits.append(t)
                 striker.measured.view_interval = tuning.LATER_VIEW_INTERVAL
@@ -300,6 +269,50 @@ class StoneFollower:
                 striker.predictor = self._predictor(
                     striker.path, striker.appearance, None, striker.turned
                 )
+
+
+def _wake(t: float, stones: Sequence[MovingStone]) -> None:
+    """Look at stones from a time on [s] that a moving one comes near."""
+    for stone in stones:
+        if stone.rested is None or t >= stone.wakes:
+            continue
+        for other in stones:
+            posed = other.posed() if other.moves else None
+            apart = np.inf if posed is None else np.linalg.norm(posed.pose[:2] - stone.rested.xy)
+            if apart < tuning.WAKES_WITHIN:
+                stone.wakes = t
+
+
+def _expect_contacts(t: float, stones: Sequence[MovingStone]) -> None:
+    """Let stones set out that others should have hit by a time [s], the first one first.
+
+    Beside or behind the stone that hits it a stone may not be seen for a while.
+    """
+    while True:
+        near: list[tuple[float, int, int]] = []
+        for k, stone in enumerate(stones):
+            if stone.rested is None or stone.moves or t < stone.wakes:
+                continue
+            for j, other in enumerate(stones):
+                touching = 2 * other.appearance.model.radius
+                when = None
+                if other is not stone and other.moves:
+                    when = other.path.meets(stone.rested.xy, touching, t)
+                if when is not None:
+                    near.append((when, j, k))
+        if not near:
+            return
+        when, j, k = min(near)
+        striker, stone = stones[j], stones[k]
+        motion = striker.path.motion()
+        if motion is None or stone.rested is None:
+            return
+        last, place, velocity = motion
+        at = place + (when - last) * velocity
+        onward, given = after_contact(at, stone.rested.xy, velocity)
+        stone.path.set_out(when, stone.rested.xy, given)
+        stone.expected = when, striker
+        striker.path.set_out(when, at, onward)
 
 
 def _rest_tolerance(camera: Camera, xy: Floats) -> float:

@@ -1,0 +1,341 @@
+"""The ice beneath stones that lie on it, which the film may never show.
+
+Where a stone comes or goes, another picture shows it. Elsewhere the sheet's other side does: its
+paint is the same on the left and on the right of the centre line, before and behind the tee, and
+all around it but for two thin lines.
+"""
+
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import cv2
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Sheet
+from curling_env.typing import Floats, Image
+from friction_estimation.appearance import Appearance, StoneModel, channels_of
+from friction_estimation.appearance.shape import PARTS
+from friction_estimation.camera.camera import Camera
+from friction_estimation.tracking import tuning
+from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.detection.blobs import find_stone_candidates
+
+Mask = NDArray[np.uint8]
+GRID_PX = 8
+"""Between pixels so far apart it is interpolated where their mirror images lie."""
+TURNS = np.radians([90.0, -90.0, 45.0, -45.0, 135.0, -135.0])
+"""So far the rings are turned about the tee, to see what a stone beside it hides [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mirror:
+    """Where the pixels of the background's part of a picture are seen on the sheet's other side.
+
+    Parameters
+    ----------
+    u, v : (rows, columns) column and row of the mirror image, in that part [px]
+    valid : (rows, columns) 1 where it is on the ice and in the picture
+    """
+
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+    valid: Mask
+
+    def of(self, picture: Image) -> Image:
+        """The mirrored picture; what has no mirror image stays as it is."""
+        seen = cv2.remap(picture, self.u, self.v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return np.where(self.valid[..., None] > 0, seen, picture)
+
+    def of_mask(self, mask: Mask) -> Mask:
+        """1 where a mask (rows, columns) is mirrored to, or where there is no mirror image."""
+        seen = cv2.remap(mask, self.u, self.v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
+        return ((seen > 0) | (self.valid == 0)).astype(np.uint8)
+
+
+def mirrors(
+    shape: tuple[int, ...], origin: tuple[int, int], camera: Camera, sheet: Sheet
+) -> list[Mirror]:
+    """The mirrors at the centre line, at the tee line and at both, then turns about the tee.
+
+    Parameters
+    ----------
+    shape : rows and columns of the background's part of a picture
+    origin : column and row of its upper left pixel in a frame
+    """
+    rows, columns = shape[:2]
+    v, u = np.mgrid[0 : rows + GRID_PX : GRID_PX, 0 : columns + GRID_PX : GRID_PX]
+    px = np.column_stack([u.ravel() + origin[0], v.ravel() + origin[1]]).astype(np.float64)
+    ice = camera.on_plane(px)
+    x, y = ice.T
+    tee = np.copysign(TEE_Y, y)
+    on_ice = (np.abs(x) < sheet.width / 2) & (np.abs(y) < sheet.length / 2)
+    house = on_ice & (np.abs(y) > HOG_LINE_Y)
+    rings = np.hypot(x, y - tee) < HOUSE_RADIUS + tuning.SAME_PLACE
+    places = [(np.column_stack([-x, y]), on_ice)]
+    places += [(np.column_stack([side * x, 2 * tee - y]), house) for side in (1, -1)]
+    for turn in TURNS:
+        cos, sin = np.cos(turn), np.sin(turn)
+        away = y - tee
+        turned = np.column_stack([cos * x - sin * away, tee + sin * x + cos * away])
+        places.append((turned, rings))
+    size = (u.shape[1] * GRID_PX, u.shape[0] * GRID_PX)
+    found: list[Mirror] = []
+    for there, inside in places:
+        with np.errstate(invalid="ignore"):
+            inside = inside & (np.abs(there) < np.array([sheet.width, sheet.length]) / 2).all(1)
+            at = camera.project(np.column_stack([np.nan_to_num(there), np.zeros(len(there))]))
+            at -= np.array(origin)
+            inside &= (at >= 0).all(axis=1) & (at <= np.array([columns - 1, rows - 1])).all(axis=1)
+        at[~inside] = 0.0
+        fine = [_between(a.reshape(u.shape), size)[:rows, :columns] for a in at.T]
+        wide = _between(inside.astype(np.float64).reshape(u.shape), size)[:rows, :columns]
+        found.append(
+            Mirror(
+                u=np.ascontiguousarray(fine[0]),
+                v=np.ascontiguousarray(fine[1]),
+                valid=(wide > 0.999).astype(np.uint8),
+            )
+        )
+    return found
+
+
+def _between(coarse: Floats, size: tuple[int, int]) -> NDArray[np.float32]:
+    """Values at every pixel, from those at the nodes of a grid."""
+    columns, rows = (np.arange(n, dtype=np.float32) / GRID_PX for n in size)
+    u, v = np.meshgrid(columns, rows)
+    return cv2.remap(coarse.astype(np.float32), u, v, cv2.INTER_LINEAR)
+
+
+def footprint(
+    shape: tuple[int, ...],
+    origin: tuple[int, int],
+    camera: Camera,
+    model: StoneModel,
+    xy: Floats,
+) -> Mask:
+    """Mask of the pixels that a stone, its handle, its shadow or its reflection may change.
+
+    Parameters
+    ----------
+    shape : rows and columns of the mask
+    origin : column and row of its upper left pixel in a frame
+    """
+    around = np.linspace(0, 2 * np.pi, 36, endpoint=False)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    rings = [
+        np.column_stack([xy + radius * circle, np.full(36, z)])
+        for z, radius in (
+            (-0.7 * model.height, model.radius),
+            (0.0, model.radius + tuning.SHADOW_WIDTH),
+            (model.height + model.handle_rise + 0.02, model.radius),
+        )
+    ]
+    px = camera.project(np.concatenate(rings)) - np.array(origin)
+    mask = np.zeros(shape[:2], dtype=np.uint8)
+    if np.isfinite(px).all():
+        hull = cv2.convexHull(px.astype(np.float32))
+        cv2.fillConvexPoly(mask, np.round(hull).astype(np.int32), 1)
+        cv2.dilate(mask, np.ones((3, 3), np.uint8), dst=mask)
+    return mask
+
+
+def fill_from_mirrors(
+    picture: Image, missing: Mask, covered: Mask, reflected: Sequence[Mirror]
+) -> tuple[NDArray[np.float32], Mask]:
+    """A picture with what is missing taken from where the sheet is painted alike.
+
+    Parameters
+    ----------
+    picture : (rows, columns, 3)
+    missing : (rows, columns) 1 where the ice is wanted
+    covered : (rows, columns) 1 where no ice is seen; it includes what is missing
+
+    Returns
+    -------
+    the picture; (rows, columns) 1 where nothing is painted alike, and the ice is guessed from
+    what is around it
+    """
+    full, guessed = picture.astype(np.float32), np.zeros_like(missing)
+    count, labels, stats, _ = cv2.connectedComponentsWithStats(missing, connectivity=8)
+    if count == 1:
+        return full, guessed
+    sources = [(mirror.of(picture), mirror.of_mask(covered)) for mirror in reflected]
+    for k in range(1, count):
+        left, top, width, height = stats[k, :4].tolist()
+        part = (
+            slice(max(top - tuning.AROUND_PX, 0), top + height + tuning.AROUND_PX),
+            slice(max(left - tuning.AROUND_PX, 0), left + width + tuning.AROUND_PX),
+        )
+        own = labels[part] == k
+        pairs = [(a[part], b[part]) for a, b in sources]
+        guessed[part] |= _fill_part(full[part], own, covered[part] > 0, pairs)
+    return full, guessed
+
+
+def _fill_part(
+    full: NDArray[np.float32],
+    own: NDArray[np.bool_],
+    covered: NDArray[np.bool_],
+    sources: Sequence[tuple[Image, Mask]],
+) -> NDArray[np.bool_]:
+    """Fill a part of a picture in place, from those sources that continue what is around it.
+
+    Returns
+    -------
+    where none of them does
+    """
+    picture = full.copy()
+    ranked: list[tuple[float, NDArray[np.float32], NDArray[np.bool_]]] = []
+    for seen, unseen in sources:
+        shared = ~covered & (unseen == 0)
+        if shared.sum() < tuning.LEAST_AROUND:
+            continue
+        around = picture[shared]
+        apart = around - seen[shared]
+        step = np.median(apart, axis=0)
+        left = float(np.abs(apart - step).mean())
+        plain = float(np.abs(around - np.median(around, axis=0)).mean())
+        if left < max(tuning.MIRROR_DIFFERENCE, plain / 2):
+            ranked.append((left, seen + step, unseen == 0))
+    still = own.copy()
+    for _, seen, free in sorted(ranked, key=lambda one: one[0]):
+        use = still & free
+        full[use] = seen[use]
+        still &= ~free
+    if still.any():
+        known = np.clip(np.rint(full), 0, 255).astype(np.uint8)
+        # What hides other ice is no guide to this.
+        hidden = (still | (covered & ~own)).astype(np.uint8)
+        full[still] = cv2.inpaint(known, hidden, 3.0, cv2.INPAINT_TELEA)[still]
+    return still
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Places:
+    """What may be a stone, and the ice without any of it.
+
+    Parameters
+    ----------
+    found : for each picture the places in it, each (2,) [m]
+    empty : (rows, columns, 3) the ice beneath
+    """
+
+    found: Sequence[Sequence[Floats]]
+    empty: NDArray[np.float32]
+
+
+def places_on_ice(
+    pictures: Sequence[Image],
+    background: Background,
+    camera: Camera,
+    appearance: Appearance,
+    sheet: Sheet,
+) -> Places:
+    """What lies on the sheet in pictures of the same ice, and that ice without it.
+
+    Parameters
+    ----------
+    pictures : the background's part of a frame at the film's beginning, in its middle, at its end
+    appearance : what the thrown stone looks like
+    """
+    origin, model = background.origin_px, appearance.model
+    shape = background.image.shape
+    reflected = mirrors(shape, origin, camera, sheet)
+    across = reflected[0]
+    found: list[list[Floats]] = []
+    for k, picture in enumerate(pictures):
+        without = [mirror.of(picture) for mirror in reflected[:2]]
+        others = [other for j, other in enumerate(pictures) if j != k]
+        tried = find_stone_candidates(
+            picture, background, camera, model, sheet, [*without, *others]
+        )
+        looks = (_Place(picture, origin, camera, appearance, xy) for xy in tried)
+        found.append([one.xy for one in looks if one.may_be_stone(without, across.valid, others)])
+    nothing = np.zeros(shape[:2], dtype=np.uint8)
+    masks = [[footprint(shape, origin, camera, model, xy) for xy in there] for there in found]
+    covered = [np.maximum.reduce([nothing, *own]) for own in masks]
+    missing = np.maximum.reduce(covered)
+    empty = background.image.astype(np.float32)
+    for k, picture in enumerate(pictures):
+        for xy, mask in zip(found[k], masks[k], strict=True):
+            place = _Place(picture, origin, camera, appearance, xy)
+            for j in (2, 0, 1):
+                if j == k or place.change(pictures[j]) < 2 * tuning.MIN_CONTRAST:
+                    continue
+                free = (mask & missing & (1 - covered[j])) > 0
+                empty[free] = pictures[j][free]
+                missing[free] = 0
+    seen = np.clip(np.rint(empty), 0, 255).astype(np.uint8)
+    whole, _ = fill_from_mirrors(seen, missing, missing, reflected)
+    return Places(found=found, empty=np.where(missing[..., None] > 0, whole, empty))
+
+
+class _Place:
+    """A place on the ice as a picture shows it.
+
+    Parameters
+    ----------
+    picture : the background's part of a frame
+    origin : column and row of its upper left pixel in the frame
+    xy : (2,) the place [m]
+    """
+
+    def __init__(
+        self,
+        picture: Image,
+        origin: tuple[int, int],
+        camera: Camera,
+        appearance: Appearance,
+        xy: Floats,
+    ) -> None:
+        self.xy = xy
+        outline = appearance.model.outline_px(camera, xy) - np.array(origin)
+        low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
+        high = np.ceil(outline.max(axis=0)).astype(int) + 1
+        self._part = slice(low[1], high[1]), slice(low[0], high[0])
+        own = np.zeros(picture[self._part].shape[:2], dtype=np.uint8)
+        if own.size:
+            cv2.fillConvexPoly(own, np.round(outline - low).astype(np.int32), 1)
+        self._own = own > 0
+        self._picture = picture
+        self._body = appearance.colours[: len(PARTS)]
+
+    def change(self, other: Image) -> float:
+        """Mean difference from another picture where a stone would be seen [grey levels]."""
+        if not self._own.any():
+            return 0.0
+        one, two = (np.ascontiguousarray(each[self._part]) for each in (self._picture, other))
+        return float(cv2.absdiff(one, two).max(axis=2)[self._own].mean())
+
+    def may_be_stone(self, mirrored: Sequence[Image], valid: Mask, others: Sequence[Image]) -> bool:
+        """Whether it is more like a stone than what is seen there else, or on the other side.
+
+        Parameters
+        ----------
+        mirrored : the picture mirrored at the centre line and at the tee line
+        valid : (rows, columns) 1 where there is a mirror image at the centre line
+        others : the same ice at other times
+        """
+        if not self._own.any():
+            return False
+        like = self._unlikeness(self._picture)
+        for other in others:
+            if self.change(other) > 2 * tuning.MIN_CONTRAST and like < self._unlikeness(other):
+                return True
+        if like < tuning.STONE_LIKE or not valid[self._part][self._own].all():
+            return True
+        own_image = abs(self.xy[0]) < 2 * tuning.SAME_PLACE
+        other = mirrored[1] if own_image else mirrored[0]
+        return self.change(other) > tuning.MIN_CONTRAST and like < self._unlikeness(other)
+
+    def _unlikeness(self, picture: Image) -> float:
+        """How far its colours are from those of a stone's body, in the middle [grey levels]."""
+        colours = channels_of(np.ascontiguousarray(picture[self._part]))[self._own]
+        apart = np.linalg.norm(colours[:, None] - self._body, axis=2)
+        return float(np.median(apart.min(axis=1)))

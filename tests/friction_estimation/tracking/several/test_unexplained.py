@@ -1,0 +1,56 @@
+"""What nothing explains in a track is told."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from friction_estimation.tracking.path.assembly import Measurements
+from friction_estimation.tracking.several.unexplained import hit_unseen, sudden_loss, unexplained
+
+FPS = 15.0
+
+
+def slid(hit=None, keeps=0.3, noise=0.01, seconds=14.0):
+    """Measurements of a stone that slows down on ice, and at a time [s] by a hit."""
+    rng = np.random.default_rng(0)
+    t = np.arange(0, seconds, 1 / FPS)
+    pace = np.maximum(2.6 - 0.11 * t, 0.0)
+    if hit is not None:
+        pace[t >= hit] *= keeps
+    y = -12.0 + np.cumsum(pace) / FPS
+    xy = np.column_stack([0.1 * np.sin(t / 8), y]) + rng.normal(0, noise, (len(t), 2))
+    fits = [SimpleNamespace(xy=place) for place in xy]
+    return Measurements(t=t.tolist(), fits=fits)  # pyright: ignore[reportArgumentType]
+
+
+def test_a_stone_that_loses_speed_at_once_has_hit_something():
+    assert sudden_loss(slid(hit=10.0), []) == pytest.approx(10.0, abs=0.15)
+    (said,) = hit_unseen(slid(hit=10.0))
+    assert "at 10.0 s" in said or "at 9.9 s" in said
+    assert hit_unseen(slid(hit=10.0), [10.02]) == ()
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.01, 0.05])
+def test_a_stone_that_is_left_alone_has_not(noise):
+    assert hit_unseen(slid(noise=noise)) == ()
+
+
+def test_what_a_hand_does_before_the_stone_is_out_of_it_counts_for_nothing():
+    assert hit_unseen(slid(hit=2.0)) == ()
+
+
+def test_a_stone_that_comes_from_nowhere_or_goes_there_is_told():
+    thrown = SimpleNamespace(measured=slid(hit=10.0), rested=None)
+    gone = SimpleNamespace(measured=Measurements(), rested=SimpleNamespace(xy=np.array([0.1, 9.0])))
+    path = SimpleNamespace(xy=np.array([[0.0, -12.0], [0.2, 9.0]]))
+    lies = [
+        SimpleNamespace(xy=np.array(xy), comes=comes)
+        for xy, comes in [((0.2, 9.1), True), ((1.0, 12.0), True), ((-1.0, 8.0), False)]
+    ]
+    said = unexplained([thrown, gone], [[10.0], [10.0]], [path, None], lies)  # pyright: ignore[reportArgumentType]
+    assert len(said) == 2
+    assert "(0.10, 9.00)" in said[0]
+    assert "(1.00, 12.00)" in said[1]
