@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import islice
@@ -215,10 +216,20 @@ class Film:
         Where there are enough of them, these are the film's key frames, so that the frames between
         need not be decoded.
         """
-        keys = self._key_frames(count)
-        if len(keys) >= MIN_KEY_FRAMES * min(count, self.frame_count):
-            return keys
+        enough = MIN_KEY_FRAMES * min(count, self.frame_count)
+        if self._key_count >= enough:
+            keys = self._key_frames(count)
+            if len(keys) >= enough:
+                return keys
         return self.pick(np.linspace(0, self.frame_count - 1, count).round().astype(int).tolist())
+
+    @property
+    def _key_count(self) -> float:
+        """How many key frames it has; infinite where its container does not say."""
+        keys, moments = timetable_of(self.path).keys, self._moments
+        if not moments:
+            return np.inf
+        return bisect_right(keys, moments[-1]) - bisect_left(keys, moments[0])
 
     def index_at(self, t: float) -> int:
         """The number of the frame nearest to a time [s], as exactly as the container tells it."""
