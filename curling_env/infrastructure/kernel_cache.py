@@ -63,20 +63,22 @@ FIRST_COMPILATION = (
     "more for what is first used later"
 )
 """What is said when a machine compiles for the first time."""
-_TOLD: set[Path] = set()
+_LOOKED_INTO: set[Path] = set()
+_TOLD: list[str] = []
 
 
 def _say_that_it_compiles(folder: Path) -> None:
-    """Say on stderr that compiling takes a while, where nothing has been kept yet.
+    """Say once on stderr that compiling takes a while, where nothing has been kept yet.
 
     Parameters
     ----------
     folder : where the code of all kernels of these sources is kept
     """
-    if folder in _TOLD:
+    if _TOLD or folder in _LOOKED_INTO:
         return
-    _TOLD.add(folder)
+    _LOOKED_INTO.add(folder)
     if not any(folder.rglob("*.nbi")) and sys.stderr is not None:
+        _TOLD.append(FIRST_COMPILATION)
         print(FIRST_COMPILATION, file=sys.stderr, flush=True)
 
 
