@@ -80,9 +80,13 @@ class Predictor:
         self._by_motion = self._alone and len(self._seen) == 2 and not self._path.leads(t)
         if not self._by_motion:
             return self._by_flow(t)
-        self._flow.forget()
         (earlier, there), (later, here) = self._seen
         place = here + (here - there) * ((t - later) / (later - earlier))
+        if math.dist(place, self._path.at(t)) > self._options.gate:
+            # What goes elsewhere may be somebody who walks: motion alone would go on with them.
+            self._by_motion = False
+            return self._by_flow(t)
+        self._flow.forget()
         return np.array([*place, self._heading(t)])
 
     def _by_flow(self, t: float) -> Floats:

@@ -26,11 +26,14 @@ SPEED = np.array([0.0, 0.5])
 """Of the stone [m/s]."""
 
 
-class ElsewherePath:
-    """A rough path that is 1 m beside the stone's."""
+class RoughPath:
+    """A path that is beside the stone's [m]."""
+
+    def __init__(self, beside):
+        self.beside = np.array([beside, 0.0])
 
     def at(self, t):
-        return SPEED * t + np.array([1.0, 0.0])
+        return SPEED * t + self.beside
 
     def leads(self, t):
         return False
@@ -47,9 +50,9 @@ def fit_of(xy, visible=1.0):
     )
 
 
-def predictor(*, alone):
+def predictor(*, alone, beside=0.2):
     return Predictor(
-        path=ElsewherePath(),
+        path=RoughPath(beside),
         camera=CAMERA,
         appearance=LOOK,
         options=TrackingOptions(),
@@ -84,6 +87,13 @@ def test_a_stone_that_may_be_hit_is_predicted_by_optical_flow():
     np.testing.assert_allclose(found, SPEED * 0.1 + np.array([0.0, 6 / 60]), atol=0.004)
 
 
+def test_what_goes_elsewhere_than_the_stone_is_not_predicted_by_its_motion():
+    """A walker who was taken for the stone before it came would be followed as far as they go."""
+    frames = [texture(moved) for moved in (0, 3, 9)]
+    found = after_two_frames(predictor(alone=True, beside=1.0), frames)
+    np.testing.assert_allclose(found, SPEED * 0.1 + np.array([0.0, 6 / 60]), atol=0.004)
+
+
 def test_where_its_motion_leads_astray_optical_flow_is_asked_and_then_the_path():
     follower = predictor(alone=True)
     after_two_frames(follower, [texture(moved) for moved in (0, 3, 9)])
@@ -93,6 +103,6 @@ def test_where_its_motion_leads_astray_optical_flow_is_asked_and_then_the_path()
         starts.append(start[:2])
         return fit_of(start[:2], visible=0.0)
 
-    expected = (SPEED * 0.2, SPEED * 0.1 + np.array([0.0, 0.1]), SPEED * 0.2 + np.array([1.0, 0.0]))
+    expected = (SPEED * 0.2, SPEED * 0.1 + np.array([0.0, 0.1]), SPEED * 0.2 + np.array([0.2, 0.0]))
     assert follower.find(0.2, np.array([*expected[0], 0.0]), never_seen) is None
     np.testing.assert_allclose(starts, expected, atol=0.004)
