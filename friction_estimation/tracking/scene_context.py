@@ -13,7 +13,7 @@ import cv2
 import numpy as np
 
 from curling_env.sheet import Sheet
-from curling_env.typing import Image
+from curling_env.typing import Floats, Image
 from friction_estimation.appearance import Appearance, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
@@ -89,6 +89,11 @@ def find_scene_context(
     leaving = sorted((s for s in resting if s.leaves), key=lambda stone: stone.last_seen)
     while leaving:
         until = sample[leaving[0].last_seen][0]
+        if path.measured and _is_far(path.at(until), leaving[0]):
+            # Nothing was there to hit it: it is somebody who went away.
+            resting = [stone for stone in resting if stone is not leaving[0]]
+            leaving = leaving[1:]
+            continue
         own = path.until(until)
         if own is not None:
             return SceneContext(resting=tuple(resting), path=own, pictures=pictures, background=ice)
@@ -113,6 +118,11 @@ def find_scene_context(
     if not any(stone.stays for stone in resting):
         return None
     return replace(unchanged, resting=tuple(resting))
+
+
+def _is_far(xy: Floats, stone: FilmedRestingStone) -> bool:
+    """Whether a stone at a place (2,) [m] is too far to have set another one in motion."""
+    return bool(np.linalg.norm(xy - stone.xy) > tuning.MAY_HIT_WITHIN)
 
 
 def _that_move(sightings: Sequence[Sighting], frames: int) -> list[Sighting]:
