@@ -261,7 +261,7 @@ RECENT_FITS = 8
 """Number of latest measurements that extrapolate a stone's path."""
 HIDDEN_DECELERATION = 0.12
 """Deceleration of a stone while it is hidden [m/s²]."""
-MAY_HIT_WITHIN = 8.0
+MAY_HIT_WITHIN = 3.0
 """When a stone leaves its place, what hit it, or set in motion what hit it, is so near [m]."""
 WAKES_WITHIN = 1.0
 """A stone at rest is looked at from when a moving one is so near [m]."""
