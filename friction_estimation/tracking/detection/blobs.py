@@ -112,6 +112,8 @@ def _dark_blobs(
     for one in (channel for each in depths for channel in cv2.split(each)):
         # A ring is dark in two colours; in the third one a stone on it stands out.
         for least in (limit, tuning.STRONG_CONTRAST_FACTOR * limit):
+            if one.max() <= least:
+                break
             mask = (one > least).astype(np.uint8)
             opened = np.asarray(
                 cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8)), np.uint8

@@ -10,8 +10,9 @@ all around it but for two thin lines.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
+from itertools import islice
 
 import cv2
 import numpy as np
@@ -60,8 +61,10 @@ class Mirror:
 
 def mirrors(
     shape: tuple[int, ...], origin: tuple[int, int], camera: Camera, sheet: Sheet
-) -> list[Mirror]:
+) -> Iterator[Mirror]:
     """The mirrors at the centre line, at the tee line and at both, then turns about the tee.
+
+    Each takes as long as a blur of the whole picture, and is made when it is asked for.
 
     Parameters
     ----------
@@ -85,7 +88,6 @@ def mirrors(
         turned = np.column_stack([cos * x - sin * away, tee + sin * x + cos * away])
         places.append((turned, rings))
     size = (u.shape[1] * GRID_PX, u.shape[0] * GRID_PX)
-    found: list[Mirror] = []
     for there, inside in places:
         with np.errstate(invalid="ignore"):
             inside = inside & (np.abs(there) < np.array([sheet.width, sheet.length]) / 2).all(1)
@@ -95,14 +97,11 @@ def mirrors(
         at[~inside] = 0.0
         fine = [_between(a.reshape(u.shape), size)[:rows, :columns] for a in at.T]
         wide = _between(inside.astype(np.float64).reshape(u.shape), size)[:rows, :columns]
-        found.append(
-            Mirror(
-                u=np.ascontiguousarray(fine[0]),
-                v=np.ascontiguousarray(fine[1]),
-                valid=(wide > 0.999).astype(np.uint8),
-            )
+        yield Mirror(
+            u=np.ascontiguousarray(fine[0]),
+            v=np.ascontiguousarray(fine[1]),
+            valid=(wide > 0.999).astype(np.uint8),
         )
-    return found
 
 
 def _between(coarse: Floats, size: tuple[int, int]) -> NDArray[np.float32]:
@@ -146,7 +145,7 @@ def footprint(
 
 
 def fill_from_mirrors(
-    picture: Image, missing: Mask, covered: Mask, reflected: Sequence[Mirror]
+    picture: Image, missing: Mask, covered: Mask, reflected: Iterable[Mirror]
 ) -> tuple[NDArray[np.float32], Mask]:
     """A picture with what is missing taken from where the sheet is painted alike.
 
@@ -247,16 +246,16 @@ def places_on_ice(
     origin, model = background.origin_px, appearance.model
     shape = background.image.shape
     reflected = mirrors(shape, origin, camera, sheet)
-    across = reflected[0]
+    first = list(islice(reflected, 2))
     found: list[list[Floats]] = []
     for k, picture in enumerate(pictures):
-        without = [mirror.of(picture) for mirror in reflected[:2]]
+        without = [mirror.of(picture) for mirror in first]
         others = [other for j, other in enumerate(pictures) if j != k]
         tried = find_stone_candidates(
             picture, background, camera, model, sheet, [*without, *others]
         )
         looks = (_Place(picture, origin, camera, appearance, xy) for xy in tried)
-        found.append([one.xy for one in looks if one.may_be_stone(without, across.valid, others)])
+        found.append([one.xy for one in looks if one.may_be_stone(without, first[0].valid, others)])
     nothing = np.zeros(shape[:2], dtype=np.uint8)
     masks = [[footprint(shape, origin, camera, model, xy) for xy in there] for there in found]
     covered = [np.maximum.reduce([nothing, *own]) for own in masks]
@@ -272,7 +271,9 @@ def places_on_ice(
                 empty[free] = pictures[j][free]
                 missing[free] = 0
     seen = np.clip(np.rint(empty), 0, 255).astype(np.uint8)
-    whole, _ = fill_from_mirrors(seen, missing, missing, reflected)
+    if not missing.any():
+        return Places(found=found, empty=empty)
+    whole, _ = fill_from_mirrors(seen, missing, missing, [*first, *reflected])
     return Places(found=found, empty=np.where(missing[..., None] > 0, whole, empty))
 
 
