@@ -65,7 +65,9 @@ def find_stone_candidates(
         without = [
             np.ascontiguousarray(other[low[1] : high[1], low[0] : high[0]]) for other in others
         ]
-        for blob in _dark_blobs(cut, width, flat, background, low, without):
+        blobs = _dark_blobs(cut, width, flat, background, low, without)
+        # The same blob is often dark in several colours.
+        for blob in {(*b.low_px, *b.high_px, b.area_px): b for b in blobs}.values():
             sighting = sighting_of(blob, camera, model, sheet)
             if sighting is not None and sighting.likeness >= tuning.MIN_CANDIDATE_LIKENESS:
                 found.append((sighting.likeness, sighting.xy))
@@ -128,6 +130,8 @@ def _blobs_in(
     mask: NDArray[np.uint8], width: float, background: Background, low: NDArray[np.int_]
 ) -> list[Blob]:
     """Connected parts of a mask that are about as large as a stone."""
+    if not cv2.countNonZero(mask):
+        return []
     _, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     origin = np.array(background.origin_px, dtype=np.float64) + low
     blobs: list[Blob] = []
