@@ -259,6 +259,10 @@ MIN_RETRY_DISTANCE = 0.02
 
 RECENT_FITS = 8
 """Number of latest measurements that extrapolate a stone's path."""
+LONG_UNSEEN_SECONDS = 1.0
+"""A stone that was not seen for longer may be elsewhere than expected [s]."""
+SEEN_AGAIN = 0.6
+"""Then at least this share of it must be seen: half of it fits beside somebody's foot as well."""
 HIDDEN_DECELERATION = 0.12
 """Deceleration of a stone while it is hidden [m/s²]."""
 MAY_HIT_WITHIN = 3.0

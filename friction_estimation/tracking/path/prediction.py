@@ -67,6 +67,7 @@ class Predictor:
         self._last: StoneFit | None = None
         self._seen: list[tuple[float, Floats]] = []
         self._by_motion = False
+        self._seen_at = np.inf
         self._last_t = 0.0
         self._theta, self._spin = 0.0, 0.0
         self._doubt = (tuning.HEADING_SIGMA**2, 0.0, tuning.SPIN_CHANGE_AT_CONTACT**2)
@@ -145,6 +146,7 @@ class Predictor:
     def update(self, t: float, fit: StoneFit | None) -> None:
         """Take in what was measured in a frame; None where the stone was not seen."""
         self._last = fit
+        self._seen_at = self._seen_at if fit is None else t
         self._seen = [] if fit is None else [*self._seen[-1:], (t, fit.xy)]
         if fit is None or not self._appearance.has_handle or not np.isfinite(fit.theta):
             return
@@ -194,7 +196,10 @@ class Predictor:
 
     def _accepts(self, t: float, fit: StoneFit, start: Floats) -> bool:
         """Whether enough of the stone is seen, and near enough to where the fit was started."""
-        if fit.visible < self._options.min_visible or fit.inside < self._options.min_inside:
+        least = self._options.min_visible
+        if t - self._seen_at > tuning.LONG_UNSEEN_SECONDS:
+            least = max(least, tuning.SEEN_AGAIN)
+        if fit.visible < least or fit.inside < self._options.min_inside:
             return False
         away = math.dist(fit.xy, start[:2])
         gate = self._options.gate

@@ -106,3 +106,17 @@ def test_where_its_motion_leads_astray_optical_flow_is_asked_and_then_the_path()
     expected = (SPEED * 0.2, SPEED * 0.1 + np.array([0.0, 0.1]), SPEED * 0.2 + np.array([0.2, 0.0]))
     assert follower.find(0.2, np.array([*expected[0], 0.0]), never_seen) is None
     np.testing.assert_allclose(starts, expected, atol=0.004)
+
+
+def test_a_stone_that_was_long_unseen_must_show_most_of_itself():
+    """Half of a stone's picture fits beside a sweeper's foot as well."""
+
+    def found(t, visible):
+        follower = predictor(alone=True)
+        after_two_frames(follower, [texture(0), texture(3), texture(6)])
+        start = np.append(SPEED * 0.1, 0.0)
+        return follower.find(t, start, lambda pose: fit_of(pose[:2], visible)) is not None
+
+    assert found(0.8, visible=0.55)
+    assert not found(2.0, visible=0.55)
+    assert found(2.0, visible=0.65)
