@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 from other_films import MIXED, opened, path_of
 from other_people import Part, walker
 from other_rink import Rink, draw_stone, rink_of
+from other_views import PLACES
 
 from curling_env.trajectory import Trajectory, read_tracks
 
@@ -378,7 +379,7 @@ def main(
     between: Annotated[
         str, typer.Option(help="Between throws: people, or nothing, and throws follow at once.")
     ] = "people",
-    camera: Annotated[str, typer.Option(help="end, gantry or side.")] = "gantry",
+    camera: Annotated[str, typer.Option(help="end, gantry, side or ceiling.")] = "gantry",
     size: Annotated[int, typer.Option(help="Lines of the picture.")] = 480,
     rate: Annotated[int, typer.Option(help="Frames per second.")] = 15,
     quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 30 coarse.")] = 23,
@@ -392,6 +393,8 @@ def main(
     """
     if between not in ("people", "nothing"):
         raise typer.BadParameter("people or nothing", param_hint="--between")
+    if camera not in PLACES:
+        raise typer.BadParameter(", ".join(PLACES), param_hint="--camera")
     output.mkdir(parents=True, exist_ok=True)
     film, scene, told = (output / f"practice.{end}" for end in ("mp4", "scene.json", "truth.json"))
     if not told.exists():
@@ -407,6 +410,8 @@ def main(
         thrown = join(clips, output, film, rate)
         scene.write_text(json.dumps(rink.scene))
         told.write_text(json.dumps(thrown))
+    else:
+        print(f"{film} was made before, and is kept; other choices need another folder (-o)")
     if only_film:
         return
     thrown = json.loads(told.read_text())

@@ -121,7 +121,8 @@ def _steps(
     -------
     places (n,), steps (n, 30) and kinds (n,)
     """
-    places, steps, kinds = list(range(len(index))), np.zeros((len(index) + turned, 30)), []
+    places, kinds = list(range(len(index))), list[int]()
+    steps = np.zeros((len(index) + turned, len(SHAPE_PARAMETERS) + 1))
     for row, i in enumerate(index):
         name = SHAPE_PARAMETERS[i]
         steps[row, i] = step_of(name)

@@ -196,7 +196,8 @@ SAME_PLACE = 0.2
 """Candidates nearer to each other than this are one stone [m]."""
 AGREEING_SHARE = 0.95
 """Paths are those of one stone where so many places of one are the other's. Of films with people,
-those whose stone is always alone in the picture have 1.0, and those with sweepers 0.66 at most."""
+those whose stone is always alone in the picture have 1.0, and those with sweepers 0.66 at most. A
+stone that is sighted in so many of the frames in which it should be is alone all the way."""
 NEIGHBOURS = 3.0
 """Stones farther from each other than this do not overlap in a picture [m]."""
 MIN_RESTING_VISIBLE = 0.6
@@ -259,9 +260,9 @@ MIN_RETRY_DISTANCE = 0.02
 
 RECENT_FITS = 8
 """Number of latest measurements that extrapolate a stone's path."""
-LONG_UNSEEN_SECONDS = 1.0
+SEEN_AGAIN_AFTER = 1.0
 """A stone that was not seen for longer may be elsewhere than expected [s]."""
-SEEN_AGAIN = 0.6
+SEEN_AGAIN_SHARE = 0.6
 """Then at least this share of it must be seen: half of it fits beside somebody's foot as well."""
 HIDDEN_DECELERATION = 0.12
 """Deceleration of a stone while it is hidden [m/s²]."""

@@ -98,7 +98,7 @@ def picture_changes(
             _compose(softer, first, last, behind, noise, step, 0, 0, out)
             continue
         first, last = 0, 5
-        if kinds[p] == GRIP:
+        if kinds[p] == GRIP:  # where more of a handle is seen, its light takes the body's place
             turned = theta + turn
             paint_handle(x, y, turned, moved, ray_xy, ray_slope, scale, rows, columns, other)
             for c in range(5):
@@ -106,7 +106,7 @@ def picture_changes(
                     now, then, own, row = other[i], handle[i], body[c, i], change[c, i]
                     for j in range(size[1]):
                         row[j] = (now[j] - then[j]) * (grip[c] - own[j])
-        elif kinds[p] == DARK:
+        elif kinds[p] == DARK:  # only beside the stone, and only brightness
             first, last = 1, 2
             paint_dark(x, y, moved, ray_xy, rows, columns, other)
             for i in range(size[0]):

@@ -197,8 +197,8 @@ class Predictor:
     def _accepts(self, t: float, fit: StoneFit, start: Floats) -> bool:
         """Whether enough of the stone is seen, and near enough to where the fit was started."""
         least = self._options.min_visible
-        if t - self._seen_at > tuning.LONG_UNSEEN_SECONDS:
-            least = max(least, tuning.SEEN_AGAIN)
+        if t - self._seen_at > tuning.SEEN_AGAIN_AFTER:
+            least = max(least, tuning.SEEN_AGAIN_SHARE)
         if fit.visible < least or fit.inside < self._options.min_inside:
             return False
         away = math.dist(fit.xy, start[:2])
