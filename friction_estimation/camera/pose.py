@@ -25,6 +25,9 @@ from friction_estimation.camera.tuning import (
     MEASURED_HEIGHT_SIGMA,
 )
 
+PLANE_TURNS = (0.0, 0.5, 1.0)
+"""Angles by which the axes of the ice may be turned before a pose is sought [rad]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Pose:
@@ -68,14 +71,8 @@ def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> li
     """
     world = np.column_stack([sheet_points, np.zeros(len(sheet_points))])
     pixels, matrix, distortion = lens.for_opencv(points_px)
-    try:
-        count, rotations, translations, *_ = cv2.solvePnPGeneric(
-            world, pixels, matrix, distortion, flags=cv2.SOLVEPNP_IPPE
-        )
-    except cv2.error:
-        return []
     poses: list[Pose] = []
-    for rvec, tvec in zip(rotations[:count], translations[:count], strict=True):
+    for rvec, tvec in _first_poses(world, pixels, matrix, distortion):
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
         rotation = np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64)
         translation = np.asarray(tvec, dtype=np.float64).ravel()
@@ -88,6 +85,28 @@ def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> li
         rms = float(np.sqrt(np.mean(np.sum((seen - pixels) ** 2, axis=1))))
         poses.append(replace(pose, rms_px=rms))
     return sorted(poses, key=lambda pose: pose.rms_px)
+
+
+def _first_poses(
+    world: Floats, pixels: Floats, matrix: Floats, distortion: Floats
+) -> list[tuple[Floats, Floats]]:
+    """Rotation vectors and translations of both poses before they are refined.
+
+    OpenCV takes the root of a number that is zero where an axis of the plane lies across the line
+    of sight, as from the middle of a long side; rounding decides its sign. Other axes are used then.
+    """
+    for turn in PLANE_TURNS:
+        turned = cv2.Rodrigues(np.array([0.0, 0.0, turn]))[0]
+        try:
+            count, rotations, translations, *_ = cv2.solvePnPGeneric(
+                world @ turned.T, pixels, matrix, distortion, flags=cv2.SOLVEPNP_IPPE
+            )
+        except cv2.error:
+            return []
+        if all(np.isfinite(r).all() for r in (*rotations[:count], *translations[:count])):
+            back = [cv2.Rodrigues(cv2.Rodrigues(r)[0] @ turned)[0] for r in rotations[:count]]
+            return list(zip(back, translations[:count], strict=True))
+    return []
 
 
 def pose_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> Pose | None:

@@ -95,6 +95,19 @@ def test_of_the_two_poses_of_a_plane_the_one_above_the_ice_is_taken():
     assert found.position[2] == pytest.approx(25, abs=0.3)
 
 
+def test_a_camera_square_to_a_side_finds_its_pose_whatever_the_last_digits_are():
+    """OpenCV's first pose is not a number where the sign of a rounding error goes the wrong way."""
+    none = np.zeros(5)
+    camera = behind_the_end(
+        position=(-14.0, 0.0, 11.0), target=(0.0, 0.0, 0.0), focal_px=600.0, distortion=none
+    )
+    scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=none)
+    for seed in range(40):
+        off = 1e-7 * np.random.default_rng(seed).standard_normal((4, 2))
+        found = camera_from_scene(replace(scene, points_px=scene.points_px + off), SIZE)
+        assert found.position == pytest.approx(camera.position, abs=1e-3)
+
+
 def test_points_that_no_camera_can_see_so_are_refused():
     camera = behind_the_end()
     scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
