@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -36,6 +37,7 @@ class Crop:
     pixels, background : (n, 3) channels of the frame, and of the ice without the stone
     pose : (3,) the present estimate of x, y [m] and heading [rad]
     t : time of the frame [s]
+    expected : heading that a stone that turns steadily has then [rad]; None where it is not known
     """
 
     window: PixelWindow
@@ -43,6 +45,14 @@ class Crop:
     background: Floats
     pose: Floats
     t: float
+    expected: float | None = None
+
+    @property
+    def off_expected(self) -> float:
+        """By how much a stone that turns steadily is turned farther [rad]; 0 if it is not known."""
+        if self.expected is None:
+            return 0.0
+        return math.remainder(self.expected - float(self.pose[2]), 2 * math.pi)
 
 
 def crops_at(
@@ -125,7 +135,9 @@ def clear_surroundings(crop: Crop, camera: Camera, model: StoneModel) -> None:
 
 def fit_pose(crop: Crop, look: Appearance) -> float:
     """Fit the pose of a crop, in place; returns the misfit per visible share."""
-    pose, _, misfit, visible = fit_stone(crop.pixels, crop.background, crop.window, look, crop.pose)
+    pose, _, misfit, visible = fit_stone(
+        crop.pixels, crop.background, crop.window, look, crop.pose, crop.expected
+    )
     if np.linalg.norm(pose[:2] - crop.pose[:2]) < 0.5:
         crop.pose = pose
     return misfit / max(visible, 1e-3)

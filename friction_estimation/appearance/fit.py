@@ -19,6 +19,7 @@ from friction_estimation.appearance.model import PixelWindow, StoneModel, window
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
 from friction_estimation.appearance.tuning import (
     EDGE_DISTANCE_PX,
+    HEADING_WEIGHT,
     LONGEST_STEP,
     LONGEST_TURN,
     MARGIN_PX,
@@ -165,6 +166,7 @@ def fit_stone(
     window: PixelWindow,
     appearance: Appearance,
     start: Floats,
+    expected: float | None = None,
 ) -> tuple[Floats, Floats, float, float]:
     """Place and heading that explain the pixels of a window.
 
@@ -172,6 +174,8 @@ def fit_stone(
     ----------
     picture, behind : (n, 3) channels of the frame and of the background in the window
     start : (3,) x, y [m] and theta [rad] to start from
+    expected : heading that a stone that turns steadily has [rad], to within `HEADING_SPREAD`; None
+        where it is not known
 
     Returns
     -------
@@ -185,6 +189,7 @@ def fit_stone(
     size = 3 if turns else 2
     slow = np.zeros((5, 3, *window.shape), dtype=np.float32)
     step, inverse, totals = np.empty(3), np.empty((3, 3)), np.empty(5)
+    pull = np.zeros(2)
     x, y, theta = np.asarray(start, dtype=np.float64).tolist()
     done = False
     for _ in range(MAX_PAINTINGS):
@@ -198,6 +203,8 @@ def fit_stone(
             seen = blurred(light, window, shape, at, sloped=True)
             if turning is not None and math.dist(at, slow_at) > TURN_REPAINT_PX:
                 slow, slow_at = blurred(turning, window, shape, at), at
+            if expected is not None:
+                pull[:] = math.remainder(expected - theta, 2 * math.pi), HEADING_WEIGHT
             pose_step(
                 picture,
                 behind,
@@ -208,6 +215,7 @@ def fit_stone(
                 appearance.noise,
                 OUTLIER_AT,
                 size,
+                pull,
                 step,
                 inverse,
                 totals,

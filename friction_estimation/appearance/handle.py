@@ -68,28 +68,28 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
     for crop in crops:
         fit_pose(crop, look)
     before = total_misfit(crops, look)
-    poses = [crop.pose for crop in crops]
+    poses = [(crop.pose, crop.expected) for crop in crops]
     best, best_misfit, best_poses = look, before, poses
     for rise in HANDLE_RISES:
         turned = poses
         for collar in HANDLE_COLLARS:
-            for crop, pose in zip(crops, turned, strict=True):
-                crop.pose = pose
+            for crop, placed in zip(crops, turned, strict=True):
+                crop.pose, crop.expected = placed
             model = replace(
                 look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2
             )
             found = replace(look, model=model, colours=colours, has_handle=True)
             if turned is poses:  # The base hardly changes the headings.
                 fit_headings(crops, found)
-                turned = [crop.pose for crop in crops]
+                turned = [(crop.pose, crop.expected) for crop in crops]
             for crop in crops:
                 fit_pose(crop, found)
             misfit = total_misfit(crops, found)
             if misfit < best_misfit:
                 best, best_misfit = found, misfit
-                best_poses = [crop.pose for crop in crops]
-    for crop, pose in zip(crops, best_poses, strict=True):
-        crop.pose = pose
+                best_poses = [(crop.pose, crop.expected) for crop in crops]
+    for crop, placed in zip(crops, best_poses, strict=True):
+        crop.pose, crop.expected = placed
     return best
 
 
@@ -124,6 +124,7 @@ def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
     heading = float(headings[at])
     for k in range(len(ordered) - 1, -1, -1):
         ordered[k].pose = np.array([*ordered[k].pose[:2], heading])
+        ordered[k].expected = heading
         if k > 0:
             near = round((heading + np.pi) / step) % HEADINGS_TRIED
             spin = came_from[k - 1][near, spin]

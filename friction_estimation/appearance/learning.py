@@ -142,7 +142,8 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    fit = fit_profile(crops, look, prior, 0)
+    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
+    look = fit.look
     rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
     ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(1 / (1 + np.exp(np.clip(np.log(REVERSIBLE_ODDS) - 0.5 * ahead, -50.0, 50.0))))

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,14 +17,15 @@ from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ALIKE_IN_FIT,
     ALIKE_PICTURES,
+    HEADING_WEIGHT,
     MAX_FOOT_BRIGHTNESS,
     MIN_GAIN,
     PIXEL_CORRELATION,
 )
 
-FIRST_DAMPING, LEAST_DAMPING = 1e-4, 1e-7
-"""Damping of steps, as shares of the diagonal: at first, and at least. Where the misfit hardly
-changes along a valley, a more strongly damped fit rests anywhere in it."""
+FIRST_DAMPING, LEAST_DAMPING, MOST_DAMPING = 1e-3, 1e-4, 100.0
+"""Damping of steps, as shares of the diagonal: at first, at least and at most. Where the misfit
+hardly changes along a valley, a more strongly damped fit rests anywhere in it."""
 DAMPING_STEP = 20.0
 """Factor between the damping of one step and of the next."""
 FIT_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_IN_FIT)
@@ -35,22 +35,47 @@ TRUE_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_PICTURES)
 crops, so that they tell less than as many would."""
 
 
-class Equations(NamedTuple):
-    """Normal equations of shape and colours, with every crop's pose eliminated.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Equations:
+    """Normal equations of m shared parameters, shape and colours, and of n crops' poses.
 
     Parameters
     ----------
-    crops : matrix of what the crops tell
-    prior : matrix of what stones are like
-    right : right-hand side of both
-    poses : for every crop, the step of its pose for fixed shape and colours, and how much that
-        step decreases per unit of each of them
+    shared, right : (m, m) and (m,) what the crops tell of shape and colours, for fixed poses
+    own, own_right : (n, p, p) and (n, p) of each crop's pose, for fixed shape and colours
+    cross : (n, m, p) of both together
+    prior, prior_right : (m, m) and (m,) what stones are like
     """
 
-    crops: Floats
-    prior: Floats
+    shared: Floats
     right: Floats
-    poses: list[tuple[Floats, Floats]]
+    own: Floats
+    own_right: Floats
+    cross: Floats
+    prior: Floats
+    prior_right: Floats
+
+    def eliminated(self, damping: float = 0.0) -> tuple[Floats, Floats, Floats, Floats]:
+        """The equations of shape and colours with every crop's pose eliminated.
+
+        Parameters
+        ----------
+        damping : of the poses, as a share of the diagonal
+
+        Returns
+        -------
+        (m, m) matrix and (m,) right-hand side of what the crops tell; (n, p) the step of every
+        crop's pose for fixed shape and colours; (n, p, m) how much that step decreases per unit of
+        each of them
+        """
+        size = self.own.shape[1]
+        own = self.own * (1.0 + damping * np.eye(size)) + 1e-9 * np.eye(size)
+        both = np.concatenate([np.swapaxes(self.cross, 1, 2), self.own_right[..., None]], axis=2)
+        both = np.asarray(np.linalg.solve(own, both), dtype=np.float64)
+        solved, alone = both[..., :-1], both[..., -1]
+        matrix = self.shared - np.einsum("nap,npb->ab", self.cross, solved)
+        right = self.right - np.einsum("nap,np->a", self.cross, alone)
+        return matrix, right, alone, solved
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,7 +106,7 @@ class ProfileFit:
         alike : so many crops count as one
         """
         weight = 1 / (PIXEL_CORRELATION * alike)
-        told, prior = weight / FIT_WEIGHT * self.equations.crops, self.equations.prior
+        told, prior = weight * self.equations.eliminated()[0], self.equations.prior
         left, before = np.linalg.slogdet(told + prior)[1], np.linalg.slogdet(prior)[1]
         return weight * self.misfit + self.oddity + float(left - before)
 
@@ -96,7 +121,8 @@ def fit_profile(
 ) -> ProfileFit:
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
-    A Levenberg-Marquardt fit; each crop's pose is eliminated from the common equations.
+    A Levenberg-Marquardt fit; each crop's pose is eliminated from the common equations, and damped
+    as they are: at a far stone's pose a full step may lead away.
 
     Parameters
     ----------
@@ -112,7 +138,7 @@ def fit_profile(
     for _ in range(rounds):
         equations = _joint_equations(crops, look, free, placed=placed)
         before, last = [crop.pose for crop in crops], value
-        for _ in range(5):
+        while damping < MOST_DAMPING:
             tried = _after_step(crops, look, free, equations, damping)
             found = _objective(crops, tried, free)
             if found < value:
@@ -137,9 +163,10 @@ def _after_step(
 ) -> Appearance:
     """The look after a damped step; the poses of the crops are moved with it, in place."""
     shape, count = look.model.shape(), len(free.index)
+    matrix, right, alone, along = equations.eliminated(damping)
     step = _step_within(
-        equations.crops + equations.prior,
-        equations.right,
+        FIT_WEIGHT * matrix + equations.prior,
+        FIT_WEIGHT * right + equations.prior_right,
         damping,
         free.low - shape[free.index],
         free.high - shape[free.index],
@@ -152,9 +179,9 @@ def _after_step(
     foot, side = PARTS.index("foot"), PARTS.index("side")
     colours[foot, 0] = min(colours[foot, 0], MAX_FOOT_BRIGHTNESS * colours[side, 0])
     taken = np.r_[(moved - shape)[free.index], (colours - look.colours)[: free.parts].ravel()]
-    for crop, (alone, along) in zip(crops, equations.poses, strict=True):
+    for crop, turn in zip(crops, np.clip(alone - along @ taken, -0.2, 0.2), strict=True):
         pose = crop.pose.copy()
-        pose[: len(alone)] += np.clip(alone - along @ taken, -0.2, 0.2)
+        pose[: len(turn)] += turn
         crop.pose = pose
     return replace(look, model=look.model.with_shape(moved), colours=colours)
 
@@ -167,45 +194,41 @@ def shape_doubt(crops: Sequence[Crop], fit: ProfileFit) -> ShapeDoubt:
     crops : crops of one stone, with the poses of the fit
     fit : of a look to them
     """
-    equations = fit.equations
-    covariance = np.linalg.inv(TRUE_WEIGHT / FIT_WEIGHT * equations.crops + equations.prior)
-    moved = [along[:2] for _, along in equations.poses]
-    sigma = [np.sqrt(np.einsum("ip,pq,iq->i", a, covariance, a)) for a in moved]
+    told, _, _, along = fit.equations.eliminated()
+    covariance = np.linalg.inv(TRUE_WEIGHT * told + fit.equations.prior)
+    sigma = np.sqrt(np.einsum("nip,pq,niq->ni", along[:, :2], covariance, along[:, :2]))
     places = np.array([crop.pose[:2] for crop in crops])
-    return ShapeDoubt(places=places, sigma=np.array(sigma), shift=np.zeros_like(places))
+    return ShapeDoubt(places=places, sigma=sigma, shift=np.zeros_like(places))
 
 
 def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> float:
     """What `fit_profile` lowers."""
-    return FIT_WEIGHT * total_misfit(crops, look) + free.misfit(look)
+    off = sum(crop.off_expected**2 for crop in crops) if look.has_handle else 0.0
+    return FIT_WEIGHT * (total_misfit(crops, look) + HEADING_WEIGHT * off) + free.misfit(look)
 
 
 def _joint_equations(
     crops: Sequence[Crop], look: Appearance, free: FreeShape, *, placed: bool = False
 ) -> Equations:
     poses, shared = 0 if placed else 3 if look.has_handle else 2, free.shared
-    normal, right = np.zeros((shared, shared)), np.zeros(shared)
-    steps: list[tuple[Floats, Floats]] = []
-    for crop in crops:
+    normal = np.empty((len(crops), shared + poses, shared + poses))
+    pulled = np.empty((len(crops), shared + poses))
+    for k, crop in enumerate(crops):
         jacobian, residual, weight = picture_derivatives(crop, look, free.index, free.parts, poses)
-        full = np.empty((shared + poses, shared + poses))
-        pulled = np.empty(shared + poses)
-        normal_equations(jacobian, residual, weight, full, pulled)
-        own = full[shared:, shared:] + 1e-9 * np.eye(poses)
-        cross = full[:shared, shared:]
-        solved = np.asarray(
-            np.linalg.solve(own, np.column_stack([cross.T, pulled[shared:]])), dtype=np.float64
-        )
-        normal += full[:shared, :shared] - cross @ solved[:, :-1]
-        right += pulled[:shared] - cross @ solved[:, -1]
-        steps.append((solved[:, -1], solved[:, :-1]))
-    prior, pull = free.equations(look)
+        normal_equations(jacobian, residual, weight, normal[k], pulled[k])
+        if poses == 3 and crop.expected is not None:
+            normal[k, -1, -1] += HEADING_WEIGHT
+            pulled[k, -1] += HEADING_WEIGHT * crop.off_expected
+    prior, prior_right = free.equations(look)
     prior[np.diag_indices(shared)] += 1e-6
     return Equations(
-        crops=FIT_WEIGHT * normal,
+        shared=normal[:, :shared, :shared].sum(axis=0),
+        right=pulled[:, :shared].sum(axis=0),
+        own=normal[:, shared:, shared:],
+        own_right=pulled[:, shared:],
+        cross=normal[:, :shared, shared:],
         prior=prior,
-        right=FIT_WEIGHT * right + pull,
-        poses=steps,
+        prior_right=prior_right,
     )
 
 

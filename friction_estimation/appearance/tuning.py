@@ -77,6 +77,11 @@ HANDLE_RISES = (0.03, 0.045, 0.06)
 """Heights above the top at which a handle is looked for [m]."""
 HANDLE_COLLARS = (0.0, 0.04)
 """Radii of the round base with which it is looked for [m]."""
+HEADING_SPREAD = 0.3
+"""Standard deviation of a heading about that of a stone that turns steadily, found on a coarse grid
+[rad]."""
+HEADING_WEIGHT = PIXEL_CORRELATION / HEADING_SPREAD**2
+"""Weight of what is expected of a heading beside the pixels' [per rad²]."""
 MIN_HANDLE_CONTRAST = 10.0
 """How far a handle's colour must lie from the rest of the stone [grey levels]."""
 
@@ -92,7 +97,7 @@ REFINED_AGAIN = (3, 5)
 OTHER_HANDLE = 0.85
 """Its squared misfit must be less than this share of the other's. Where the first handle was right,
 it came to 0.92 or more, and to 0.73 where that was shade."""
-ADAPTING_ROUNDS = 12
+ADAPTING_ROUNDS = 20
 """Greatest number of rounds in which a look is fitted to other crops."""
 ENOUGH_PIXELS = 24_000
 """Of large stones, crops are left out until about this many pixels are left."""
@@ -120,7 +125,7 @@ PLACED_ROUNDS = 8
 """Greatest number of rounds in which a look is fitted to raised stones."""
 UNLIKELY_RISE = 12.0
 """What is so much less likely than the best is raised no further [squared standard errors]."""
-MIN_GAIN = 0.15
+MIN_GAIN = 0.5
 """A round that lowers the squared standard errors by less is the last."""
 MAX_FOOT_BRIGHTNESS = 1.1
 """Brightness of the foot over that of the side: it overhangs and is lit by the ice alone."""

@@ -93,7 +93,8 @@ def _first_poses(
     """Rotation vectors and translations of both poses before they are refined.
 
     OpenCV takes the root of a number that is zero where an axis of the plane lies across the line
-    of sight, as from the middle of a long side; rounding decides its sign. Other axes are used then.
+    of sight, as from the middle of a long side; rounding decides its sign. Then the axes are
+    turned.
     """
     for turn in PLANE_TURNS:
         turned = cv2.Rodrigues(np.array([0.0, 0.0, turn]))[0]
@@ -105,7 +106,8 @@ def _first_poses(
             return []
         if all(np.isfinite(r).all() for r in (*rotations[:count], *translations[:count])):
             back = [cv2.Rodrigues(cv2.Rodrigues(r)[0] @ turned)[0] for r in rotations[:count]]
-            return list(zip(back, translations[:count], strict=True))
+            pairs = zip(back, translations[:count], strict=True)
+            return [(np.asarray(r, np.float64), np.asarray(t, np.float64)) for r, t in pairs]
     return []
 
 

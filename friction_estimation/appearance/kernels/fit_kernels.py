@@ -15,7 +15,19 @@ PIXELS_AT_ONCE = 256
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def pose_step(
-    picture, behind, seen, slow, turn, px, noise, outlier_at, size, step, covariance, totals
+    picture,
+    behind,
+    seen,
+    slow,
+    turn,
+    px,
+    noise,
+    outlier_at,
+    size,
+    pull,
+    step,
+    covariance,
+    totals,
 ):
     """One Gauss-Newton step of a stone's place and heading in one window.
 
@@ -29,6 +41,7 @@ def pose_step(
     noise : (3,) standard deviation of each channel
     outlier_at : residual at which a pixel counts a quarter [standard deviations]
     size : number of parameters: 3, or 2 for a stone without a heading
+    pull : (2,) by how much the heading is expected to be greater [rad], and the weight of that
     step, covariance : (3,) and (3, 3), filled, as if pixels were independent
     totals : (5,), filled: sums of weighted squares, of weights, of the stone's pixels and of those
         that are visible, and the squared standard errors that the step gains
@@ -85,7 +98,8 @@ def pose_step(
     yy = b * b * nxx + 2 * b * d * nxy + d * d * nyy
     xt, yt = a * nxt + c * nyt, b * nxt + d * nyt
     gx, gy = a * rx + c * ry, b * rx + d * ry
-    xx, yy, tt = 1.0001 * xx + 1e-6, 1.0001 * yy + 1e-6, 1.0001 * ntt + 1e-6
+    xx, yy, tt = 1.0001 * xx + 1e-6, 1.0001 * yy + 1e-6, 1.0001 * ntt + 1e-6 + pull[1]
+    rt += pull[1] * pull[0]
     if size == 2:
         xt, yt, tt, rt = 0.0, 0.0, 1.0, 0.0
     covariance[0, 0] = yy * tt - yt * yt

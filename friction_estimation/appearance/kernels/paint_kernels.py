@@ -56,6 +56,8 @@ NODES = FOOT_STRIPS + BEVEL_STRIPS + 2
 GRIP_LEVELS = 4
 NECK_LEVELS = 2
 MIRROR_NODES = 5
+EDGE_WIDTH = math.sqrt(20 / 12)
+"""Width of a smooth edge that has a fine pixel's variance [fine pixels]."""
 SHADE_REACH = 3.5
 """Shade ends at this many lengths over which it fades."""
 NORMAL_MIRROR = 0.02
@@ -64,19 +66,28 @@ NORMAL_MIRROR = 0.02
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
 def _ramp(distance):
-    """The share of a fine pixel inside an edge at a signed distance [fine pixels]."""
-    return min(max(0.5 - distance, 0.0), 1.0)
+    """The share of a fine pixel inside an edge at a signed distance [fine pixels].
+
+    As wide as a square pixel's (`EDGE_WIDTH`), and smooth at both ends.
+    """
+    inside = min(max(0.5 - distance / EDGE_WIDTH, 0.0), 1.0)
+    return inside * inside * (3 - 2 * inside)
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def _outline(shape, nodes, turned):
-    """Fill in the outline of the body.
+def _outline(shape, nodes, turned, level):
+    """Fill in the outline of the body and how its surface is turned there.
+
+    Between two circles both change evenly. If whole cones had one colour each, the picture would
+    change in jumps where their edges pass from one fine pixel to the next, and a fit would end
+    where the last jump left it.
 
     Parameters
     ----------
     shape : (29,) see `shape.SHAPE_PARAMETERS`
     nodes : (NODES, 2) height and radius of the circles that bound its cones [m]
-    turned : (NODES,) how far each cone is turned from upright, 0 to 1 within foot and bevel
+    turned : (NODES,) how far the surface is turned from upright, 0 to 1 within foot and bevel
+    level : (NODES,) horizontal part of its normal, 0 to 1
     """
     radius, height = shape[RADIUS], shape[HEIGHT]
     foot_inset, foot_height = shape[FOOT_INSET], shape[FOOT_HEIGHT]
@@ -94,17 +105,28 @@ def _outline(shape, nodes, turned):
         i = FOOT_STRIPS + 1 + k
         nodes[i, 0] = height - bevel_height * (1 - sine ** (2 / roundness))
         nodes[i, 1] = radius - bevel_inset * (1 - cosine ** (2 / roundness))
-    # The more a cone is turned, the more it has the colour of foot or bevel; the most turned one
-    # has all of it.
-    for first, last in ((0, FOOT_STRIPS), (FOOT_STRIPS + 1, NODES - 1)):
-        most = 1e-12
-        for k in range(first, last):
+    # The more the surface is turned, the more it has the colour of foot or bevel; where it is
+    # turned most, it has all of it. The side between them stands upright.
+    turned[FOOT_STRIPS], turned[FOOT_STRIPS + 1] = 0.0, 0.0
+    level[FOOT_STRIPS], level[FOOT_STRIPS + 1] = 1.0, 1.0
+    for first, last, end, step in (
+        (0, FOOT_STRIPS, 0, -1),
+        (FOOT_STRIPS + 1, NODES - 1, NODES - 1, 1),
+    ):
+        most, before, level_before = 1e-12, 0.0, 1.0
+        for n in range(last - first):
+            k = first + n if step > 0 else last - 1 - n
             outward, upward = nodes[k + 1, 1] - nodes[k, 1], nodes[k + 1, 0] - nodes[k, 0]
-            turned[k] = abs(outward) / (math.hypot(outward, upward) + 1e-12)
-            most = max(most, turned[k])
-        for k in range(first, last):
+            length = math.hypot(outward, upward) + 1e-12
+            own, own_level = abs(outward) / length, upward / length
+            if n > 0:
+                at = k if step > 0 else k + 1
+                turned[at] = 0.5 * (before + own)
+                level[at] = 0.5 * (level_before + own_level)
+            most, before, level_before = max(most, own), own, own_level
+        turned[end], level[end] = before, level_before
+        for k in range(first, last + 1):
             turned[k] /= most
-    turned[FOOT_STRIPS] = 0.0
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
@@ -129,8 +151,9 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
         side are filled. The body's mirror image in the ice counts as foot and side
     """
     radius, height = shape[RADIUS], shape[HEIGHT]
-    nodes, turned, slopes = np.empty((NODES, 2)), np.zeros(NODES), np.zeros(NODES)
-    _outline(shape, nodes, turned)
+    nodes, turned = np.empty((NODES, 2)), np.empty(NODES)
+    level, slopes = np.empty(NODES), np.zeros(NODES)
+    _outline(shape, nodes, turned, level)
     for k in range(NODES - 1):
         rise = nodes[k + 1, 0] - nodes[k, 0]
         slopes[k] = (nodes[k + 1, 1] - nodes[k, 1]) / rise if rise > 1e-9 else 0.0
@@ -179,11 +202,11 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                     planes[LIT, i, j] = 0.0
                     # Where the ray comes nearest to the stone's axis, within its height.
                     z = min(max(-c1 / (c2 + 1e-12), 0.0), height)
-                    cover, seen, z_nearest, upper_edge = 0.0, -1, 0.0, 0.0
+                    cover, seen, strip, z_nearest, upper_edge = 0.0, -1, 0, 0.0, 0.0
                     if c0 + z * (2 * c1 + z * c2) < reach * reach:
                         z, r = nodes[NODES - 1, 0], nodes[NODES - 1, 1]
                         above = c0 + z * (2 * c1 + z * c2) - r * r
-                        nearest, r_nearest, strip = 1e18, 1.0, 0
+                        nearest, r_nearest = 1e18, 1.0
                         seen, upper_edge = NODES - 1 if above <= 0 else -1, above
                         for k in range(NODES - 2, -1, -1):
                             z, r = nodes[k, 0], nodes[k, 1]
@@ -205,8 +228,6 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             if least < nearest * r:
                                 nearest, r_nearest, strip = least / r, r, k
                                 z_nearest = z + at * rise
-                                if seen < 0:
-                                    upper_edge = above
                             if seen >= 0 and least < -widest * r:
                                 break  # all of this fine pixel is inside the body
                             above = value
@@ -214,8 +235,6 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                         rho = math.sqrt(max(nearest * r_nearest + r_nearest * r_nearest, 0.0))
                         distance = (rho - r_nearest) * _px_per_metre(dx, dy, z_nearest, scale)
                         cover = _ramp(distance * FINE)
-                        if seen < 0:
-                            seen = strip
                     if cover > 0:
                         ox, oy = fx + top_z * lx, fy + top_z * ly
                         rho = math.sqrt(ox * ox + oy * oy)
@@ -224,25 +243,31 @@ def paint_body(x, y, shape, ray_xy, ray_slope, scale, rows, columns, planes):
                             top *= _ramp((rho - top_r) * _px_per_metre(ox, oy, top_z, scale) * FINE)
                         planes[TOP, i, j] = top
                         side = cover - top
-                        strip = min(seen, NODES - 2)
-                        rounded = BEVEL if strip > FOOT_STRIPS else FOOT
-                        planes[rounded, i, j] = side * turned[strip]
-                        planes[SIDE, i, j] = side * (1 - turned[strip])
-                        if aslant and side > 0.0:
+                        if side > 0.0:
                             # Where the ray meets the cone that is seen, from above.
                             z = z_nearest
+                            if seen >= 0:
+                                strip = min(seen, NODES - 2)
                             upper, slope = nodes[strip + 1, 0], slopes[strip]
                             second = c2 - slope * slope
                             rise = upper - nodes[strip, 0]
-                            if upper_edge > 0.0 and rise > 1e-9:
+                            if seen == NODES - 1:
+                                z = top_z
+                            elif seen >= 0 and upper_edge > 0.0 and rise > 1e-9:
                                 first = c1 + c2 * upper - slope * nodes[strip + 1, 1]
                                 root = first * first - second * upper_edge
                                 if root > 0.0 and first + math.sqrt(root) > 1e-12:
                                     z = upper - upper_edge / (first + math.sqrt(root))
-                            dx, dy = fx + z * lx, fy + z * ly
-                            rho = math.sqrt(dx * dx + dy * dy) * math.sqrt(1.0 + slope * slope)
-                            towards = shape[LIGHT_X] * dx + shape[LIGHT_Y] * dy
-                            planes[LIT, i, j] = side * towards / (rho + 1e-9)
+                            up = min(max(1.0 - (upper - z) / (rise + 1e-12), 0.0), 1.0)
+                            share = turned[strip] + up * (turned[strip + 1] - turned[strip])
+                            rounded = BEVEL if strip > FOOT_STRIPS else FOOT
+                            planes[rounded, i, j] = side * share
+                            planes[SIDE, i, j] = side * (1 - share)
+                            if aslant:
+                                dx, dy = fx + z * lx, fy + z * ly
+                                towards = shape[LIGHT_X] * dx + shape[LIGHT_Y] * dy
+                                towards *= level[strip] + up * (level[strip + 1] - level[strip])
+                                planes[LIT, i, j] = side * towards / (math.hypot(dx, dy) + 1e-9)
                     if cover < 1 and mirrored:
                         z = min(max(c1 / (c2 + 1e-12), 0.0), height)
                         if c0 - z * (2 * c1 - z * c2) < (reach + 2 * widest) ** 2:

@@ -132,6 +132,27 @@ def test_what_is_learnt_does_not_depend_on_rounding(film_of_a_stone):
     assert np.abs(one - other).max() < 1e-4
 
 
+@pytest.mark.parametrize(
+    "name", ["foot_height", "bevel_height", "bevel_inset", "roundness", "foot_roundness"]
+)
+def test_a_picture_changes_without_jumps(scene, name):
+    """If whole strips of the body had one colour, fine pixels would jump from one to the next."""
+    xy, window, _ = scene
+    lit = replace(MODEL, light_x=0.2, light_y=-0.1)
+    step = 1e-5 if name.endswith(("height", "inset")) else 1e-3
+    pictures = [
+        shares(
+            window,
+            replace(lit, **{name: getattr(lit, name) + k * step}).shape(),
+            np.array([*xy, 0.0]),
+            with_handle=False,
+        )
+        for k in range(12)
+    ]
+    assert np.abs(np.diff(pictures, axis=0)).max() > 1e-5
+    assert np.abs(np.diff(pictures, n=2, axis=0)).max() < 5e-3
+
+
 def test_a_low_view_is_painted_to_a_grey_level(scene):
     xy, window, truth = scene
     out = shares(window, MODEL.shape(), np.array([*xy, 0.0]), with_handle=False)

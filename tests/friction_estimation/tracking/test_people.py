@@ -10,7 +10,7 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.synthetic import FilmSpec, Light, render_film
-from friction_estimation.tracking import track_film
+from friction_estimation.tracking import TrackingOptions, track_film
 
 FPS = 12.0
 OUT_OF_HAND = 1.0
@@ -57,8 +57,9 @@ def film(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def tracked(film):
+    # Paint seen so coarsely moves the camera by a third of a pixel; people must not move the stone.
     path, truth = film
-    return track_film(path, scene()), truth
+    return track_film(path, scene(), options=TrackingOptions(refine=False)), truth
 
 
 def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
@@ -67,10 +68,8 @@ def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
     error = path.xy - truth.xy[result.frame]
     seen = np.isin(np.flatnonzero(truth.t > OUT_OF_HAND), result.frame)
     assert seen.mean() >= 0.9
-    squared = np.sum(error**2, axis=1)
     # A pixel is 26 mm across and 40 mm along the line of sight here.
-    assert np.sqrt(np.mean(squared)) < 0.018  # the stone is seen in the hand as well
-    assert np.sqrt(np.mean(squared[truth.t[result.frame] > OUT_OF_HAND])) < 0.013
+    assert np.sqrt(np.mean(np.sum(error**2, axis=1))) < 0.004
 
 
 def test_the_stone_is_followed_and_not_a_person(tracked):

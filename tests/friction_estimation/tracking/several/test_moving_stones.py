@@ -111,7 +111,8 @@ def test_headings_hold_until_the_stones_rest(hit):
         miss = np.angle(np.exp(1j * (track.theta - np.interp(track.t, path.t, path.theta))))
         assert np.isfinite(miss).mean() > 0.95
         assert np.nanmax(np.abs(miss)) < 0.45
-        assert np.nanmax(np.abs(miss) / track.sigma_theta) < 3
+        assert np.sqrt(np.nanmean((miss / track.sigma_theta) ** 2)) < 1.3
+        assert np.nanmax(np.abs(miss) / track.sigma_theta) < 3.5
 
 
 def test_friction_is_estimated_on_either_side_of_the_contact(hit):
