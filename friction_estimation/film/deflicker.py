@@ -119,8 +119,8 @@ def deflicker_for(sample: Sequence[tuple[float, Image]]) -> Deflicker | None:
 def _cells(frame: Image) -> Image:
     """Mean brightness of the green channel in every cell of the picture, (rows, columns)."""
     size = max(frame.shape[1] // CELL_COLUMNS, 1), max(frame.shape[0] // CELL_ROWS, 1)
-    small = cv2.resize(frame, size, interpolation=cv2.INTER_AREA)
-    return np.ascontiguousarray(small[:, :, 1], dtype=np.uint8)
+    green = cv2.extractChannel(frame, 1)
+    return np.asarray(cv2.resize(green, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _even(cells: Image) -> Flags:

@@ -17,7 +17,8 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background, Blob
+from friction_estimation.tracking.detection.background import Background, Blob, colours
+from friction_estimation.tracking.detection.connected import boxes_of_parts
 from friction_estimation.tracking.detection.thrown_stone import sighting_of
 
 
@@ -111,12 +112,12 @@ def _dark_blobs(
     # The edges of paint are not in quite the same place in pictures of like ice.
     edges = np.ones((3, 3), np.uint8)
     depths = [depth, *(cv2.subtract(cv2.erode(other, edges), cut) for other in without)]
-    for one in (channel for each in depths for channel in cv2.split(each)):
+    for one in (channel for each in depths for channel in colours(each)):
         # A ring is dark in two colours; in the third one a stone on it stands out.
         for least in (limit, tuning.STRONG_CONTRAST_FACTOR * limit):
             if one.max() <= least:
                 break
-            mask = (one > least).astype(np.uint8)
+            mask = (one > least).view(np.uint8)
             opened = np.asarray(
                 cv2.morphologyEx(mask, cv2.MORPH_OPEN, np.ones((thin, thin), np.uint8)), np.uint8
             )
@@ -130,12 +131,9 @@ def _blobs_in(
     mask: NDArray[np.uint8], width: float, background: Background, low: NDArray[np.int_]
 ) -> list[Blob]:
     """Connected parts of a mask that are about as large as a stone."""
-    if not cv2.countNonZero(mask):
-        return []
-    _, _, stats, _ = cv2.connectedComponentsWithStats(mask, connectivity=4)
     origin = np.array(background.origin_px, dtype=np.float64) + low
     blobs: list[Blob] = []
-    for left, top, w, h, area in stats[1:].tolist():
+    for left, top, w, h, area in boxes_of_parts(mask).tolist():
         if 0.4 * width < max(w, h) < 2.5 * width:
             corner, size = origin + np.array([left, top]), np.array([w, h], dtype=np.float64)
             blobs.append(

@@ -26,8 +26,10 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.blobs import find_stone_candidates
+from friction_estimation.tracking.detection.connected import connected_parts
 
 Mask = NDArray[np.uint8]
+Part = tuple[slice, slice]
 GRID_PX = 8
 """Between pixels so far apart it is interpolated where their mirror images lie."""
 TURNS = np.radians([90.0, -90.0, 45.0, -45.0, 135.0, -135.0])
@@ -36,35 +38,70 @@ TURNS = np.radians([90.0, -90.0, 45.0, -45.0, 135.0, -135.0])
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mirror:
-    """Where the pixels of the background's part of a picture are seen on the sheet's other side.
+    """Where a part of a picture is seen on the sheet's other side.
 
     Parameters
     ----------
-    u, v : (rows, columns) column and row of the mirror image, in that part [px]
-    valid : (rows, columns) 1 where it is on the ice and in the picture
+    part : rows and columns of the part
+    u, v : (rows, columns) column and row of the mirror image of its pixels in the picture [px]
+    valid : (rows, columns) 1 where that is on the ice and in the picture
     """
 
+    part: Part
     u: NDArray[np.float32]
     v: NDArray[np.float32]
     valid: Mask
 
     def of(self, picture: Image) -> Image:
-        """The mirrored picture; what has no mirror image stays as it is."""
+        """The mirrored part of a picture; what has no mirror image stays as it is."""
         seen = cv2.remap(picture, self.u, self.v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return np.where(self.valid[..., None] > 0, seen, picture)
+        none = (self.valid == 0).view(np.uint8)
+        return cv2.copyTo(np.ascontiguousarray(picture[self.part]), none, seen)
 
     def of_mask(self, mask: Mask) -> Mask:
         """1 where a mask (rows, columns) is mirrored to, or where there is no mirror image."""
         seen = cv2.remap(mask, self.u, self.v, cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE)
-        return ((seen > 0) | (self.valid == 0)).astype(np.uint8)
+        return ((seen > 0) | (self.valid == 0)).view(np.uint8)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Reflection:
+    """Where nodes of a grid over the background are seen on the sheet's other side.
+
+    Parameters
+    ----------
+    shape : rows and columns of the background
+    u, v : (n, m) column and row of the mirror images of nodes `GRID_PX` apart [px]
+    inside : (n, m) 1 where they are on the ice and in the picture
+    """
+
+    shape: tuple[int, int]
+    u: NDArray[np.float32]
+    v: NDArray[np.float32]
+    inside: NDArray[np.float32]
+
+    def reaches(self, part: Part) -> bool:
+        """Whether anything in a part of the background may have a mirror image."""
+        nodes = tuple(slice(side.start // GRID_PX, side.stop // GRID_PX + 2) for side in part)
+        return bool(self.inside[nodes].any())
+
+    def within(self, part: Part) -> Mirror:
+        """The mirror of a part of the background."""
+        rows, columns = (
+            np.arange(*side.indices(length), dtype=np.float32) / GRID_PX
+            for side, length in zip(part, self.shape, strict=True)
+        )
+        at = np.meshgrid(columns, rows)
+        u, v, inside = (
+            cv2.remap(nodes, *at, cv2.INTER_LINEAR) for nodes in (self.u, self.v, self.inside)
+        )
+        return Mirror(part=part, u=u, v=v, valid=(inside > 0.999).view(np.uint8))
 
 
 def mirrors(
     shape: tuple[int, ...], origin: tuple[int, int], camera: Camera, sheet: Sheet
-) -> Iterator[Mirror]:
+) -> Iterator[Reflection]:
     """The mirrors at the centre line, at the tee line and at both, then turns about the tee.
-
-    Each takes as long as a blur of the whole picture, and is made when it is asked for.
 
     Parameters
     ----------
@@ -87,28 +124,16 @@ def mirrors(
         away = y - tee
         turned = np.column_stack([cos * x - sin * away, tee + sin * x + cos * away])
         places.append((turned, rings))
-    size = (u.shape[1] * GRID_PX, u.shape[0] * GRID_PX)
-    for there, inside in places:
+    for there, allowed in places:
         with np.errstate(invalid="ignore"):
-            inside = inside & (np.abs(there) < np.array([sheet.width, sheet.length]) / 2).all(1)
-            at = camera.project(np.column_stack([np.nan_to_num(there), np.zeros(len(there))]))
-            at -= np.array(origin)
-            inside &= (at >= 0).all(axis=1) & (at <= np.array([columns - 1, rows - 1])).all(axis=1)
-        at[~inside] = 0.0
-        fine = [_between(a.reshape(u.shape), size)[:rows, :columns] for a in at.T]
-        wide = _between(inside.astype(np.float64).reshape(u.shape), size)[:rows, :columns]
-        yield Mirror(
-            u=np.ascontiguousarray(fine[0]),
-            v=np.ascontiguousarray(fine[1]),
-            valid=(wide > 0.999).astype(np.uint8),
-        )
-
-
-def _between(coarse: Floats, size: tuple[int, int]) -> NDArray[np.float32]:
-    """Values at every pixel, from those at the nodes of a grid."""
-    columns, rows = (np.arange(n, dtype=np.float32) / GRID_PX for n in size)
-    u, v = np.meshgrid(columns, rows)
-    return cv2.remap(coarse.astype(np.float32), u, v, cv2.INTER_LINEAR)
+            on_sheet = (np.abs(there) < np.array([sheet.width, sheet.length]) / 2).all(axis=1)
+        inside = np.flatnonzero(allowed & on_sheet)
+        at = camera.project(np.column_stack([there[inside], np.zeros(len(inside))]))
+        at -= np.array(origin)
+        seen = (at >= 0).all(axis=1) & (at <= np.array([columns - 1, rows - 1])).all(axis=1)
+        nodes = np.zeros((3, *u.shape), dtype=np.float32)
+        nodes.reshape(3, -1)[:, inside[seen]] = np.column_stack([at[seen], np.ones(seen.sum())]).T
+        yield Reflection(shape=(rows, columns), u=nodes[0], v=nodes[1], inside=nodes[2])
 
 
 def footprint(
@@ -145,7 +170,7 @@ def footprint(
 
 
 def fill_from_mirrors(
-    picture: Image, missing: Mask, covered: Mask, reflected: Iterable[Mirror]
+    picture: Image, missing: Mask, covered: Mask, reflected: Iterable[Reflection]
 ) -> tuple[NDArray[np.float32], Mask]:
     """A picture with what is missing taken from where the sheet is painted alike.
 
@@ -161,18 +186,16 @@ def fill_from_mirrors(
     what is around it
     """
     full, guessed = picture.astype(np.float32), np.zeros_like(missing)
-    count, labels, stats, _ = cv2.connectedComponentsWithStats(missing, connectivity=8)
-    if count == 1:
-        return full, guessed
-    sources = [(mirror.of(picture), mirror.of_mask(covered)) for mirror in reflected]
-    for k in range(1, count):
-        left, top, width, height = stats[k, :4].tolist()
+    labels, boxes = connected_parts(missing)
+    every = list(reflected) if len(boxes) else []
+    for k, (left, top, width, height, _) in enumerate(boxes.tolist(), start=1):
         part = (
             slice(max(top - tuning.AROUND_PX, 0), top + height + tuning.AROUND_PX),
             slice(max(left - tuning.AROUND_PX, 0), left + width + tuning.AROUND_PX),
         )
         own = labels[part] == k
-        pairs = [(a[part], b[part]) for a, b in sources]
+        there = (one.within(part) for one in every if one.reaches(part))
+        pairs = [(mirror.of(picture), mirror.of_mask(covered)) for mirror in there]
         guessed[part] |= _fill_part(full[part], own, covered[part] > 0, pairs)
     return full, guessed
 
@@ -247,18 +270,21 @@ def places_on_ice(
     shape = background.image.shape
     reflected = mirrors(shape, origin, camera, sheet)
     first = list(islice(reflected, 2))
+    across, along = (one.within((slice(0, shape[0]), slice(0, shape[1]))) for one in first)
     found: list[list[Floats]] = []
     for k, picture in enumerate(pictures):
-        without = [mirror.of(picture) for mirror in first]
+        without = [across.of(picture), along.of(picture)]
         others = [other for j, other in enumerate(pictures) if j != k]
         tried = find_stone_candidates(
             picture, background, camera, model, sheet, [*without, *others]
         )
         looks = (_Place(picture, origin, camera, appearance, xy) for xy in tried)
-        found.append([one.xy for one in looks if one.may_be_stone(without, first[0].valid, others)])
-    nothing = np.zeros(shape[:2], dtype=np.uint8)
+        found.append([one.xy for one in looks if one.may_be_stone(without, across.valid, others)])
     masks = [[footprint(shape, origin, camera, model, xy) for xy in there] for there in found]
-    covered = [np.maximum.reduce([nothing, *own]) for own in masks]
+    covered = [np.zeros(shape[:2], dtype=np.uint8) for _ in found]
+    for all_of_it, own in zip(covered, masks, strict=True):
+        for mask in own:
+            np.maximum(all_of_it, mask, out=all_of_it)
     missing = np.maximum.reduce(covered)
     empty = background.image.astype(np.float32)
     for k, picture in enumerate(pictures):
@@ -267,9 +293,11 @@ def places_on_ice(
             for j in (2, 0, 1):
                 if j == k or place.change(pictures[j]) < 2 * tuning.MIN_CONTRAST:
                     continue
-                free = (mask & missing & (1 - covered[j])) > 0
-                empty[free] = pictures[j][free]
-                missing[free] = 0
+                left, top, width, height = cv2.boundingRect(mask)
+                part = slice(top, top + height), slice(left, left + width)
+                free = (mask[part] & missing[part] & (1 - covered[j][part])) > 0
+                empty[part][free] = pictures[j][part][free]
+                missing[part][free] = 0
     seen = np.clip(np.rint(empty), 0, 255).astype(np.uint8)
     if not missing.any():
         return Places(found=found, empty=empty)

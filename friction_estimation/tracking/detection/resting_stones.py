@@ -15,14 +15,13 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.sheet import Sheet
 from curling_env.typing import Flags, Floats, Image
 from friction_estimation.appearance import (
     Appearance,
+    PictureChannels,
     PosedStone,
-    channels_of,
     crops_at,
     measure,
     measure_occluded,
@@ -126,18 +125,18 @@ def find_resting_stones(
     pictures = [median_picture(part) for part in cuts]
     pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
     on_ice = places_on_ice(pictures, background, camera, appearance, sheet)
-    empty = on_ice.empty
+    ice = PictureChannels(on_ice.empty)
     places: list[Floats] = []
     for picture, found in zip(pictures, on_ice.found, strict=True):
+        frame = _whole(picture, background, camera)
         new = [
             xy for xy in found if all(np.linalg.norm(xy - k) > tuning.SAME_PLACE for k in places)
         ]
-        fitted = (_fitted_place(xy, picture, empty, background, camera, appearance) for xy in new)
+        fitted = (_fitted_place(xy, frame, ice, background, camera, appearance) for xy in new)
         places += [xy for xy in fitted if xy is not None]
     end = rough.sightings[-1].xy
     if all(np.linalg.norm(xy - end) < 2 * tuning.SAME_PLACE for xy in places):
         return []
-    ice = channels_of(empty)
     lying: list[_Lying] = []
     for xy in places:
         if all(np.linalg.norm(xy - other.xy) > tuning.SAME_PLACE for other in lying):
@@ -199,25 +198,24 @@ class _Lying:
         return bool(near and np.mean([i in self.frames for i in other.chosen]) > 0.5)
 
 
+def _whole(picture: Image, background: Background, camera: Camera) -> Image:
+    """A frame of which the background's part is known."""
+    frame = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
+    frame[background.slices] = picture
+    return frame
+
+
 def _fitted_place(
     xy: Floats,
-    picture: Image,
-    empty: NDArray[np.float32],
+    frame: Image,
+    ice: PictureChannels,
     background: Background,
     camera: Camera,
     appearance: Appearance,
 ) -> Floats | None:
-    """Where the body of a stone explains a dark blob in a picture; None where it does not."""
-    outline = appearance.model.outline_px(camera, xy) - np.array(background.origin_px)
-    size = np.ptp(outline, axis=0).max() + 12
-    low = np.maximum(np.floor(outline.min(axis=0) - size).astype(int), 0)
-    high = np.ceil(outline.max(axis=0) + size).astype(int)
-    part = (slice(low[1], high[1]), slice(low[0], high[0]))
-    origin = (background.origin_px[0] + int(low[0]), background.origin_px[1] + int(low[1]))
-    frame = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
-    frame[background.slices] = picture
+    """Where the body of a stone explains a dark blob in a frame; None where it does not."""
     body = replace(appearance, has_handle=False)
-    fit = measure(frame, channels_of(empty[part]), origin, camera, body, np.array([*xy, 0.0]))
+    fit = measure(frame, ice, background.origin_px, camera, body, np.array([*xy, 0.0]))
     if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
         return None
     return fit.xy if np.linalg.norm(fit.xy - xy) < 2 * tuning.SAME_PLACE else None
@@ -226,7 +224,7 @@ def _fitted_place(
 def _lying_at(
     xy: Floats,
     frames: Sequence[Image],
-    ice: Floats,
+    ice: PictureChannels,
     background: Background,
     camera: Camera,
     appearance: Appearance,
@@ -284,7 +282,7 @@ def _before_it_moved(found: list[tuple[int, Floats]], xy: Floats) -> list[tuple[
 def _resting_stone(
     lying: _Lying,
     frames: Sequence[Image],
-    ice: Floats,
+    ice: PictureChannels,
     background: Background,
     camera: Camera,
     appearance: Appearance,
@@ -299,8 +297,7 @@ def _resting_stone(
     origin = background.origin_px
     start = np.array([*lying.xy, 0.0])
     still = np.median([frames[i][background.slices] for i in lying.chosen], axis=0)
-    whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
-    whole[background.slices] = np.clip(np.rint(still), 0, 255)
+    whole = _whole(np.clip(np.rint(still), 0, 255).astype(np.uint8), background, camera)
     crops = crops_at([whole], [0.0], [start[:2]], ice, origin, camera, appearance.model)
     if not crops:
         return None
