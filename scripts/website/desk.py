@@ -10,6 +10,7 @@ from pathlib import Path
 import av
 import numpy as np
 import simulated_club as club
+from simulated_ice import random_ice
 
 from curling_env import Direction, Ice, Throw, Trajectory, load_ice, save_ice, write_tracks
 from curling_env.physics.one_stone.slide import slide
@@ -24,7 +25,7 @@ def lay_out(folder: Path) -> Path:
     """Make every file that an example names and no example makes, and return the folder."""
     rng = np.random.default_rng(0)
     athletes = (club.Athlete(name="Ada"), club.Athlete(name="Bo", spin=1.7))
-    ice = club.random_ice(rng)
+    ice = random_ice(rng)
     for place, throws in ((".", 8), ("mon", 6), ("fri", 6)):
         stones = {k: (1.0 + 0.01 * k, 1.0) for k in range(4)} if place == "." else None
         evening = club.evening(rng, athletes=athletes, throws=throws, stones=stones, ice=ice)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import simulated_club as club
+from simulated_ice import random_ice, seen_rests
 
 from agents.coaching.misses.causes import CAUSES
 from agents.coaching.misses.hand_or_ice import hand_or_ice
@@ -36,10 +37,10 @@ def told():
 
 def test_the_club_slides_as_the_engine_does():
     """Two integrations of one ice that share no code agree to millimetres."""
-    ice = club.random_ice(np.random.default_rng(1))
+    ice = random_ice(np.random.default_rng(1))
     throws = np.array([[2.2, 0.02, 1.3, 0.1], [2.0, -0.01, -1.5, 0.0], [2.3, 0.0, 0.8, -0.1]])
     assert rests(ice.as_ice(), throws, Place()) == pytest.approx(
-        club.seen_rests(ice, throws), abs=0.01
+        seen_rests(ice, throws), abs=0.01
     )
 
 
