@@ -32,6 +32,7 @@ from friction_estimation.film.decoding import (
     slow_motion,
     stamp,
     start,
+    timestamp_of,
     timetable_of,
     undamaged,
     unit,
@@ -45,6 +46,10 @@ SEEK_BEYOND = 40
 """
 MIN_KEY_FRAMES = 0.8
 """A sample is made of key frames alone if there are this share of the frames asked for."""
+UNEVEN = 0.25
+"""Else a frame of a sample may be this share of the step between them nearer to a key frame."""
+WORTHWHILE = 0.7
+"""As long as no more than this share of the film is decoded for it."""
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".m2ts", ".ts", ".mpg", ".3gp")
 """Endings of the files that count as films in a folder."""
 TIMES_SUFFIX = ".times.csv"
@@ -214,13 +219,17 @@ class Film:
         """About `count` frames spread evenly over the film, with approximate times [s].
 
         Where there are enough of them, these are the film's key frames, so that the frames between
-        need not be decoded.
+        need not be decoded. Else frames near a key frame are taken, as a frame builds on all since.
         """
         enough = MIN_KEY_FRAMES * min(count, self.frame_count)
         if self._key_count >= enough:
             keys = self._key_frames(count)
             if len(keys) >= enough:
                 return keys
+        elif wanted := self._near_key_frames(count):
+            near = self._seen_from_key_frames(wanted)
+            if len(near) >= enough:
+                return near
         return self.pick(np.linspace(0, self.frame_count - 1, count).round().astype(int).tolist())
 
     @property
@@ -272,6 +281,59 @@ class Film:
                 raw = LazyFrame(frame)
                 if not damaged and np.isfinite(t) and (raw.shape[1], raw.shape[0]) == self.size:
                     frames.append((self._time_of(round(t * said), t), raw.whole()))
+        return frames
+
+    def _near_key_frames(self, count: int) -> list[int]:
+        """Numbers of `count` frames, about evenly spread, most of which are soon after key frames.
+
+        Empty where hardly less would be decoded than the whole film.
+        """
+        moments, key_moments, _ = timetable_of(self.path)
+        keys = np.searchsorted(moments, key_moments) - self.first
+        if len(self._moments) < self.frame_count or keys.min(initial=1) > 0:
+            return []
+        even = np.linspace(0, self.frame_count - 1, count)
+        slack = UNEVEN * (self.frame_count - 1) / max(count - 1, 1)
+        at = np.searchsorted(keys, even, side="right") - 1
+        before, after = keys[at], keys[np.minimum(at + 1, len(keys) - 1)]
+        near = np.where(np.abs(after - even) <= slack, after, np.maximum(even - slack, before))
+        wanted = np.unique(near.round().clip(0, self.frame_count - 1).astype(int))
+        at = np.searchsorted(keys, wanted, side="right") - 1
+        last = np.append(np.diff(at) > 0, True)
+        effort = int((wanted - keys[at] + 1)[last].sum())
+        return wanted.tolist() if effort < WORTHWHILE * self.frame_count else []
+
+    def _seen_from_key_frames(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
+        """The same as `pick`; from the last of them to the next key frame nothing is decoded."""
+        moments, keys = self._moments, timetable_of(self.path).keys
+        due = {moments[index]: index for index in wanted}
+        waiting: set[int] = set()
+
+        def is_needed(packet: Packet[VideoStream]) -> bool:
+            moment = timestamp_of(packet)
+            if packet.is_keyframe and moment is not None:
+                following = bisect_right(keys, moment)
+                until = keys[following] if following < len(keys) else np.inf
+                waiting.update(m for m in due if moment <= m < until)
+            needed = bool(waiting) or packet.size == 0
+            if moment is not None:
+                waiting.discard(moment)
+            return needed
+
+        frames: list[tuple[float, Image]] = []
+        with opened(self.path) as (container, stream):
+            begin = start(stream) if self._begin is None else self._begin
+            if self.first:
+                seek_before(container, stream, begin)
+            for frame, damaged in decoded(container, stream, is_needed):
+                moment = timestamp_of(frame)
+                index = None if moment is None else due.pop(moment, None)
+                raw = LazyFrame(frame)
+                if index is None or damaged or (raw.shape[1], raw.shape[0]) != self.size:
+                    continue
+                frames.append((self._time_of(index, stamp(frame, stream, begin)), raw.whole()))
+                if not due:
+                    break
         return frames
 
     def _time_of(self, index: int, t: float) -> float:

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError, OutputError
+from friction_estimation.film import video
 from friction_estimation.film.video import Film, films_in
 from friction_estimation.film.writer import film_writer
 
@@ -37,6 +38,27 @@ def test_samples_spread_over_the_film(tmp_path):
     film = Film.open(film_of(tmp_path / "a.mp4", range(10, 250, 10)))
     levels = [frame.mean() for _, frame in film.sample(4)]
     assert levels == pytest.approx([10, 90, 160, 240], abs=12)
+
+
+@pytest.mark.parametrize("span", [(0.0, 7.96), (1.5, 6.7)])
+def test_a_sample_is_taken_near_key_frames_where_these_are_few(tmp_path, monkeypatch, span):
+    film = Film.open(stored(tmp_path / "a.mp4", speckled(200), every=20)).part(*span)
+    frames, decoded, whole = list(film.frames()), [], video.decoded
+
+    def counted(*arguments):
+        for found in whole(*arguments):
+            decoded.append(found)
+            yield found
+
+    monkeypatch.setattr(video, "decoded", counted)
+    sample = film.sample(14)
+    times = np.array([t for t, _ in sample])
+    step = (film.frame_count - 1) / 13 / 25
+    assert len(sample) == 14
+    assert np.abs(times - np.linspace(0, 13 * step, 14)).max() < step / 4 + 0.03
+    for t, picture in sample:
+        assert np.array_equal(picture, frames[round(25 * t)][1])
+    assert len(decoded) < 0.7 * film.frame_count
 
 
 @pytest.mark.parametrize("content", [None, b"", b"this is no film" * 100])
