@@ -17,6 +17,9 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.camera.lens import NO_DISTORTION, FreeLens, Lens
 from friction_estimation.camera.lens_formula import bounds_of_circles, rays_of_pixels
 
+_BESIDE = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
+"""Steps along x and y, backwards and forwards."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Camera:
@@ -99,11 +102,14 @@ class Camera:
         return position[:2] + along[:, None] * rays[:, :2]
 
     def px_per_metre(self, xy: ArrayLike, z: float = 0.0) -> Floats:
-        """Image motion per motion on the plane, (2, 2) d(u, v)/d(x, y) [px/m] at one point (2,)."""
-        x, y = np.asarray(xy, dtype=np.float64)
-        step = 1e-3
-        at = self.project([[x - step, y, z], [x + step, y, z], [x, y - step, z], [x, y + step, z]])
-        return np.stack([at[1] - at[0], at[3] - at[2]], axis=1) / (2 * step)
+        """Image motion per motion on the plane, (…, 2, 2) d(u, v)/d(x, y) [px/m], at (…, 2)."""
+        xy, step = np.asarray(xy, dtype=np.float64), 1e-3
+        points = np.empty((*xy.shape[:-1], 4, 3))
+        points[..., :2] = xy[..., None, :] + step * _BESIDE
+        points[..., 2] = z
+        at = self.project(points.reshape(-1, 3)).reshape(*points.shape[:-1], 2)
+        motion = [at[..., 1, :] - at[..., 0, :], at[..., 3, :] - at[..., 2, :]]
+        return np.stack(motion, axis=-1) / (2 * step)
 
     def sees(self, points: ArrayLike, margin_px: float = 0.0) -> Flags:
         """Whether each point (n, 3) of the sheet frame falls into the image."""

@@ -106,4 +106,4 @@ def _all_the_way(
 
 def resolution(camera: Camera, xy: Floats) -> Floats:
     """How far each coordinate of places (n, 2) changes with a pixel, (n, 2) [m]."""
-    return np.array([np.linalg.norm(np.linalg.inv(camera.px_per_metre(k)), axis=1) for k in xy])
+    return np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy)), axis=2)

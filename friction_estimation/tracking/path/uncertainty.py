@@ -126,19 +126,15 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """
     length = model.handle_front - model.handle_back
     z = model.height + model.handle_rise
-    least_scale = [np.linalg.norm(camera.px_per_metre(place, z), -2) for place in xy]
-    return tuning.HANDLE_ERROR_PX / (length * np.array(least_scale, dtype=np.float64))
+    least_scale = np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
+    return tuning.HANDLE_ERROR_PX / (length * least_scale)
 
 
 def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """The stone's largest radius in the picture, (n,) [px]."""
-    scale = [np.linalg.norm(camera.px_per_metre(place, model.height / 2), 2) for place in xy]
-    return model.radius * np.array(scale, dtype=np.float64)
+    return model.radius * np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
 
 
 def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
     """The most that each coordinate can change per pixel in the picture, (n, 2) [m]."""
-    found = np.empty((len(xy), 2))
-    for i, place in enumerate(xy):
-        found[i] = np.linalg.norm(np.linalg.inv(camera.px_per_metre(place, z)), axis=1)
-    return found
+    return np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, z)), axis=2)
