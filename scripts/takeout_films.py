@@ -1,0 +1,290 @@
+"""Takeouts whose truth is known: filmed, tracked, and every stone held against its true path.
+
+python scripts/takeout_films.py -o runs/takeouts             seeds 90 to 100, nobody on the ice
+python scripts/takeout_films.py -o runs/swept --people       seeds 110 to 115, sweepers at work
+
+A stone is thrown at one to three others in or before the house, which are hit one after the other
+or by each other; two more lie there. The films are rendered by the package. Of each stone that
+moved a line tells how far its track is off, in mm, before and after the first contact of the thrown
+stone; the last line counts the stones that were found. What is in the folder is not made again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple
+
+import cv2
+import numpy as np
+import typer
+from numpy.typing import NDArray
+
+from curling_env.errors import CurlingError
+from curling_env.ice import Ice
+from curling_env.infrastructure.files.storage import make_directory, read_json, write_json
+from curling_env.physics.many_stones.engine import Engine, Outcome, StoneState
+from curling_env.throw import Throw
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from friction_estimation.camera.scene import load_scene, save_scene
+from friction_estimation.synthetic import (
+    FilmRenderer,
+    FilmSpec,
+    StoneOnIce,
+    all_on_film,
+    scene_of,
+    write_film,
+)
+from friction_estimation.synthetic.tuning import HANDLE_COLOURS
+from friction_estimation.tracking import track_film
+from friction_estimation.tracking.films.film_track import FilmTrack
+
+FPS = 15.0
+SIZES = {480: (854, 480), 720: (1280, 720), 1080: (1920, 1080)}
+OUT_OF_HAND = 1.5
+"""Rows from this long after the film's beginning are scored [s]."""
+EDGE = 19.3
+"""A stone that comes so far from the middle leaves [m]; it is scored until shortly before."""
+SAME = 0.1
+"""Places nearer to each other than this are those of the same stone [m]."""
+
+
+class Film(NamedTuple):
+    """What is filmed.
+
+    Parameters
+    ----------
+    seed : of ice, throw and stones
+    camera : its name
+    lines : of the picture
+    towards : whether the stone is thrown towards the camera, where that stands at one end
+    hit : number of stones that are hit
+    """
+
+    seed: int
+    camera: str
+    lines: int
+    towards: bool
+    hit: int
+
+    @property
+    def name(self) -> str:
+        """Of its files."""
+        return f"{self.camera}{self.lines}{'-towards' if self.towards else ''}-{self.seed}"
+
+
+BARE = (
+    Film(90, "end", 480, False, 1), Film(91, "end", 720, False, 2), Film(92, "end", 480, True, 2),
+    Film(93, "end", 720, True, 3), Film(94, "gantry", 480, False, 2),
+    Film(95, "side", 480, False, 2), Film(96, "gantry", 720, True, 3),
+    Film(97, "side", 720, True, 1), Film(98, "end", 720, False, 3),
+    Film(99, "end", 1080, False, 2), Film(100, "end", 1080, True, 1),
+)  # fmt: skip
+WITH_PEOPLE = (
+    Film(110, "gantry", 720, False, 1), Film(111, "side", 480, False, 2),
+    Film(112, "end", 720, False, 1), Film(113, "end", 480, True, 1),
+    Film(114, "gantry", 480, True, 2), Film(115, "end", 720, True, 1),
+)  # fmt: skip
+
+
+# --- what is thrown ------------------------------------------------------------------------------
+
+
+def takeout(rng: np.random.Generator, hit: int) -> tuple[Outcome, Sequence[StoneState]]:
+    """A throw that hits so many stones, all of which stay in play, and what lies there before."""
+    ice = Ice.uniform(rng.uniform(0.0105, 0.0125))
+    for _ in range(900):
+        throw = Throw(
+            speed=rng.uniform(2.45, 3.2),
+            angle=rng.uniform(-0.012, 0.012),
+            spin=rng.choice([-1, 1]) * rng.uniform(0.8, 2.2),
+        )
+        alone = Engine(ice).play(throw.release(), [], fps=120).trajectories[-1].xy
+        y = rng.uniform(13.5, 18.0)
+        if alone[-1, 1] < y + 1:
+            continue
+        x = float(np.interp(y, alone[:, 1], alone[:, 0]))
+        places = [(x + rng.uniform(-0.2, 0.2), y)]
+        for _ in range(hit + 1):
+            for _ in range(50):
+                if len(places) < hit:  # behind the first one, or beside it
+                    first_x, first_y = places[0]
+                    place = first_x + rng.uniform(-0.35, 0.35), first_y + rng.uniform(0.32, 1.6)
+                else:
+                    place = rng.uniform(-1.7, 1.7), rng.uniform(11.5, 19)
+                if all(np.hypot(place[0] - a, place[1] - b) > 0.31 for a, b in places):
+                    places.append(place)
+                    break
+        if not all(abs(b) < 19.2 for _, b in places):
+            continue
+        lying = [
+            StoneState(x=a, y=b, theta=rng.uniform(-3, 3), stone=1 + k % 3)
+            for k, (a, b) in enumerate(places)
+        ]
+        played = Engine(ice).play(throw.release(), lying, fps=240)
+        *struck, thrown = played.trajectories
+        within = all(
+            (np.abs(path.xy[:, 0]) < 2.05).all() and abs(path.xy[-1, 1]) < EDGE
+            for path in played.trajectories
+        )
+        if len(struck) != hit or not within or thrown.xy[-1, 1] <= y - 1.5:
+            continue
+        if min(np.hypot(*(path.xy[-1] - path.xy[0])) for path in struck) > 0.3:
+            return played, lying
+    raise SystemExit(f"no throw of 900 hits {hit} stones")
+
+
+def film(one: Film, folder: Path, *, people: bool) -> None:
+    """Write a film, the scene of its camera, and the truth."""
+    played, lying = takeout(np.random.default_rng(one.seed), one.hit)
+    *struck, thrown = played.trajectories
+    first = min(contact.time for contact in played.contacts)
+    swept = (thrown.t > 2.0) & (thrown.t < first - 0.4) & people
+    thrown = replace(thrown, swept=swept.astype(float))
+    way, turn = (-1, np.pi) if one.towards else (1, 0.0)
+    paths = [replace(p, xy=way * p.xy, theta=p.theta + turn) for p in (thrown, *struck)]
+    resting = [
+        StoneOnIce(x=way * s.x, y=way * s.y, theta=s.theta + turn, colour=HANDLE_COLOURS[s.stone])
+        for k, s in enumerate(lying)
+        if k not in played.moved
+    ]
+    spec = FilmSpec(
+        camera=one.camera, size=SIZES[one.lines], people=people, fps=FPS, tail=0.8, seed=one.seed
+    )
+    renderer = FilmRenderer(spec, resting=resting)
+    frames = renderer.frames(paths[0], others=paths[1:], seed=one.seed)
+    write_film(folder / f"{one.name}.mp4", frames, FPS)
+    save_scene(scene_of(renderer.camera), folder / f"{one.name}.scene.json")
+    truth = {
+        "paths": [
+            {"t": p.t.tolist(), "xy": p.xy.tolist(), "theta": p.theta.tolist()}
+            for p in all_on_film(paths, spec)
+        ],
+        "contact": first + spec.lead_in,
+        "resting": [[stone.x, stone.y] for stone in resting],
+    }
+    write_json(folder / f"{one.name}.truth.json", truth)
+
+
+# --- what is seen of it --------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, kw_only=True)
+class Seen:
+    """How one track lies beside the true path that it is nearest to.
+
+    Parameters
+    ----------
+    stone : 0 for the thrown one, then those that were hit
+    thrown : whether the track is said to be that of the thrown stone
+    before, after : root mean square error before and after the first contact; NaN without rows [m]
+    within : share of the coordinates in their 95 % intervals
+    turned : root mean square error of the heading after the contact; NaN where none is given [rad]
+    """
+
+    stone: int
+    thrown: bool
+    before: float
+    after: float
+    within: float
+    turned: float
+
+    @property
+    def right(self) -> bool:
+        """Whether the track is that of the stone that it is said to be."""
+        near = bool(np.fmax(self.before, self.after) < SAME)
+        return near and self.thrown == (self.stone == 0)
+
+    @property
+    def line(self) -> str:
+        """The same in words."""
+        said = "thrown stone" if self.thrown else "stone that was hit"
+        parts = {"before": self.before, "after": self.after}
+        off = ", ".join(f"{1e3 * x:.0f} mm {when}" for when, x in parts.items() if np.isfinite(x))
+        return (
+            f"   {said}{'' if self.right else ' (wrong)'}: {off}; "
+            f"{100 * self.within:.0f} % in 95 % intervals, heading {self.turned:.2f} rad off"
+        )
+
+
+def seen_of(track: Trajectory, truth: dict[str, Any]) -> Seen:
+    """Hold the track of a stone that moved against the truth."""
+    paths, contact = truth["paths"], truth["contact"]
+
+    def off(path: dict[str, Any]) -> Floats:
+        there = [np.interp(track.t, path["t"], np.array(path["xy"])[:, k]) for k in range(2)]
+        return track.xy - np.column_stack(there)
+
+    stone = min(range(len(paths)), key=lambda k: float(np.median(np.hypot(*off(paths[k]).T))))
+    path = paths[stone]
+    scored = track.t > OUT_OF_HAND
+    away, xy = off(path), np.array(path["xy"])
+    if abs(xy[-1, 1]) > EDGE:
+        gone = np.argmax(np.hypot(*(xy - xy[-1]).T) < 1e-4)
+        scored &= track.t < path["t"][gone] - 0.4
+    before, after = (scored & part for part in (track.t < contact - 0.05, track.t >= contact))
+    turned = np.array([np.nan])
+    if len(track.theta):
+        miss = track.theta - np.interp(track.t, path["t"], path["theta"])
+        turned = np.angle(np.exp(1j * miss[after & np.isfinite(miss)]))
+
+    def root_mean_square(values: Floats) -> float:
+        return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
+
+    within = np.abs(away[scored]) < 1.96 * track.sigma_xy[scored, None]
+    return Seen(
+        stone=stone,
+        thrown=track.stone == 0,
+        before=root_mean_square(np.hypot(*away[before].T)),
+        after=root_mean_square(np.hypot(*away[after].T)),
+        within=float(within.mean()) if len(within) else np.nan,
+        turned=root_mean_square(turned),
+    )
+
+
+def told(found: FilmTrack, truth: dict[str, Any], totals: NDArray[np.int_]) -> list[str]:
+    """What is to be said of one film.
+
+    Parameters
+    ----------
+    totals : (4,) counted on: stones that were hit and those found, those untouched and found
+    """
+    seen = [seen_of(track, truth) for track in found.trajectories if len(track) > 2]
+    still = np.array([t.xy[0] for t in found.trajectories if len(t) == 2]).reshape(-1, 2)
+    lie = [np.hypot(*(still - xy).T).min(initial=np.inf) < SAME for xy in truth["resting"]]
+    hit = {one.stone for one in seen if one.right and not one.thrown}
+    totals += [len(truth["paths"]) - 1, len(hit), len(lie), sum(lie)]
+    return [*(one.line for one in seen), *(f"   said: {words}" for words in found.unexplained)]
+
+
+def main(
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/takeouts"),
+    people: Annotated[bool, typer.Option("--people", help="With thrower, sweepers, skip.")] = False,
+) -> None:
+    """Film takeouts, track them, and say how far every stone's track is off."""
+    cv2.setNumThreads(1)
+    make_directory(output)
+    totals = np.zeros(4, dtype=int)
+    for one in WITH_PEOPLE if people else BARE:
+        files = {end: output / f"{one.name}.{end}" for end in ("mp4", "scene.json", "truth.json")}
+        if not files["truth.json"].exists():
+            film(one, output, people=people)
+        truth = read_json(files["truth.json"])
+        print(f"{one.name}: contact at {truth['contact']:.2f} s", flush=True)
+        try:
+            found = track_film(files["mp4"], load_scene(files["scene.json"]))
+        except CurlingError as error:
+            totals += [len(truth["paths"]) - 1, 0, len(truth["resting"]), 0]
+            print(f"   refused: {error}", flush=True)
+            continue
+        print(*told(found, truth, totals), sep="\n", flush=True)
+    hit, found_hit, untouched, found_untouched = totals
+    print(
+        f"{found_hit} of {hit} stones found that were hit, {found_untouched} of {untouched} others"
+    )
+
+
+if __name__ == "__main__":
+    typer.run(main)
