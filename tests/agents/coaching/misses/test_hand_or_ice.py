@@ -39,9 +39,7 @@ def test_the_club_slides_as_the_engine_does():
     """Two integrations of one ice that share no code agree to millimetres."""
     ice = random_ice(np.random.default_rng(1))
     throws = np.array([[2.2, 0.02, 1.3, 0.1], [2.0, -0.01, -1.5, 0.0], [2.3, 0.0, 0.8, -0.1]])
-    assert rests(ice.as_ice(), throws, Place()) == pytest.approx(
-        seen_rests(ice, throws), abs=0.01
-    )
+    assert rests(ice.as_ice(), throws, Place()) == pytest.approx(seen_rests(ice, throws), abs=0.01)
 
 
 def test_parts_add_up_and_shares_to_one(told):
