@@ -19,7 +19,7 @@ from friction_estimation.appearance.fit import (
     channels_of,
     measure,
 )
-from friction_estimation.appearance.handle import heading_costs
+from friction_estimation.appearance.handle import heading_costs, heading_crop
 from friction_estimation.appearance.learning import (
     adapt_appearance,
     learn_appearance,
@@ -45,6 +45,7 @@ __all__ = [
     "crops_at",
     "fill_hidden",
     "heading_costs",
+    "heading_crop",
     "learn_appearance",
     "measure",
     "measure_occluded",

@@ -131,7 +131,7 @@ def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:
             heading -= float(SPINS_TRIED[spin]) * (ordered[k].t - ordered[k - 1].t)
 
 
-def heading_costs(
+def heading_crop(
     frame: Frame,
     xy: Floats,
     background: Channels,
@@ -139,8 +139,8 @@ def heading_costs(
     camera: Camera,
     look: Appearance,
     others: Sequence[PosedStone] = (),
-) -> Floats | None:
-    """Misfit of a stone in one frame at evenly spaced headings, beginning at -π, (k,).
+) -> Crop | None:
+    """A stone in one frame, for its heading.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def heading_costs(
 
     Returns
     -------
-    squared standard errors; None if the stone is not entirely in the image, or nearer ones hide it
+    None if the stone is not entirely in the image, or nearer ones hide it
     """
     found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
@@ -168,8 +168,18 @@ def heading_costs(
             return None
         shown = composite(cover, found[0].background, look.colours)
         found[0].pixels = np.where(hidden[:, None], shown, found[0].pixels)
+    return found[0]
+
+
+def heading_costs(crop: Crop, look: Appearance) -> Floats:
+    """Misfit of a stone at evenly spaced headings, beginning at -π, (k,) [squared standard errors].
+
+    Parameters
+    ----------
+    crop : its picture, see `heading_crop`
+    """
     headings = np.linspace(-np.pi, np.pi, HEADINGS_COMPARED, endpoint=False)
-    return _costs_of_headings(found[0], look, headings) / PIXEL_CORRELATION
+    return _costs_of_headings(crop, look, headings) / PIXEL_CORRELATION
 
 
 def _costs_of_headings(crop: Crop, look: Appearance, headings: Floats) -> Floats:

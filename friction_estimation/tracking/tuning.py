@@ -220,7 +220,17 @@ END_FRAMES = 3
 MIN_PRESENCE = 0.6
 """Share of the frames in which a stone at rest must be found; people stand before it in others."""
 CLEAR_FRONT = 12.0
-"""Squared standard errors by which a handle turned end for end must fit worse."""
+"""Squared standard errors by which every other heading of a handle must fit worse."""
+COLOUR_ROUNDS = 3
+"""Rounds in which the colours of a stone at rest are found, each with fewer strange pixels."""
+COLOUR_PICTURES, COLOURS_EVERY = 20, 4
+"""The colours of a stone that was hit are learnt from so many pictures of its way. What every so
+manyth of them shows alone is tried."""
+GRANITE_SPREAD = (15.0, 4.0, 4.0)
+"""How much the granite of another stone differs from that of the thrown one, in brightness and two
+colour differences [grey levels]: other granite, or other light where it lies."""
+USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
+"""What colours handles have, and how much they differ [grey levels]."""
 SHADOW_WIDTH = 0.10
 """Distance beyond its edge to which a stone darkens the ice [m]."""
 
@@ -306,6 +316,8 @@ KNOWN_HEADING_SIGMA = 0.15
 """Standard error of that heading [rad]."""
 SPIN_CHANGE_AT_CONTACT = 2.5
 """Standard deviation of what the rims' friction adds to the spin of stones that touch [rad/s]."""
+REPEATED_WAY = 0.05
+"""Pictures of a stone that has moved by less count as one [m]."""
 SPINS_TRIED = np.linspace(-6.0, 6.0, 481)
 """Spins at the beginning of the track that are tried [rad/s]."""
 SPIN_DECAY_POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)
@@ -360,6 +372,9 @@ of all coordinates lie in their intervals even where only one of the two is off.
 HANDLE_ERROR_PX = 0.35
 """Systematic error of a handle's picture across its length [px]; a stone at rest repeats it. It was
 0.34 px (root mean square) for 16 stones in films of 405 to 720 lines."""
+HANDLE_TILT_ERROR = 0.008
+"""How much higher one end of a handle may stand than its look has it [m]. Seen from low down, that
+looks as if it were turned."""
 
 # --- what video compression leaves out --------------------------------------------------------
 

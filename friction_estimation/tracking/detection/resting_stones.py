@@ -32,16 +32,14 @@ from friction_estimation.appearance.crops import (
     coverage,
     misfit_of,
     painted_planes,
-    robust_weights,
 )
-from friction_estimation.appearance.learning import colours_of
 from friction_estimation.appearance.occlusion import set_among
 from friction_estimation.appearance.shape import PARTS
-from friction_estimation.appearance.tuning import PIXEL_CORRELATION
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, median_picture
 from friction_estimation.tracking.detection.ice_beneath import places_on_ice
+from friction_estimation.tracking.detection.own_look import own_look
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 
 
@@ -304,8 +302,10 @@ def _resting_stone(
     crop = crops[0]
     crop.pose = start
     hidden = set_among(crop, beside, camera)
-    own = _own_appearance(crop, appearance)
-    fit = measure_occluded(whole, ice, origin, camera, own, crop.pose, beside)
+    found = own_look(crop, appearance, hidden)
+    own = found.look
+    start = np.array([*start[:2], found.heading])
+    fit = measure_occluded(whole, ice, origin, camera, own, start, beside)
     if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
         return None
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
@@ -321,18 +321,9 @@ def _resting_stone(
     return FilmedRestingStone(
         posed=PosedStone(look=own, pose=pose),
         sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
-        heading=_heading_if_clear(crop, own, pose, hidden),
+        heading=float(pose[2]) if found.clear else np.nan,
         seen=seen,
     )
-
-
-def _heading_if_clear(crop: Crop, appearance: Appearance, pose: Floats, hidden: Flags) -> float:
-    """The heading if the rear of the handle is clearly not its front, else NaN."""
-    turned = pose + np.array([0.0, 0.0, np.pi])
-    against = _cost_at(crop, appearance, turned, hidden)
-    against -= _cost_at(crop, appearance, pose, hidden)
-    clear = appearance.has_handle and against / PIXEL_CORRELATION > tuning.CLEAR_FRONT
-    return float(pose[2]) if clear else np.nan
 
 
 def _cost_at(
@@ -354,31 +345,3 @@ def _covered(crop: Crop, appearance: Appearance) -> Flags:
 def _cost_of_bare_ice(crop: Crop, appearance: Appearance, hidden: Flags) -> float:
     far = np.array([crop.pose[0] + 100.0, crop.pose[1], 0.0])
     return _cost_at(crop, appearance, far, hidden)
-
-
-def _own_appearance(crop: Crop, appearance: Appearance) -> Appearance:
-    """The appearance of a stone of the same shape with its own colours; sets the crop's heading."""
-    if not appearance.has_handle:
-        return replace(appearance, colours=colours_of([crop], appearance))
-    best, least = appearance, np.inf
-    pose = crop.pose
-    for heading in np.linspace(-np.pi, np.pi, tuning.HEADINGS_TRIED, endpoint=False):
-        trial = np.array([*crop.pose[:2], heading])
-        cover = coverage(replace(crop, pose=trial), appearance)
-        colours = appearance.colours.copy()
-        for _ in range(2):
-            residual = crop.pixels - composite(cover, crop.background, colours)
-            weight = robust_weights(residual, appearance.noise)
-            for channel, blur in enumerate((0, 1, 1)):
-                share = cover[blur, :, 4]
-                total = float(np.sum(weight * share**2))
-                if total > 0.1:
-                    colours[4, channel] += float(
-                        np.sum(weight * share * residual[:, channel]) / total
-                    )
-        own = replace(appearance, colours=colours)
-        cost = _cost_at(crop, own, trial)
-        if cost < least:
-            best, least, pose = own, cost, trial
-    crop.pose = pose
-    return replace(best, colours=colours_of([crop], best))

@@ -3,13 +3,20 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from friction_estimation.appearance import Appearance, PosedStone, StoneFit, heading_costs
+from friction_estimation.appearance import (
+    Appearance,
+    Crop,
+    PosedStone,
+    StoneFit,
+    heading_costs,
+    heading_crop,
+)
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.frame import Frame
@@ -43,16 +50,20 @@ class Measurements:
     ----------
     t : (n,) times of the frames [s]
     fits : (n,) measurements; None where the stone was not seen
-    views : pictures that show its heading
+    views : what pictures show of its heading
+    pictures : these pictures, where they are kept
     ages : how old the pixels of its pictures are
     view_interval : time between those pictures [s]
+    keeps_pictures : whether these are kept, to learn the colours of the stone from them
     """
 
     t: list[float] = field(default_factory=list)
     fits: list[StoneFit | None] = field(default_factory=list)
     views: HeadingViews = field(default_factory=HeadingViews)
+    pictures: list[Crop] = field(default_factory=list)
     ages: PixelAges = field(default_factory=PixelAges)
     view_interval: float = tuning.HEADING_VIEW_INTERVAL
+    keeps_pictures: bool = False
 
     @property
     def seen(self) -> int:
@@ -84,11 +95,13 @@ class Measurements:
             return
         if self.views.t and t < self.views.t[-1] + self.view_interval:
             return
-        cost = heading_costs(
+        crop = heading_crop(
             frame, fit.xy, background.channels, background.origin_px, camera, appearance, others
         )
-        if cost is not None:
-            self.views.add(t, cost)
+        if crop is not None:
+            self.views.add(t, heading_costs(crop, appearance))
+            if self.keeps_pictures:
+                self.pictures.append(replace(crop, t=t))
 
     def heading_curve(self, until: float = np.inf) -> HeadingCurve | None:
         """The heading that the pictures show up to a time [s]; None where they show none."""

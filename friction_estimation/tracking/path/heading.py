@@ -220,13 +220,12 @@ def fit_heading_curve(
     least = tuning.MIN_HEADING_VIEWS if known is None else tuning.MIN_LATER_VIEWS
     if len(times) < least:
         return None
-    cost = np.array(views.cost)
-    waves = np.fft.rfft(cost, axis=1)[:, : tuning.HEADING_WAVES + 1] / cost.shape[1]
-    waves[:, 1:] *= 2
-    waves *= np.exp(1j * np.pi * np.arange(tuning.HEADING_WAVES + 1))  # the first heading is -π
+    counts = _counts(times, t, speed)
+    waves = _waves_of(views, counts)
     if known is not None:
         times = np.append(min(known.t, times[0] - 1e-3), times)
         waves = np.vstack([known.waves(), waves])
+        counts = np.append(1.0, counts)
     theta = _steady_rotation(times, waves, t, speed, known)
     theta = theta + _drift(times, waves, theta)
     # How much more a deviation from the curve would cost at each time: (n, angles)
@@ -239,7 +238,10 @@ def fit_heading_curve(
     if known is None:
         others.append(seen[:, 0])  # turned round
     for other in others:
-        if other.mean() < tuning.CLEAR_HEADING * other.std() / np.sqrt(independent):
+        costs = other / counts[own]
+        mean = np.average(costs, weights=counts[own])
+        spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts[own]))
+        if mean < tuning.CLEAR_HEADING * spread / np.sqrt(independent):
             return None
     near = np.abs(times[:, None] - times) <= tuning.HEADING_NEIGHBOURS
     excess_nearby = near @ excess
@@ -247,6 +249,39 @@ def fit_heading_curve(
     if not trusted.any():
         return None
     return HeadingCurve(times, theta, trusted, _seen_near(times[own], waves[own], theta[own]))
+
+
+def likeliest_turn(views: HeadingViews, t: Floats, speed: Floats) -> tuple[Floats, float]:
+    """The heading at each picture (n,) [rad], and what all of them cost, however clear that is.
+
+    Parameters
+    ----------
+    t, speed : (m,) times [s] and the speed of the stone then [m/s]
+    """
+    times = np.array(views.t)
+    waves = _waves_of(views, _counts(times, t, speed))
+    theta = _steady_rotation(times, waves, t, speed, None)
+    theta = theta + _drift(times, waves, theta)
+    return theta, float(_cost_at(waves, theta).sum())
+
+
+def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
+    """What each picture counts (n,): all of a stone that hardly moves repeat each other's faults.
+
+    Together they count as one.
+    """
+    way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (speed[1:] + speed[:-1]) / 2)])
+    place = np.floor(np.interp(times, t, way) / tuning.REPEATED_WAY)
+    return 1 / np.count_nonzero(place[:, None] == place, axis=1)
+
+
+def _waves_of(views: HeadingViews, counts: Floats) -> NDArray[np.complex128]:
+    """The waves by which what each heading costs is added up, (n, waves)."""
+    cost = np.array(views.cost) * counts[:, None]
+    waves = np.fft.rfft(cost, axis=1)[:, : tuning.HEADING_WAVES + 1] / cost.shape[1]
+    waves[:, 1:] *= 2
+    # the first heading is -π
+    return waves * np.exp(1j * np.pi * np.arange(tuning.HEADING_WAVES + 1))
 
 
 def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> SeenHeadings:

@@ -126,8 +126,10 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """
     length = model.handle_front - model.handle_back
     z = model.height + model.handle_rise
-    least_scale = np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
-    return tuning.HANDLE_ERROR_PX / (length * least_scale)
+    across = tuning.HANDLE_ERROR_PX / np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
+    away = np.linalg.norm(xy - camera.position[:2], axis=1)
+    tilted = tuning.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
+    return np.hypot(across, tilted) / length
 
 
 def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:

@@ -14,14 +14,17 @@ import numpy as np
 
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
+from friction_estimation.appearance import Appearance
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
 from friction_estimation.tracking.path.heading import KnownHeading
+from friction_estimation.tracking.path.smoothing import smooth
 from friction_estimation.tracking.path.uncertainty import systematic_sigma
 from friction_estimation.tracking.several.expected_path import time_to_touch
+from friction_estimation.tracking.several.later_look import views_on_the_way
 from friction_estimation.tracking.several.moving_stones import MovingStone
 from friction_estimation.tracking.several.unexplained import unexplained
 
@@ -55,7 +58,7 @@ def assemble_tracks(
         tracks.append(None)
         if stone.rested is None or not times:
             continue  # it was seen to be gone, but not how it went
-        measured = _after(stone.measured, min(times))
+        measured = _seen_on_its_way(_after(stone.measured, min(times)), stone, stones[0].appearance)
         track = assemble_pieces(measured, sorted(times)[1:], stone, refined)
         if track is not None:
             tracks[-1] = track.trajectory
@@ -168,7 +171,7 @@ def assemble_pieces(
 ) -> FilmTrack | None:
     """One track from the stretches between contacts [s]; None where the stone was hardly seen."""
     pieces: list[tuple[int, FilmTrack]] = []
-    known = _as_it_lay(stone, measured)
+    known: KnownHeading | None = None
     for first, last in _stretches(measured, contacts):
         part = Measurements(
             t=measured.t[first:last],
@@ -213,14 +216,6 @@ def _at_its_end(piece: FilmTrack) -> KnownHeading | None:
     )
 
 
-def _as_it_lay(stone: MovingStone, measured: Measurements) -> KnownHeading | None:
-    """The heading of a stone that lay on the sheet, when it was hit; None where it is not known."""
-    begun = [t for t, fit in zip(measured.t, measured.fits, strict=True) if fit is not None]
-    if stone.rested is None or not begun or not np.isfinite(stone.rested.heading):
-        return None
-    return KnownHeading(t=begun[0], theta=stone.rested.heading)
-
-
 def _stretches(measured: Measurements, contacts: Sequence[float]) -> list[tuple[int, int]]:
     """First and past-last index of the frames between contacts."""
     at = np.searchsorted(np.array(measured.t), sorted(contacts)).tolist()
@@ -232,6 +227,21 @@ def _after(measured: Measurements, time: float) -> Measurements:
     """The same frames without the measurements before a time [s]."""
     fits = [fit if t >= time else None for t, fit in zip(measured.t, measured.fits, strict=True)]
     return replace(measured, fits=fits)
+
+
+def _seen_on_its_way(
+    measured: Measurements, stone: MovingStone, thrown: Appearance
+) -> Measurements:
+    """What shows the heading of a stone that was hit, by the colours that it has on its way."""
+    seen = [(t, f) for t, f in zip(measured.t, measured.fits, strict=True) if f is not None]
+    if len(seen) < tuning.MIN_FITS or not measured.pictures:
+        return measured
+    t = np.array([time for time, _ in seen])
+    sigma = [np.sqrt(np.diag(fit.covariance)[:2]) for _, fit in seen]
+    xy, error = np.array([fit.xy for _, fit in seen]), np.array(sigma)
+    speed = np.hypot(*(smooth(t, xy[:, k], error[:, k]).rate for k in range(2)))
+    views = views_on_the_way(measured.pictures, stone.appearance, thrown, t, speed)
+    return replace(measured, views=views)
 
 
 def _unwrapped(pieces: Sequence[Floats]) -> Floats:

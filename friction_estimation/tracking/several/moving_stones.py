@@ -145,6 +145,7 @@ class StoneFollower:
             expected = ExtrapolatedPath(stone.xy, wakes)
             moving = self._moving_stone(expected, stone.posed.look, None, stone.heading)
             moving.rested, moving.wakes = stone, wakes
+            moving.measured.keeps_pictures = True
             stones.append(moving)
         for t, frame in frames:
             _wake(t, stones)

@@ -68,6 +68,20 @@ def test_when_pictures_show_no_handle_there_is_no_heading(seed):
     assert fit_heading_curve(seen(np.random.default_rng(seed), line=0, front=0), T, SPEED) is None
 
 
+@pytest.mark.parametrize("off", [2.0, np.pi])
+def test_many_pictures_of_a_stone_at_rest_do_not_outvote_those_of_its_way(off):
+    """At rest all of them show another heading, as a handle in a bad light does."""
+    speed = np.maximum(2.0 - 0.5 * T, 0.0)
+    truth = 0.4 + 1.1 * np.cumsum(np.where(speed > 0, (speed / 2) ** 0.25, 0)) / 15
+    shown = np.where(speed > 0, truth, truth + off)
+    views = seen(np.random.default_rng(6), shown, front=3.0, noise=1.0)
+    assert (np.interp(views.t, T, speed) == 0).sum() > 2 * tuning.MIN_HEADING_VIEWS
+    turn = fit_heading_curve(views, T, speed)
+    slides = turn.trusted(T) & (speed > 0.1)
+    assert slides.sum() > 0.9 * (speed > 0.1).sum()
+    assert np.abs(np.angle(np.exp(1j * (turn.at(T) - truth)))[slides]).max() < 0.7
+
+
 def test_a_foot_beside_the_handle_is_not_taken_for_it():
     """For five seconds all pictures show another heading, which stays the same."""
     rng = np.random.default_rng(4)

@@ -9,6 +9,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import unrefined
 from friction_estimation.tracking.path.uncertainty import (
+    heading_sigma,
     hidden_for_long,
     hidden_sigma,
     systematic_sigma,
@@ -38,3 +39,16 @@ def test_what_hides_a_stone_for_a_moment_counts_less_than_what_stays():
     assert hidden_for_long(t, moment).max() < 0.1
     assert hidden_for_long(t, stays)[-1] == 0.5
     assert not hidden_for_long(t, np.zeros(40)).any()
+
+
+def test_a_heading_is_less_certain_seen_from_low_down():
+    """One end of a handle that stands a little higher looks as if it were turned."""
+    steep = Camera.looking_at(
+        position=(0.0, -4.0, 8.0), target=(0.0, 0.0, 0.0), focal_px=1e5, size=(1280, 720)
+    )
+    low = Camera.looking_at(
+        position=(0.0, -36.0, 8.0), target=(0.0, 0.0, 0.0), focal_px=1e6, size=(1280, 720)
+    )
+    from_above, from_afar = (heading_sigma(one, np.zeros((1, 2)), STONE)[0] for one in (steep, low))
+    assert from_above < 0.03
+    assert from_afar == pytest.approx(9 * from_above, rel=0.3)
