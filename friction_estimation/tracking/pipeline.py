@@ -49,7 +49,7 @@ from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.scene_context import SceneContext, find_scene_context
 from friction_estimation.tracking.several.collisions import assemble_tracks
 from friction_estimation.tracking.several.moving_stones import MovingStone, StoneFollower
-from friction_estimation.tracking.several.unexplained import hit_unseen
+from friction_estimation.tracking.several.unexplained import strange_ways
 
 
 def track_film(
@@ -230,7 +230,9 @@ def _track_alone(
     if better is not None:
         measured = follow(better)
     found = assemble_track(measured, learnt.appearance, refined)
-    return None if found is None else replace(found, unexplained=hit_unseen(measured))
+    if found is None:
+        return None
+    return replace(found, unexplained=strange_ways(refined.camera, measured))
 
 
 def _follow_alone(

@@ -296,7 +296,9 @@ MAX_CONTACT_DELAY = 0.4
 """A contact lies at most this long before a stone is seen to have left its place [s]."""
 
 SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
-"""A stone that loses so much speed at once [m/s], by so many standard errors, has hit something."""
+"""A stone that loses so much speed at once [m/s], by so many standard errors, hit something..."""
+SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
+"""... if it is so many pixels from where it would be, so long after it [s]."""
 BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
 """Its speed before and after is that of so long a time [s], with so many measurements at least."""
 OUT_OF_HAND = 10.0
@@ -375,6 +377,19 @@ HANDLE_ERROR_PX = 0.35
 HANDLE_TILT_ERROR = 0.008
 """How much higher one end of a handle may stand than its look has it [m]. Seen from low down, that
 looks as if it were turned."""
+
+SCATTER_AROUND, LEAST_SCATTERED = 0.5, 6
+"""How much places scatter is seen so far before and after [s], in so many of them at least."""
+SCATTER_PX, SCATTER_TIMES, LEAST_SCATTER = 0.2, 5.0, 0.02
+"""They scatter where that is so many pixels, so many times as much as in the middle of the film,
+and so much [m]. Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most;
+where now a stone and now a broom was measured, by 0.2 to 1.3."""
+SCATTER_APART = 2.0
+"""What lies between two stretches that scatter is no better if it is shorter [s]."""
+SCATTER_ERROR = 2.0
+"""Standard error of places there, in parts of the most that they scatter."""
+SCATTER_TOLD = 1.0
+"""It is told where it lasts longer [s]."""
 
 # --- what video compression leaves out --------------------------------------------------------
 

@@ -32,6 +32,7 @@ from friction_estimation.tracking.path.heading import (
     headings_near,
     unseen_turn,
 )
+from friction_estimation.tracking.path.scatter import scatter_sigma, scattered
 from friction_estimation.tracking.path.smoothing import smooth
 from friction_estimation.tracking.path.uncertainty import (
     heading_sigma,
@@ -160,6 +161,8 @@ def assemble_track(
         place = place + appearance.doubt.shift_at(place)
     sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
+    stretches = scattered(t, fits, refined.camera, model.height / 2)
+    noise = np.hypot(noise, scatter_sigma(t, stretches)[kept])
     unseen = np.hypot(unseen_way(t, velocity, ages.rim), ages.dropped)[kept]
     common = systematic_sigma(
         refined,

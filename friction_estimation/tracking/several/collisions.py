@@ -73,7 +73,7 @@ def assemble_tracks(
         replace(other, trajectory=replace(other.trajectory, stone=number))
         for number, (_, other) in enumerate(others, start=1)
     ]
-    told = unexplained(stones, contacts, tracks, resting)
+    told = unexplained(refined.camera, stones, contacts, tracks, resting)
     return replace(thrown, others=tuple(numbered), unexplained=told)
 
 

@@ -1,0 +1,100 @@
+"""Where the measured places of a stone scatter as those of no stone do.
+
+A stone slides smoothly. Where something is beside it that looks like it, such as a broom, now one
+and now the other is measured: the places jump to and fro, and even where they agree for a while
+they may be those of the wrong thing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.typing import Floats
+from friction_estimation.appearance import StoneFit
+from friction_estimation.camera.camera import Camera
+from friction_estimation.tracking import tuning
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scattered:
+    """A stretch of a path whose places scatter.
+
+    Parameters
+    ----------
+    first, last : first and last time [s]
+    by : the most that they scatter around a smooth path [m]
+    """
+
+    first: float
+    last: float
+    by: float
+
+
+def scattered(
+    t: Floats, fits: Sequence[StoneFit | None], camera: Camera, height: float
+) -> list[Scattered]:
+    """The stretches in which measured places scatter far more than elsewhere in the film.
+
+    Parameters
+    ----------
+    t, fits : (n,) times [s] and measurements; None where the stone was not seen
+    height : at which the stone is seen, above the ice [m]
+    """
+    seen = [k for k, fit in enumerate(fits) if fit is not None]
+    if len(seen) < 2 * tuning.LEAST_SCATTERED:
+        return []
+    moments = np.asarray(t)[seen]
+    xy = np.array([fit.xy for fit in fits if fit is not None])
+    pixel = metres_per_px(camera, xy, height)
+    spread = _around_smooth(moments, xy)
+    far = spread > max(tuning.SCATTER_PX, tuning.SCATTER_TIMES * np.median(spread / pixel)) * pixel
+    far &= spread > tuning.LEAST_SCATTER
+    at = np.flatnonzero(far)
+    if not len(at):
+        return []
+    apart = np.flatnonzero(np.diff(moments[at]) > tuning.SCATTER_APART) + 1
+    return [
+        Scattered(
+            first=float(moments[part[0]]),
+            last=float(moments[part[-1]]),
+            by=float(spread[part].max()),
+        )
+        for part in np.split(at, apart)
+    ]
+
+
+def scatter_sigma(t: Floats, stretches: Sequence[Scattered]) -> Floats:
+    """Standard error of each coordinate by that, (n,) [m]; 0 outside of the stretches.
+
+    Parameters
+    ----------
+    t : (n,) times [s]
+    """
+    sigma = np.zeros(len(t))
+    for one in stretches:
+        within = (t >= one.first) & (t <= one.last)
+        sigma[within] = tuning.SCATTER_ERROR * one.by
+    return sigma
+
+
+def metres_per_px(camera: Camera, xy: Floats, height: float) -> Floats:
+    """The most that a pixel in the picture is on the ice at places (n, 2) [m], (n,) [m]."""
+    scale = [np.linalg.norm(camera.px_per_metre(place, height), -2) for place in xy]
+    return 1 / np.array(scale, dtype=np.float64)
+
+
+def _around_smooth(t: Floats, xy: Floats) -> Floats:
+    """How much the places around each time scatter about a parabola, (n,) [m]; 0 where few are."""
+    spread = np.zeros(len(t))
+    for k, now in enumerate(t):
+        first, last = np.searchsorted(t, (now - tuning.SCATTER_AROUND, now + tuning.SCATTER_AROUND))
+        if last - first < tuning.LEAST_SCATTERED:
+            continue
+        since = t[first:last] - now
+        powers, _ = np.linalg.qr(np.column_stack([np.ones_like(since), since, since**2]))
+        left = xy[first:last] - powers @ (powers.T @ xy[first:last])
+        spread[k] = np.sqrt((left**2).sum(axis=0).max() / (last - first - 3))
+    return spread
