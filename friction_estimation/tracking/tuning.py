@@ -299,6 +299,11 @@ SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
 """A stone that loses so much speed at once [m/s], by so many standard errors, hit something..."""
 SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
 """... if it is so many pixels from where it would be, so long after it [s]."""
+STOPS_WITHIN, MOST_SLOWING, SURELY_SLOWS = 1.2, 0.2, 3.0
+"""What slows down by more than the second of these [m/s²] from so many seconds to so many after, by
+so many standard errors, is no stone that slides on..."""
+LEFT_PX = 1.5
+"""... if a stone would be so many pixels ahead. Stones beside brooms were up to 0.9."""
 BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
 """Its speed before and after is that of so long a time [s], with so many measurements at least."""
 OUT_OF_HAND = 10.0
@@ -402,6 +407,10 @@ AGE_MARGIN_PX = 2
 DROPPED_CHANGE = 6.0
 """A codec that repeats pixels leaves out changes of about so much [grey levels]. Stones in fourteen
 films, compressed in six ways, lagged by what changes their rim by 0 to 15, by 6 in the middle."""
+BLOCK_ERROR = 5.0
+"""Where all pixels of a stone are repeated, they err together: by so many times what they would
+if each had an error of its own. It was 4 to 6 in films compressed at quality 23 to 33, at any
+speed, on any paint, most along the line of sight."""
 MAX_UNSEEN_TURN = 0.3
 """Stones that have turned by more since their pixels last changed show no heading [rad]."""
 

@@ -35,12 +35,14 @@ class Ages:
     rim : (n,) time since those pixels last changed that change as the stone moves on [s]
     whole : (n,) the same of all pixels that show the stone [s]
     dropped : (n, 2) way that changes the rim by less than a codec may leave out [m]
+    repeated : (n,) share of the rim that shows what it did in the frame before
     """
 
     t: Floats
     rim: Floats
     whole: Floats
     dropped: Floats
+    repeated: Floats
 
     def around(self, t: Floats) -> Ages:
         """Means over the frames around other times [s]; 0 where nothing is known."""
@@ -52,7 +54,13 @@ class Ages:
             return (total[last] - total[first]) / np.maximum(last - first, 1)
 
         dropped = np.column_stack([mean(axis) for axis in self.dropped.T])
-        return Ages(t=t, rim=mean(self.rim), whole=mean(self.whole), dropped=dropped)
+        return Ages(
+            t=t,
+            rim=mean(self.rim),
+            whole=mean(self.whole),
+            dropped=dropped,
+            repeated=mean(self.repeated),
+        )
 
 
 @dataclass(eq=False)
@@ -108,14 +116,15 @@ class PixelAges:
         )
         if totals[0] > 0 and totals[2] > 0:
             slope = np.sqrt(totals[0] / totals[5])
-            dropped = tuning.DROPPED_CHANGE * totals[4] / totals[0] / slope / px_per_metre
+            repeated = totals[4] / totals[0]
+            dropped = tuning.DROPPED_CHANGE * repeated / slope / px_per_metre
             ages = (totals[1] / totals[0], totals[3] / totals[2])
-            self._known.append((t, *ages, *(dropped * aim).tolist()))
+            self._known.append((t, *ages, repeated, *(dropped * aim).tolist()))
 
     def seen(self) -> Ages:
         """What was seen so far."""
-        t, rim, whole, x, y = np.array(self._known).reshape(-1, 5).T
-        return Ages(t=t, rim=rim, whole=whole, dropped=np.column_stack([x, y]))
+        t, rim, whole, repeated, x, y = np.array(self._known).reshape(-1, 6).T
+        return Ages(t=t, rim=rim, whole=whole, dropped=np.column_stack([x, y]), repeated=repeated)
 
 
 def _window(

@@ -32,9 +32,11 @@ from friction_estimation.tracking.path.heading import (
     headings_near,
     unseen_turn,
 )
+from friction_estimation.tracking.path.left_behind import left_behind
 from friction_estimation.tracking.path.scatter import scatter_sigma, scattered
 from friction_estimation.tracking.path.smoothing import smooth
 from friction_estimation.tracking.path.uncertainty import (
+    block_sigma,
     heading_sigma,
     hidden_for_long,
     hidden_sigma,
@@ -143,6 +145,7 @@ def assemble_track(
     sigma = np.array(
         [[np.nan] * 2 if f is None else np.sqrt(np.diag(f.covariance)[:2]) for f in fits]
     )
+    single = sigma.copy()
     kept = np.isfinite(xy[:, 0])
     model = appearance.model
     hidden = np.array([0.0 if fit is None else fit.hidden for fit in fits])
@@ -163,7 +166,11 @@ def assemble_track(
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
     stretches = scattered(t, fits, refined.camera, model.height / 2)
     noise = np.hypot(noise, scatter_sigma(t, stretches)[kept])
-    unseen = np.hypot(unseen_way(t, velocity, ages.rim), ages.dropped)[kept]
+    behind = left_behind(t, fits, refined.camera, model.height / 2, stretches)
+    if behind is not None:
+        noise = np.hypot(noise, behind.by(t[kept], place[kept]))
+    unseen = np.hypot(unseen_way(t, velocity, ages.rim), ages.dropped)
+    unseen = np.hypot(unseen, block_sigma(single, ages.repeated))[kept]
     common = systematic_sigma(
         refined,
         place[kept],

@@ -116,6 +116,20 @@ def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
     return then * (going - 0.5 * slowing * going**2)[:, None]
 
 
+def block_sigma(single: Floats, repeated: Floats) -> Floats:
+    """Standard error of each coordinate by blocks that a codec did not send, (n, 2) [m].
+
+    Their pixels err together, and follow neither the travel nor the line of sight: the less a stone
+    stands out, and the flatter it is seen, the more it may be misplaced.
+
+    Parameters
+    ----------
+    single : (n, 2) standard errors of the measurements, were each pixel to err by itself [m]
+    repeated : (n,) share of the stone's rim that shows what it did in the frame before
+    """
+    return tuning.BLOCK_ERROR * np.sqrt(repeated)[:, None] * single
+
+
 def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """Standard error of the heading that neighbouring frames share, (n,) [rad].
 

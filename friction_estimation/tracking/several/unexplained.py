@@ -12,6 +12,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.path.assembly import Measurements
+from friction_estimation.tracking.path.left_behind import left_behind, velocity_of
 from friction_estimation.tracking.path.scatter import metres_per_px, scattered
 from friction_estimation.tracking.several.moving_stones import MovingStone
 
@@ -64,14 +65,22 @@ def strange_ways(
     camera : that filmed
     contacts : when it is known to have touched others [s]
     """
+    t = np.array(measured.t)
+    stretches = scattered(t, measured.fits, camera, 0.0)
     said = [
         f"from {one.first:.1f} to {one.last:.1f} s its places scatter by {one.by:.2f} m: something "
         "beside it may have been taken for it"
-        for one in scattered(np.array(measured.t), measured.fits, camera, 0.0)
+        for one in stretches
         if one.last - one.first > tuning.SCATTER_TOLD
         and not any(one.first - 1 < c < one.last + 1 for c in contacts)
     ]
     when = sudden_loss(camera, measured, contacts)
+    behind = left_behind(t, measured.fits, camera, 0.0, stretches)
+    if when is None and behind is not None and not contacts:
+        said.append(
+            f"from {behind.since:.1f} s on it slows down more than ice slows a stone: the "
+            "track may have stayed behind"
+        )
     if when is not None:
         said.append(
             f"at {when:.1f} s it loses speed as if it hit a stone, and none is found there: from "
@@ -101,7 +110,7 @@ def sudden_loss(camera: Camera, measured: Measurements, contacts: Sequence[float
         after = (t > at) & (t < at + tuning.BESIDE_SECONDS)
         if min(before.sum(), after.sum()) < tuning.LEAST_BESIDE:
             continue
-        (v0, s0), (v1, s1) = (_speed(t[part], xy[part]) for part in (before, after))
+        (v0, s0), (v1, s1) = (velocity_of(t[part], xy[part]) for part in (before, after))
         change = v0 - v1
         sure = np.abs(change) > tuning.SURE_LOSS * np.hypot(s0, s1)
         loss = float(np.hypot(*np.where(sure, change, 0.0)))
@@ -121,18 +130,9 @@ def _left_behind(t: Floats, xy: Floats, k: int) -> float:
     """
     before = (t < t[k]) & (t >= t[k] - tuning.LOST_FOR)
     later = np.flatnonzero((t >= t[k]) & (t <= t[k] + tuning.LOST_FOR))[-tuning.LEAST_BESIDE :]
-    velocity, _ = _speed(t[before], xy[before])
+    velocity, _ = velocity_of(t[before], xy[before])
     since = t[later].mean() - t[before].mean()
     pace = max(float(np.hypot(*velocity)), 1e-6)
     since = min(since, pace / tuning.SLOWING)
     way = (since - 0.5 * tuning.SLOWING * since**2 / pace) * velocity
     return float(np.hypot(*(xy[later].mean(axis=0) - xy[before].mean(axis=0) - way)))
-
-
-def _speed(t: Floats, xy: Floats) -> tuple[Floats, Floats]:
-    """Velocity (2,) along a straight line through places (n, 2), and its standard error [m/s]."""
-    since = t - t.mean()
-    spread = float(since @ since)
-    velocity = since @ xy / spread
-    left = xy - xy.mean(axis=0) - since[:, None] * velocity
-    return velocity, np.sqrt((left**2).sum(axis=0) / max(len(t) - 2, 1) / spread) + 1e-6

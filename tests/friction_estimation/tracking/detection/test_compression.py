@@ -50,6 +50,7 @@ def test_still_ice_may_repeat_where_the_stone_moves_on():
     assert seen.rim.mean() < 1 / FPS
     # A little of the rim changes by less than a grey level.
     assert np.abs(seen.dropped).max() < 0.002
+    assert seen.repeated.max() < 0.1
 
 
 def test_a_picture_that_stays_tells_how_far_the_stone_has_gone_since():
@@ -60,6 +61,7 @@ def test_a_picture_that_stays_tells_how_far_the_stone_has_gone_since():
     since = T[-1] - T[last - 1]
     at_end = seen.rim[-1]
     assert at_end == pytest.approx(since, abs=2 / FPS)
+    assert seen.repeated[-1] == 1.0
     velocity = np.tile([0.0, SPEED], (len(T), 1))
     way = unseen_way(T, velocity, found.rim)
     assert np.abs(way[: last // 2]).max() < 0.01

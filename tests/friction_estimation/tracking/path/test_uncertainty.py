@@ -9,6 +9,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import unrefined
 from friction_estimation.tracking.path.uncertainty import (
+    block_sigma,
     heading_sigma,
     hidden_for_long,
     hidden_sigma,
@@ -52,3 +53,12 @@ def test_a_heading_is_less_certain_seen_from_low_down():
     from_above, from_afar = (heading_sigma(one, np.zeros((1, 2)), STONE)[0] for one in (steep, low))
     assert from_above < 0.03
     assert from_afar == pytest.approx(9 * from_above, rel=0.3)
+
+
+def test_pixels_that_were_not_sent_err_together():
+    single = np.array([[0.01, 0.002]] * 3)
+    none, quarter, all_of_it = block_sigma(single, np.array([0.0, 0.25, 1.0]))
+    assert not none.any()
+    assert all_of_it == pytest.approx(2 * quarter)
+    assert all_of_it[0] == pytest.approx(5 * all_of_it[1])
+    assert (all_of_it > 3 * single[0]).all()
