@@ -15,7 +15,7 @@ as a stone does may be one: its look is learnt from its whole way.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -132,13 +132,40 @@ class _Followed:
         """Whether it surely is a stone, and thrown: one that is hit sets out in the far house."""
         if not self.is_stone or self.unexplained > tuning.CLEARLY_EXPLAINED:
             return False
-        first, last = (self.poses[k][1] for k in (min(self.poses), max(self.poses)))
-        return bool(np.sign(last - first) * first < HOG_LINE_Y)
+        return not sets_out_far(self.poses)
 
     def is_at(self, sighting: Sighting) -> bool:
         pose = self.poses.get(sighting.frame)
         near = tuning.SAME_PLACE
         return pose is not None and float(np.linalg.norm(pose[:2] - sighting.xy)) < near
+
+
+def sets_out_far(poses: Mapping[int, Floats]) -> bool:
+    """Whether a stone first appears beyond the far hog line, as one does that is hit there.
+
+    Parameters
+    ----------
+    poses : by index of the frame: x, y [m] and heading
+    """
+    first, last = (poses[k][1] for k in (min(poses), max(poses)))
+    return bool(np.sign(last - first) * first >= HOG_LINE_Y)
+
+
+def was_hit(
+    pictures: Sequence[tuple[float, object]], poses: Mapping[int, Floats], camera: Camera
+) -> bool:
+    """Whether a stone sets out in the far house of a film that shows where stones are released.
+
+    Parameters
+    ----------
+    pictures : times [s] and frames
+    poses : by index of the frame: x, y [m] and heading
+    """
+    first = min(poses)
+    if pictures[first][0] - pictures[0][0] <= tuning.SLIDE_SECONDS[1] or not sets_out_far(poses):
+        return False
+    near_hog_line = -np.sign(poses[first][1]) * HOG_LINE_Y
+    return bool(camera.sees(np.array([[0.0, near_hog_line, 0.0]]))[0])
 
 
 def find_by_look(
@@ -155,7 +182,12 @@ def find_by_look(
     """
     pictures = [(t, CutFrame(frame, background.slices)) for t, frame in frames]
     seen = _Seen(pictures=pictures, background=background, camera=camera, model=model, sheet=sheet)
-    found = max(_stones(seen), key=lambda one: one.score, default=None)
+    thrown = (
+        one
+        for one in _stones(seen)
+        if not (one.poses and was_hit(seen.pictures, one.poses, camera))
+    )
+    found = max(thrown, key=lambda one: one.score, default=None)
     if found is None:
         return None
     clear = {k: place for place, k in enumerate(found.clear)}

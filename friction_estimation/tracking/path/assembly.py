@@ -32,7 +32,7 @@ from friction_estimation.tracking.path.heading import (
     headings_near,
     unseen_turn,
 )
-from friction_estimation.tracking.path.left_behind import left_behind
+from friction_estimation.tracking.path.losses import left_behind
 from friction_estimation.tracking.path.scatter import scatter_sigma, scattered
 from friction_estimation.tracking.path.smoothing import smooth
 from friction_estimation.tracking.path.uncertainty import (

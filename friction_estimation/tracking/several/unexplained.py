@@ -12,8 +12,8 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.path.assembly import Measurements
-from friction_estimation.tracking.path.left_behind import left_behind, velocity_of
-from friction_estimation.tracking.path.scatter import metres_per_px, scattered
+from friction_estimation.tracking.path.losses import left_behind, sudden_loss
+from friction_estimation.tracking.path.scatter import scattered
 from friction_estimation.tracking.several.moving_stones import MovingStone
 
 
@@ -74,9 +74,9 @@ def strange_ways(
         if one.last - one.first > tuning.SCATTER_TOLD
         and not any(one.first - 1 < c < one.last + 1 for c in contacts)
     ]
-    when = sudden_loss(camera, measured, contacts)
+    when = sudden_loss(t, measured.fits, camera, 0.0, contacts)
     behind = left_behind(t, measured.fits, camera, 0.0, stretches)
-    if when is None and behind is not None and not contacts:
+    if behind is not None and not contacts:
         said.append(
             f"from {behind.since:.1f} s on it slows down more than ice slows a stone: the "
             "track may have stayed behind"
@@ -87,52 +87,3 @@ def strange_ways(
             "then on the track may be that of another stone"
         )
     return tuple(said)
-
-
-def sudden_loss(camera: Camera, measured: Measurements, contacts: Sequence[float]) -> float | None:
-    """When a thrown stone lost speed at once, as ice does not slow it; None where it did not [s].
-
-    Parameters
-    ----------
-    camera : that filmed; what is less than a pixel may be seen wrongly
-    contacts : when it is known to have touched others [s]
-    """
-    seen = [(t, f.xy) for t, f in zip(measured.t, measured.fits, strict=True) if f is not None]
-    if len(seen) < 4 * tuning.LEAST_BESIDE:
-        return None
-    t, xy = np.array([a for a, _ in seen]), np.array([b for _, b in seen])
-    worst, when = tuning.SUDDEN_LOSS, None
-    for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > tuning.OUT_OF_HAND):
-        at = (t[k - 1] + t[k]) / 2
-        if any(abs(at - c) < 2 * tuning.BESIDE_SECONDS for c in contacts):
-            continue
-        before = (t < at) & (t > at - tuning.BESIDE_SECONDS)
-        after = (t > at) & (t < at + tuning.BESIDE_SECONDS)
-        if min(before.sum(), after.sum()) < tuning.LEAST_BESIDE:
-            continue
-        (v0, s0), (v1, s1) = (velocity_of(t[part], xy[part]) for part in (before, after))
-        change = v0 - v1
-        sure = np.abs(change) > tuning.SURE_LOSS * np.hypot(s0, s1)
-        loss = float(np.hypot(*np.where(sure, change, 0.0)))
-        if loss < worst:
-            continue
-        pixel = metres_per_px(camera, xy[k : k + 1], 0.0)[0]
-        lasts = _left_behind(t, xy, int(k)) > tuning.SUDDEN_LOSS_PX * pixel
-        if lasts and np.hypot(*v1) < np.hypot(*v0):
-            worst, when = loss, float(at)
-    return when
-
-
-def _left_behind(t: Floats, xy: Floats, k: int) -> float:
-    """How far a stone then is from where it would be by its motion before place k [m].
-
-    For a moment a place may be wrong by part of a pixel; what is lost in a hit stays lost.
-    """
-    before = (t < t[k]) & (t >= t[k] - tuning.LOST_FOR)
-    later = np.flatnonzero((t >= t[k]) & (t <= t[k] + tuning.LOST_FOR))[-tuning.LEAST_BESIDE :]
-    velocity, _ = velocity_of(t[before], xy[before])
-    since = t[later].mean() - t[before].mean()
-    pace = max(float(np.hypot(*velocity)), 1e-6)
-    since = min(since, pace / tuning.SLOWING)
-    way = (since - 0.5 * tuning.SLOWING * since**2 / pace) * velocity
-    return float(np.hypot(*(xy[later].mean(axis=0) - xy[before].mean(axis=0) - way)))

@@ -12,7 +12,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import CutFrame
 from friction_estimation.tracking.detection.background import find_background, sheet_region
 from friction_estimation.tracking.detection.expected_motion import ExpectedMotion
-from friction_estimation.tracking.detection.known_look import find_by_look
+from friction_estimation.tracking.detection.known_look import find_by_look, was_hit
 from friction_estimation.tracking.detection.people import people_near
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
@@ -90,6 +90,25 @@ def test_a_stone_that_is_alone_for_three_frames_only_is_followed_through_all_of_
     seen = found.path.sightings
     assert len(seen) >= len(frames) - 1
     assert max(np.linalg.norm(s.xy - place(s.t)) for s in seen) < 0.03
+
+
+def test_what_sets_out_in_the_far_house_was_hit():
+    whole = Camera.looking_at(
+        position=(0.0, -30.0, 8.0), target=(0.0, -5.0, 0.0), focal_px=500.0, size=(640, 480)
+    )
+    house = Camera.looking_at(
+        position=(0.0, 12.0, 6.0), target=(0.0, 16.0, 0.0), focal_px=500.0, size=(640, 480)
+    )
+    pictures = [(0.2 * k, None) for k in range(60)]
+    far = {k: np.array([0.1, 14.0 + 0.1 * (k - 40), 0.0]) for k in range(40, 60)}
+    thrown = {k: np.array([0.1, -9.0 + 0.4 * k, 0.0]) for k in range(3, 60)}
+    towards_home = {k: -pose for k, pose in thrown.items()}
+    assert was_hit(pictures, far, whole)
+    assert not was_hit(pictures, thrown, whole)
+    assert not was_hit(pictures, towards_home, whole)
+    # Over the house nothing shows where it was released, and a film may begin in mid-throw.
+    assert not was_hit(pictures, far, house)
+    assert not was_hit(pictures, {k - 38: pose for k, pose in far.items()}, whole)
 
 
 @pytest.mark.parametrize("people", [True, False])

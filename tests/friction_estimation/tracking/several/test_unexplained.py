@@ -11,7 +11,6 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking.path.assembly import Measurements
 from friction_estimation.tracking.several.unexplained import (
     strange_ways,
-    sudden_loss,
     unexplained,
 )
 
@@ -36,7 +35,6 @@ def slid(hit=None, keeps=0.3, noise=0.01, seconds=14.0):
 
 
 def test_a_stone_that_loses_speed_at_once_has_hit_something():
-    assert sudden_loss(CAMERA, slid(hit=10.0), []) == pytest.approx(10.0, abs=0.15)
     (said,) = strange_ways(CAMERA, slid(hit=10.0))
     assert "at 10.0 s" in said or "at 9.9 s" in said
     assert strange_ways(CAMERA, slid(hit=10.0), [10.02]) == ()

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.path.left_behind import left_behind
+from friction_estimation.tracking.path.losses import left_behind, sudden_loss
 from friction_estimation.tracking.path.scatter import Scattered
 
 CAMERA = Camera.looking_at(
@@ -20,10 +20,13 @@ SLOWS = 0.1
 
 
 def slid(until=np.inf, noise=0.004):
-    """Places of a stone that slides to its rest at 20 s, and of a track that keeps to one place."""
+    """Places of a stone that slides to its rest at 20 s, and of a track that soon halts."""
     moving = np.minimum(T, 20.0)
     y = -11 + 2.0 * moving - 0.5 * SLOWS * moving**2
-    y = np.where(until > T, y, np.interp(until, T, y))
+    if until < T[-1]:
+        pace, halts = 2.0 - SLOWS * until, 0.5
+        since = np.clip(T - until, 0, pace / halts)
+        y = np.where(until > T, y, np.interp(until, T, y) + pace * since - 0.5 * halts * since**2)
     xy = np.column_stack([0.0 * T, y]) + np.random.default_rng(5).normal(0, noise, (len(T), 2))
     return [SimpleNamespace(xy=place) for place in xy]
 
@@ -39,8 +42,8 @@ def test_a_track_that_halts_says_how_far_the_stone_may_have_slid_on():
     assert found is not None
     assert 12.5 < found.since < 14.2
     by = found.by(T, np.array([fit.xy for fit in fits]))
-    rest = 0.5 * 0.6**2 / SLOWS
-    assert by[-1] == pytest.approx(rest, rel=0.3)
+    rest = 0.5 * 0.6**2 * (1 / SLOWS - 1 / 0.5)
+    assert by[-1] == pytest.approx(rest, rel=0.4)
     assert not by[T < 12.5].any()
 
 
@@ -49,6 +52,15 @@ def test_what_is_less_than_a_pixel_tells_nothing():
         position=(0.0, 0.0, 400.0), target=(0.0, 0.1, 0.0), focal_px=400.0, size=(1280, 720)
     )
     assert left_behind(T, slid(until=16.0), far, 0.0, []) is None
+
+
+def test_what_stops_at_once_was_hit_and_is_not_left_behind():
+    fits = slid()
+    for t, fit in zip(T, fits, strict=True):
+        if t > 12:
+            fit.xy[1] = fits[180].xy[1] + 0.1 * (fit.xy[1] - fits[180].xy[1])
+    assert sudden_loss(T, fits, CAMERA, 0.0) == pytest.approx(12.0, abs=0.2)
+    assert left_behind(T, fits, CAMERA, 0.0, []) is None
 
 
 def test_places_that_scatter_tell_no_speed():

@@ -1,4 +1,4 @@
-"""Where a track slows down more than ice slows a stone: it may have stayed behind.
+"""Where a track loses more speed than ice takes from a stone: in a hit, or because it stays behind.
 
 On dark paint a codec may leave an old picture of the stone, which the track keeps to while the
 stone slides on. Whatever it is that a track keeps to, no stone stops as fast.
@@ -48,7 +48,7 @@ def left_behind(
     height: float,
     stretches: Sequence[Scattered],
 ) -> LeftBehind | None:
-    """Where a thrown stone seems to stop faster than on ice; None where it does not.
+    """Where a thrown stone seems to stop faster than on ice; None where it does not, or was hit.
 
     Parameters
     ----------
@@ -56,11 +56,11 @@ def left_behind(
     height : at which the stone is seen, above the ice [m]
     stretches : where its places scatter; they tell no speed
     """
-    seen = [k for k, fit in enumerate(fits) if fit is not None]
-    if len(seen) < 4 * tuning.LEAST_BESIDE:
+    moments, xy = _seen(t, fits)
+    if len(moments) < 4 * tuning.LEAST_BESIDE:
         return None
-    moments = np.asarray(t)[seen]
-    xy = np.array([fit.xy for fit in fits if fit is not None])
+    if sudden_loss(t, fits, camera, height) is not None:
+        return None
     around = tuning.STOPS_WITHIN
     for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > tuning.OUT_OF_HAND).tolist():
         before = (moments < moments[k]) & (moments > moments[k] - around)
@@ -69,7 +69,7 @@ def left_behind(
             continue
         if any(one.first < moments[k] < one.last + around for one in stretches):
             continue
-        (v0, s0), (v1, s1) = (velocity_of(moments[one], xy[one]) for one in (before, after))
+        (v0, s0), (v1, s1) = (_velocity(moments[one], xy[one]) for one in (before, after))
         between = moments[after].mean() - moments[before].mean()
         slowing = (np.hypot(*v0) - np.hypot(*v1)) / between
         doubt = float(np.hypot(*np.hypot(s0, s1))) / between
@@ -84,7 +84,70 @@ def left_behind(
     return None
 
 
-def velocity_of(t: Floats, xy: Floats) -> tuple[Floats, Floats]:
+def sudden_loss(
+    t: Floats,
+    fits: Sequence[StoneFit | None],
+    camera: Camera,
+    height: float,
+    contacts: Sequence[float] = (),
+) -> float | None:
+    """When a thrown stone lost speed at once, as ice does not slow it; None where it did not [s].
+
+    Parameters
+    ----------
+    t, fits : (n,) times [s] and measurements; None where the stone was not seen
+    camera, height : that filmed, and at which the stone is seen above the ice [m]: what is less
+        than a pixel may be seen wrongly
+    contacts : when it is known to have touched others [s]
+    """
+    t, xy = _seen(t, fits)
+    if len(t) < 4 * tuning.LEAST_BESIDE:
+        return None
+    worst, when = tuning.SUDDEN_LOSS, None
+    for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > tuning.OUT_OF_HAND):
+        at = (t[k - 1] + t[k]) / 2
+        if any(abs(at - c) < 2 * tuning.BESIDE_SECONDS for c in contacts):
+            continue
+        before = (t < at) & (t > at - tuning.BESIDE_SECONDS)
+        after = (t > at) & (t < at + tuning.BESIDE_SECONDS)
+        if min(before.sum(), after.sum()) < tuning.LEAST_BESIDE:
+            continue
+        (v0, s0), (v1, s1) = (_velocity(t[part], xy[part]) for part in (before, after))
+        change = v0 - v1
+        sure = np.abs(change) > tuning.SURE_LOSS * np.hypot(s0, s1)
+        loss = float(np.hypot(*np.where(sure, change, 0.0)))
+        if loss < worst:
+            continue
+        pixel = metres_per_px(camera, xy[k : k + 1], height)[0]
+        lasts = _missed_by(t, xy, int(k)) > tuning.SUDDEN_LOSS_PX * pixel
+        if lasts and np.hypot(*v1) < np.hypot(*v0):
+            worst, when = loss, float(at)
+    return when
+
+
+def _missed_by(t: Floats, xy: Floats, k: int) -> float:
+    """How far a stone then is from where it would be by its motion before place k [m].
+
+    For a moment a place may be wrong by part of a pixel; what is lost in a hit stays lost.
+    """
+    before = (t < t[k]) & (t >= t[k] - tuning.LOST_FOR)
+    later = np.flatnonzero((t >= t[k]) & (t <= t[k] + tuning.LOST_FOR))[-tuning.LEAST_BESIDE :]
+    velocity, _ = _velocity(t[before], xy[before])
+    since = t[later].mean() - t[before].mean()
+    pace = max(float(np.hypot(*velocity)), 1e-6)
+    since = min(since, pace / tuning.SLOWING)
+    way = (since - 0.5 * tuning.SLOWING * since**2 / pace) * velocity
+    return float(np.hypot(*(xy[later].mean(axis=0) - xy[before].mean(axis=0) - way)))
+
+
+def _seen(t: Floats, fits: Sequence[StoneFit | None]) -> tuple[Floats, Floats]:
+    """Times [s] and places (n, 2) [m] in which the stone was seen."""
+    seen = [k for k, fit in enumerate(fits) if fit is not None]
+    xy = np.array([fit.xy for fit in fits if fit is not None]).reshape(-1, 2)
+    return np.asarray(t, dtype=np.float64)[seen], xy
+
+
+def _velocity(t: Floats, xy: Floats) -> tuple[Floats, Floats]:
     """Velocity (2,) along a straight line through places (n, 2), and its standard error [m/s]."""
     since = t - t.mean()
     spread = float(since @ since)
