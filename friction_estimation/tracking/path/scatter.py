@@ -82,8 +82,7 @@ def scatter_sigma(t: Floats, stretches: Sequence[Scattered]) -> Floats:
 
 def metres_per_px(camera: Camera, xy: Floats, height: float) -> Floats:
     """The most that a pixel in the picture is on the ice at places (n, 2) [m], (n,) [m]."""
-    scale = [np.linalg.norm(camera.px_per_metre(place, height), -2) for place in xy]
-    return 1 / np.array(scale, dtype=np.float64)
+    return 1 / np.linalg.norm(camera.px_per_metre(xy, height), -2, axis=(1, 2))
 
 
 def _around_smooth(t: Floats, xy: Floats) -> Floats:
