@@ -147,9 +147,11 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     if not crops:
         raise InputError("the thrown stone is nowhere wholly in the image", source=film.path)
     appearance = learn_appearance(crops, stone.model, stone.background.noise)
-    like = [crop for crop in crops if unexplained_share([crop], appearance) < 1.0]
+    like = [
+        crop for crop in crops if unexplained_share([crop], appearance) < tuning.STRANGE_PICTURE
+    ]
     if len(crops) / 2 < len(like) < len(crops):
-        # What bare ice explains better than the look is no picture of the stone.
+        # The others show something else: the path may have gone over to a stone that was hit.
         stone = stone.seen_in(like, crops)
         crops = like
         appearance = learn_appearance(crops, stone.model, stone.background.noise)
