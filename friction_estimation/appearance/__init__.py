@@ -8,6 +8,7 @@ from friction_estimation.appearance.crops import (
     Crop,
     clear_surroundings,
     crops_at,
+    those_explained,
     total_misfit,
     unexplained_share,
 )
@@ -49,6 +50,7 @@ __all__ = [
     "learn_appearance",
     "measure",
     "measure_occluded",
+    "those_explained",
     "total_misfit",
     "turned_alike",
     "unexplained_share",

@@ -22,6 +22,7 @@ from friction_estimation.appearance.tuning import (
     MIN_STONE_SHARE,
     OUTLIER_AT,
     SHADOW_REACH,
+    STRANGE_PICTURE,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
@@ -223,6 +224,12 @@ def unexplained_share(crops: Sequence[Crop], look: Appearance, grain: float = 0.
         nothing = np.zeros_like(painted_planes(crop, look))
         bare += misfit_of(crop, look, nothing)
     return max(total_misfit(crops, look) - noise, 0.0) / max(bare - noise, 1e-9)
+
+
+def those_explained(crops: Sequence[Crop], look: Appearance) -> list[Crop]:
+    """The crops of which a look leaves less than half unexplained; all where these are not most."""
+    like = [crop for crop in crops if unexplained_share([crop], look) < STRANGE_PICTURE]
+    return like if len(like) > len(crops) / 2 else list(crops)
 
 
 def residual_noise(crops: Sequence[Crop], look: Appearance) -> Floats:

@@ -56,6 +56,9 @@ MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level, which is how films are stored."""
 MIN_STONE_SHARE = 0.05
 """Pixels of which the stone covers less count as ice."""
+STRANGE_PICTURE = 0.5
+"""A picture of which the look leaves more unexplained does not show the stone, if most pictures do:
+they leave 0.03 to 0.2, and those of another stone about 0.7."""
 COLOUR_NOISE_FACTOR = 5.0
 """Factor on the noise of colour, which films store at half resolution and shifted: colour may find
 a handle, but not move a stone."""

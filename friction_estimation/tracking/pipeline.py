@@ -22,6 +22,7 @@ from friction_estimation.appearance import (
     StoneFit,
     learn_appearance,
     measure_occluded,
+    those_explained,
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
@@ -147,10 +148,8 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     if not crops:
         raise InputError("the thrown stone is nowhere wholly in the image", source=film.path)
     appearance = learn_appearance(crops, stone.model, stone.background.noise)
-    like = [
-        crop for crop in crops if unexplained_share([crop], appearance) < tuning.STRANGE_PICTURE
-    ]
-    if len(crops) / 2 < len(like) < len(crops):
+    like = those_explained(crops, appearance)
+    if len(like) < len(crops):
         # The others show something else: the path may have gone over to a stone that was hit.
         stone = stone.seen_in(like, crops)
         crops = like

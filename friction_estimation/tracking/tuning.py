@@ -65,9 +65,6 @@ MISSED_FRAME_COST = 0.15
 """What a frame without a sighting costs a path; a perfect sighting is worth 1."""
 MIN_LEARNING_LIKENESS = 0.3
 """The appearance of the stone is learnt from sightings at least this much like a stone."""
-STRANGE_PICTURE = 0.5
-"""A picture of which the look leaves more unexplained does not show the stone, if most pictures do:
-they leave 0.03 to 0.2, and those of another stone about 0.7."""
 MAX_UNEXPLAINED = 0.2
 """Share of the difference from the empty ice that the learnt appearance may leave unexplained.
 Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
