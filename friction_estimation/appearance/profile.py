@@ -121,8 +121,8 @@ def fit_profile(
 ) -> ProfileFit:
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
-    A Levenberg-Marquardt fit; each crop's pose is eliminated from the common equations, and damped
-    as they are: at a far stone's pose a full step may lead away.
+    A Levenberg-Marquardt fit. Each crop's pose is eliminated from the common equations. It is
+    damped as well, because a full step of a far stone's pose may lead away.
 
     Parameters
     ----------

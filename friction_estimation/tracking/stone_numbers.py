@@ -14,6 +14,7 @@ import numpy as np
 
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
+from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
 from friction_estimation.tracking import tuning
 
 
@@ -101,13 +102,11 @@ def handle_code(colour: Floats) -> str | None:
     """
     if not np.isfinite(colour).all():
         return None
-    light, blue, red = colour
-    b, r = light + blue / 0.564, light + red / 0.713
-    g = (light - 0.114 * b - 0.299 * r) / 0.587
+    b, r = blue_and_red(colour)
+    g = green_beside(float(colour[0]), b, r)
     return "#" + "".join(f"{round(float(np.clip(value, 0, 255))):02x}" for value in (r, g, b))
 
 
 def _chroma(code: str) -> Floats:
     r, g, b = (int(code[k : k + 2], 16) for k in (1, 3, 5))
-    light = 0.299 * r + 0.587 * g + 0.114 * b
-    return np.array([0.564 * (b - light), 0.713 * (r - light)])
+    return channels_of_colour(b, g, r)[1:]

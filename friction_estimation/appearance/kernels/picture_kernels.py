@@ -17,6 +17,13 @@ from friction_estimation.appearance.shape import (
     SUMS_IN_ANY_ORDER,
     TOP,
 )
+from friction_estimation.film.channels import (
+    BLUE_DIFFERENCE,
+    BLUE_LIGHT,
+    GREEN_LIGHT,
+    RED_DIFFERENCE,
+    RED_LIGHT,
+)
 
 BLUR_REACH = 3.2
 """A point spread ends at this many standard deviations."""
@@ -36,10 +43,10 @@ def separate(picture, channels):
             i = row * picture.shape[1] + column
             blue = float(picture[row, column, 0])
             red = float(picture[row, column, 2])
-            luma = 0.114 * blue + 0.587 * picture[row, column, 1] + 0.299 * red
+            luma = BLUE_LIGHT * blue + GREEN_LIGHT * picture[row, column, 1] + RED_LIGHT * red
             channels[i, 0] = luma
-            channels[i, 1] = 0.564 * (blue - luma)
-            channels[i, 2] = 0.713 * (red - luma)
+            channels[i, 1] = BLUE_DIFFERENCE * (blue - luma)
+            channels[i, 2] = RED_DIFFERENCE * (red - luma)
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)

@@ -20,10 +20,8 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.shape import HANDLE, PARTS
 from friction_estimation.appearance.tuning import PIXEL_CORRELATION
+from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
 from friction_estimation.tracking import tuning
-
-_DIFFERENCES = np.array([[1.0, 1 / 0.564, 0.0], [1.0, 0.0, 1 / 0.713]])
-"""Blue and red of brightness and two colour differences (ITU-R BT.601)."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -130,7 +128,6 @@ def _usual(thrown: Appearance) -> tuple[Floats, Floats]:
 
 def _filmable(colour: Floats) -> Floats:
     """The nearest colour that a film can show: no more than white, no less than black."""
-    blue, red = np.clip(_DIFFERENCES @ colour, 0.0, 255.0)
-    green = float(np.clip((colour[0] - 0.114 * blue - 0.299 * red) / 0.587, 0.0, 255.0))
-    luma = 0.114 * blue + 0.587 * green + 0.299 * red
-    return np.array([luma, 0.564 * (blue - luma), 0.713 * (red - luma)])
+    blue, red = np.clip(blue_and_red(colour), 0.0, 255.0).tolist()
+    green = float(np.clip(green_beside(float(colour[0]), blue, red), 0.0, 255.0))
+    return channels_of_colour(blue, green, red)
