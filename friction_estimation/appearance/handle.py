@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
+from friction_estimation.appearance.colours import colours_of
 from friction_estimation.appearance.crops import (
     Crop,
     composite,
@@ -84,6 +85,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
                 turned = [(crop.pose, crop.expected) for crop in crops]
             for crop in crops:
                 fit_pose(crop, found)
+            found = replace(found, colours=colours_of(crops, found))
             misfit = total_misfit(crops, found)
             if misfit < best_misfit:
                 best, best_misfit = found, misfit

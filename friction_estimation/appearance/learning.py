@@ -11,17 +11,14 @@ from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
+from scipy.special import expit
 
-from curling_env.typing import Floats
 from friction_estimation.appearance.ambiguity import sight_doubt
+from friction_estimation.appearance.colours import body_colour, colours_of
 from friction_estimation.appearance.crops import (
     Crop,
-    composite,
-    coverage,
     fit_pose,
-    light_of_parts,
     residual_noise,
-    robust_weights,
     total_misfit,
     trim,
 )
@@ -46,7 +43,6 @@ from friction_estimation.appearance.tuning import (
     OTHER_HANDLE,
     REFINED_AGAIN,
     REFINEMENTS,
-    REVERSIBLE_ODDS,
     TRIAL_SHADOW,
     UNLIKELY_KIND,
 )
@@ -71,7 +67,7 @@ def learn_appearance(
     doubted : whether other looks are tried, and how far they misplace the stone
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
-    body = _body_colour(crops, model)
+    body = body_colour(crops, model)
     look = Appearance(
         model=model, colours=np.tile(body, (len(PARTS), 1)), noise=4 * sigma, has_handle=False
     )
@@ -137,16 +133,16 @@ def _handle_sought_again(
 def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
     """The look of a stone that can be turned over, or of any stone, whichever is likelier.
 
-    Nearly all stones can be turned over, and the pictures hardly tell where the ice hides most of
-    a stone's foot. What the other look says is in the doubt, by its likelihood.
+    Neither is likelier before the pictures are seen. What the other look says is in the doubt, by
+    its likelihood.
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
+    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS, patient=True)
     look = fit.look
-    rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
+    rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS, patient=True)
     ahead = rival.unlikelihood() - fit.unlikelihood()
-    share = float(1 / (1 + np.exp(np.clip(np.log(REVERSIBLE_ODDS) - 0.5 * ahead, -50.0, 50.0))))
+    share = float(expit(0.5 * ahead))
     if share < UNLIKELY_KIND:
         return replace(rival.look, doubt=sight_doubt(others, rival, alike, typical=True))
     doubt = sight_doubt(crops, fit, prior, typical=False)
@@ -200,43 +196,6 @@ def adapt_appearance(
         fit_pose(crop, look)
     found = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
     return found.look, found.unlikelihood(ALIKE_AT_HEIGHTS)
-
-
-def _body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
-    black = np.zeros((len(PARTS), 3))
-    look = Appearance(model=model, colours=black, noise=np.ones(3), has_handle=False)
-    covered = np.concatenate(
-        [coverage(crop, look)[0, :, : len(PARTS)].sum(axis=1) for crop in crops]
-    )
-    pixels = np.concatenate([crop.pixels for crop in crops])
-    # A stone of a few pixels fills none of them.
-    return np.median(pixels[covered > 0.9 * min(covered.max(), 1.0)], axis=0)
-
-
-def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
-    """Colours of the parts by robust linear least squares, near their present values."""
-    colours = look.colours.copy()
-    active = len(PARTS) if look.has_handle else len(PARTS) - 1
-    covers = [coverage(crop, look) for crop in crops]
-    for _ in range(4):
-        normal = np.zeros((3, active, active))
-        right = np.zeros((3, active))
-        for crop, cover in zip(crops, covers, strict=True):
-            residual = crop.pixels - composite(cover, crop.background, colours)
-            weight = robust_weights(residual, look.noise)
-            for channel in range(3):
-                share = light_of_parts(cover, channel)[:, :active]
-                rest = composite(cover, crop.background, np.zeros_like(colours))[:, channel]
-                target = crop.pixels[:, channel] - rest
-                normal[channel] += (share * weight[:, None]).T @ share
-                right[channel] += (share * weight[:, None]).T @ target
-        for channel in range(3):
-            pull = 1e-3 * np.trace(normal[channel]) / active
-            colours[:active, channel] = np.linalg.solve(
-                normal[channel] + pull * np.eye(active),
-                right[channel] + pull * colours[:active, channel],
-            )
-    return colours
 
 
 def _with_shadow(crops: Sequence[Crop], look: Appearance) -> Appearance:

@@ -118,6 +118,7 @@ def fit_profile(
     rounds: int,
     *,
     placed: bool = False,
+    patient: bool = False,
 ) -> ProfileFit:
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
@@ -131,9 +132,11 @@ def fit_profile(
     prior : what stones are like
     rounds : greatest number of rounds; with none, the look stays as it is
     placed : whether the crops' poses stay as they are
+    patient : whether a fit that gains little by strongly damped steps goes on with longer ones
+        once more, before it ends
     """
     free = prior.of(look)
-    damping = FIRST_DAMPING
+    damping, stalled = FIRST_DAMPING, False
     value = _objective(crops, look, free)
     for _ in range(rounds):
         equations = _joint_equations(crops, look, free, placed=placed)
@@ -148,7 +151,11 @@ def fit_profile(
             for crop, pose in zip(crops, before, strict=True):
                 crop.pose = pose
 
-        if last - value < MIN_GAIN:
+        if last - value >= MIN_GAIN:
+            stalled = False
+        elif patient and not stalled and damping > FIRST_DAMPING:
+            stalled, damping = True, FIRST_DAMPING
+        else:
             break
     else:
         equations = _joint_equations(crops, look, free, placed=placed)

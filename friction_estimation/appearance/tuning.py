@@ -113,8 +113,6 @@ ALIKE_AT_HEIGHTS = 12.0
 the picture does when the height is wrong, so that all pictures count as one."""
 ALIKE_IN_FIT = 2.0
 """`ALIKE_PICTURES` in a fit: with more, stones seen from low down get too typical a shape."""
-REVERSIBLE_ODDS = 100.0
-"""So many stones can be turned over for one that cannot."""
 UNLIKELY_KIND = 0.01
 """A kind of stones that is less likely is not looked into."""
 RISE_STEP, FARTHEST_RISE = 0.002, 0.006
