@@ -23,7 +23,7 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import Appearance, Channels
 from friction_estimation.appearance.occlusion import PosedStone, set_among
 from friction_estimation.appearance.painting import turn_handle
-from friction_estimation.appearance.shape import PARTS
+from friction_estimation.appearance.shape import HANDLE, PARTS, TOP
 from friction_estimation.appearance.tuning import (
     HANDLE_COLLARS,
     HANDLE_RISES,
@@ -32,6 +32,7 @@ from friction_estimation.appearance.tuning import (
     MAX_HIDDEN_HEADING,
     MIN_HANDLE_CONTRAST,
     PIXEL_CORRELATION,
+    SOLVED_CONTRAST,
     SPIN_CHANGE,
     SPINS_TRIED,
 )
@@ -53,9 +54,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
         z = look.model.height + look.model.handle_rise
         above = crop.window.ray_xy + z * crop.window.ray_slope - np.array([x, y])
         near = np.hypot(*above.T) < 0.8 * look.model.radius
-        # Colour counts more than brightness, because light and shade change only brightness.
-        contrast = np.linalg.norm(residual * [1.0, 2.0, 2.0], axis=1)
-        unexplained.append(np.column_stack([crop.pixels, contrast])[near])
+        unexplained.append(np.column_stack([crop.pixels, _contrast(residual)])[near])
     pixels = np.concatenate(unexplained)
     if len(pixels) < 20:
         return look
@@ -69,30 +68,68 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
     for crop in crops:
         fit_pose(crop, look)
     before = total_misfit(crops, look)
-    poses = [(crop.pose, crop.expected) for crop in crops]
-    best, best_misfit, best_poses = look, before, poses
+    poses = _poses(crops)
+    # Of a small stone no pixel may show the handle alone; then its colour has to be solved.
+    for solved, least in ((False, 0.0), (True, SOLVED_CONTRAST)):
+        found, misfit = _best_handle(crops, look, colours, solved=solved)
+        top, handle = found.colours[[TOP, HANDLE]]
+        if misfit < before and _contrast(handle - top) >= least:
+            return found
+        _place(crops, poses)
+    return look
+
+
+def _contrast(difference: Floats) -> Floats:
+    """How much two colours differ, by their channels (..., 3) [grey levels].
+
+    Colour counts more than brightness, because light and shade change only brightness.
+    """
+    return np.linalg.norm(difference * [1.0, 2.0, 2.0], axis=-1)
+
+
+def _best_handle(
+    crops: Sequence[Crop], look: Appearance, colours: Floats, *, solved: bool
+) -> tuple[Appearance, float]:
+    """The handle that leaves least of the crops unexplained, and how much; their poses are set.
+
+    Parameters
+    ----------
+    colours : of all parts, the handle's to begin with
+    solved : whether they are found anew for each handle that is tried
+    """
+    poses = _poses(crops)
+    best, best_misfit, best_poses = look, np.inf, poses
     for rise in HANDLE_RISES:
         turned = poses
         for collar in HANDLE_COLLARS:
-            for crop, placed in zip(crops, turned, strict=True):
-                crop.pose, crop.expected = placed
+            _place(crops, turned)
             model = replace(
                 look.model, handle_rise=rise, collar_radius=collar, neck_length=collar / 2
             )
             found = replace(look, model=model, colours=colours, has_handle=True)
             if turned is poses:  # The base hardly changes the headings.
                 fit_headings(crops, found)
-                turned = [(crop.pose, crop.expected) for crop in crops]
+                turned = _poses(crops)
             for crop in crops:
                 fit_pose(crop, found)
-            found = replace(found, colours=colours_of(crops, found))
+            if solved:
+                found = replace(found, colours=colours_of(crops, found))
             misfit = total_misfit(crops, found)
             if misfit < best_misfit:
                 best, best_misfit = found, misfit
-                best_poses = [(crop.pose, crop.expected) for crop in crops]
-    for crop, placed in zip(crops, best_poses, strict=True):
+                best_poses = _poses(crops)
+    _place(crops, best_poses)
+    return best, best_misfit
+
+
+def _poses(crops: Sequence[Crop]) -> list[tuple[Floats, float | None]]:
+    return [(crop.pose, crop.expected) for crop in crops]
+
+
+def _place(crops: Sequence[Crop], poses: Sequence[tuple[Floats, float | None]]) -> None:
+    """Put crops back where they were, in place."""
+    for crop, placed in zip(crops, poses, strict=True):
         crop.pose, crop.expected = placed
-    return best
 
 
 def fit_headings(crops: Sequence[Crop], look: Appearance) -> None:

@@ -95,6 +95,11 @@ class ProfileFit:
     misfit: float
     oddity: float
 
+    @property
+    def objective(self) -> float:
+        """What a fit lowers [squared standard errors]."""
+        return FIT_WEIGHT * self.misfit + self.oddity
+
     def unlikelihood(self, alike: float = ALIKE_PICTURES) -> float:
         """How unlikely the crops are for stones of the kind: -2 log likelihood, but for a constant.
 
@@ -118,7 +123,6 @@ def fit_profile(
     rounds: int,
     *,
     placed: bool = False,
-    patient: bool = False,
 ) -> ProfileFit:
     """Fit shape, blur and colours to all crops, and refine the pose of every crop in place.
 
@@ -132,11 +136,9 @@ def fit_profile(
     prior : what stones are like
     rounds : greatest number of rounds; with none, the look stays as it is
     placed : whether the crops' poses stay as they are
-    patient : whether a fit that gains little by strongly damped steps goes on with longer ones
-        once more, before it ends
     """
     free = prior.of(look)
-    damping, stalled = FIRST_DAMPING, False
+    damping = FIRST_DAMPING
     value = _objective(crops, look, free)
     for _ in range(rounds):
         equations = _joint_equations(crops, look, free, placed=placed)
@@ -151,11 +153,7 @@ def fit_profile(
             for crop, pose in zip(crops, before, strict=True):
                 crop.pose = pose
 
-        if last - value >= MIN_GAIN:
-            stalled = False
-        elif patient and not stalled and damping > FIRST_DAMPING:
-            stalled, damping = True, FIRST_DAMPING
-        else:
+        if last - value < MIN_GAIN:
             break
     else:
         equations = _joint_equations(crops, look, free, placed=placed)

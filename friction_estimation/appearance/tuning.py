@@ -87,6 +87,9 @@ HEADING_WEIGHT = PIXEL_CORRELATION / HEADING_SPREAD**2
 """Weight of what is expected of a heading beside the pixels' [per rad²]."""
 MIN_HANDLE_CONTRAST = 10.0
 """How far a handle's colour must lie from the rest of the stone [grey levels]."""
+SOLVED_CONTRAST = 15.0
+"""How far a handle's colour must lie from that of the top where no pixel shows it alone, and it is
+solved [grey levels]: stones without a handle came to 9 at most, red handles to 26 or more."""
 
 # --- learning shape and colours -------------------------------------------------------------------
 
@@ -128,5 +131,7 @@ UNLIKELY_RISE = 12.0
 """What is so much less likely than the best is raised no further [squared standard errors]."""
 MIN_GAIN = 0.5
 """A round that lowers the squared standard errors by less is the last."""
+CLEAR_GAIN = 2.0
+"""A fit that was begun anew must lower them by so much: others hang on rounding."""
 MAX_FOOT_BRIGHTNESS = 1.1
 """Brightness of the foot over that of the side: it overhangs and is lit by the ice alone."""
