@@ -141,7 +141,7 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
     fit = _settled(crops, look, prior)
     look = fit.look
-    rival = _settled(others, turned_alike(look), alike)
+    rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
     ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(expit(0.5 * ahead))
     if share < UNLIKELY_KIND:

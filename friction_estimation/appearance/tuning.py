@@ -116,7 +116,7 @@ ALIKE_AT_HEIGHTS = 12.0
 the picture does when the height is wrong, so that all pictures count as one."""
 ALIKE_IN_FIT = 2.0
 """`ALIKE_PICTURES` in a fit: with more, stones seen from low down get too typical a shape."""
-UNLIKELY_KIND = 0.01
+UNLIKELY_KIND = 0.05
 """A kind of stones that is less likely is not looked into."""
 RISE_STEP, FARTHEST_RISE = 0.002, 0.006
 """Steps in which stones are raised along the line of sight, and how far at most [m]: a stone's

@@ -1,0 +1,87 @@
+"""Copies of films as messengers and editors make them: smaller, and compressed once more.
+
+python scripts/encoded_again.py --films-in DIR -o runs/small --lines 478 --kbit 400
+python scripts/encoded_again.py --films-in DIR -o runs/coarse --lines 720 --quality 28
+python scripts/tracking_accuracy.py --films-in runs/small --cameras end,side
+
+DIR holds films with their scenes and truths, as `tracking_accuracy.py --films-in` reads them. Of
+each film a copy is written (H.264, as many frames), with a scene that fits its size.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Annotated, Any
+
+import av
+import cv2
+import numpy as np
+import typer
+from av.video.stream import VideoStream
+
+
+def copied(film: Path, copy: Path, lines: int, options: dict[str, str]) -> tuple[float, float]:
+    """Write the copy of a film, and return by how much its picture is wider and higher."""
+    with av.open(str(film)) as source, av.open(str(copy), "w") as target:
+        seen = source.streams.video[0]
+        height = lines // 2 * 2
+        width = round(seen.width * height / seen.height / 2) * 2
+        stream = target.add_stream("libx264", rate=seen.average_rate)
+        assert isinstance(stream, VideoStream)
+        stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+        stream.options = options | {"threads": "1"}
+        for frame in source.decode(seen):
+            picture = frame.to_ndarray(format="bgr24")
+            small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+            target.mux(
+                stream.encode(av.VideoFrame.from_ndarray(small.astype(np.uint8), format="bgr24"))
+            )
+        target.mux(stream.encode(None))
+        return width / seen.width, height / seen.height
+
+
+def scaled(scene: dict[str, Any], wider: float, higher: float) -> dict[str, Any]:
+    """The scene of a film in another size; pixels are counted from the middle of the first."""
+
+    def at(px: list[float]) -> list[float]:
+        return [(px[0] + 0.5) * wider - 0.5, (px[1] + 0.5) * higher - 0.5]
+
+    scene = dict(scene)
+    if "corners_px" in scene:
+        scene["corners_px"] = {name: at(px) for name, px in scene["corners_px"].items()}
+    if "points" in scene:
+        scene["points"] = [point | {"px": at(point["px"])} for point in scene["points"]]
+    if "camera_matrix" in scene:
+        (fx, _, u), (_, fy, v), last = scene["camera_matrix"]
+        u, v = at([u, v])
+        scene["camera_matrix"] = [[fx * wider, 0.0, u], [0.0, fy * higher, v], last]
+    return scene
+
+
+def main(
+    films_in: Annotated[Path, typer.Option(metavar="DIR", help="Films with scenes and truths.")],
+    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")],
+    lines: Annotated[int, typer.Option(min=120, help="Of the copies' pictures.")] = 478,
+    kbit: Annotated[int, typer.Option(min=0, help="A second; 0: by --quality.")] = 0,
+    quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 33 coarse.")] = 28,
+) -> None:
+    """Write smaller copies of films with known truth."""
+    output.mkdir(parents=True, exist_ok=True)
+    options = {"crf": str(quality)}
+    if kbit:
+        options = {"b": f"{kbit}k", "maxrate": f"{kbit}k", "bufsize": f"{2 * kbit}k"}
+    for film in sorted(films_in.glob("*-[0-9]*.mp4")):
+        camera = film.stem.rpartition("-")[0]
+        factors = copied(film, output / film.name, lines, options)
+        scene = json.loads((films_in / f"{camera}.scene.json").read_text())
+        (output / f"{camera}.scene.json").write_text(json.dumps(scaled(scene, *factors)))
+        shutil.copyfile(films_in / f"{camera}.truth.json", output / f"{camera}.truth.json")
+        truth = film.with_suffix(".truth.csv")
+        shutil.copyfile(truth, output / truth.name)
+        print(output / film.name, flush=True)
+
+
+if __name__ == "__main__":
+    typer.run(main)
