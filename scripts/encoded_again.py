@@ -31,7 +31,7 @@ def copied(film: Path, copy: Path, lines: int, options: dict[str, str]) -> tuple
         stream = target.add_stream("libx264", rate=seen.average_rate)
         assert isinstance(stream, VideoStream)
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        stream.options = options | {"threads": "1"}
+        stream.options = {**options, "threads": "1"}
         for frame in source.decode(seen):
             picture = frame.to_ndarray(format="bgr24")
             small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)

@@ -16,6 +16,7 @@ from friction_estimation.appearance.crops import (
 )
 from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.model import StoneModel
+from friction_estimation.appearance.painting import Planes
 from friction_estimation.appearance.shape import PARTS
 
 ROBUST_ROUNDS = 4
@@ -56,7 +57,7 @@ def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
     return colours
 
 
-def _by_colours(crop: Crop, look: Appearance) -> tuple[Floats, Floats]:
+def _by_colours(crop: Crop, look: Appearance) -> tuple[Floats, Planes]:
     """A crop as a linear function of the parts' colours.
 
     Returns
