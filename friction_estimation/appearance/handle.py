@@ -44,7 +44,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
     """Add a handle to the look if one is found, and set the heading of every crop.
 
     The colour of the handle is that of the pixels on the stone's top that differ most from the
-    body. Several heights of the handle and sizes of its base are tried.
+    body, or else solved for. Several heights of the handle and sizes of its base are tried.
     """
     unexplained: list[Floats] = []
     for crop in crops:
