@@ -68,11 +68,16 @@ def main(
     quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 33 coarse.")] = 28,
 ) -> None:
     """Write smaller copies of films with known truth."""
+    films = sorted(films_in.glob("*-[0-9]*.mp4"))
+    if not films:
+        raise typer.BadParameter(f"no films NAME-K.mp4 in {films_in}", param_hint="--films-in")
     output.mkdir(parents=True, exist_ok=True)
+    if output.samefile(films_in):
+        raise typer.BadParameter("the films themselves are there", param_hint="--output")
     options = {"crf": str(quality)}
     if kbit:
         options = {"b": f"{kbit}k", "maxrate": f"{kbit}k", "bufsize": f"{2 * kbit}k"}
-    for film in sorted(films_in.glob("*-[0-9]*.mp4")):
+    for film in films:
         camera = film.stem.rpartition("-")[0]
         factors = copied(film, output / film.name, lines, options)
         scene = json.loads((films_in / f"{camera}.scene.json").read_text())

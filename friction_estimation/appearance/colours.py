@@ -18,9 +18,7 @@ from friction_estimation.appearance.fit import Appearance
 from friction_estimation.appearance.model import StoneModel
 from friction_estimation.appearance.painting import Planes
 from friction_estimation.appearance.shape import PARTS
-
-ROBUST_ROUNDS = 4
-"""Rounds in which colours are found, each with fewer strange pixels."""
+from friction_estimation.appearance.tuning import COLOUR_ROUNDS
 
 
 def body_colour(crops: Sequence[Crop], model: StoneModel) -> Floats:
@@ -40,7 +38,7 @@ def colours_of(crops: Sequence[Crop], look: Appearance) -> Floats:
     colours = look.colours.copy()
     active = len(PARTS) if look.has_handle else len(PARTS) - 1
     pictures = [_by_colours(crop, look) for crop in crops]
-    for _ in range(ROBUST_ROUNDS):
+    for _ in range(COLOUR_ROUNDS):
         normal = np.zeros((3, active, active))
         right = np.zeros((3, active))
         for target, shares in pictures:

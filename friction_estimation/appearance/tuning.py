@@ -89,7 +89,10 @@ MIN_HANDLE_CONTRAST = 10.0
 """How far a handle's colour must lie from the rest of the stone [grey levels]."""
 SOLVED_CONTRAST = 15.0
 """How far a handle's colour must lie from that of the top where no pixel shows it alone, and it is
-solved [grey levels]: stones without a handle came to 9 at most, red handles to 26 or more."""
+solved [grey levels]: painted stones without a handle came to 9 at most, with a red one to 26 or
+more."""
+COLOUR_ROUNDS = 4
+"""Rounds in which colours are solved, each with fewer strange pixels."""
 
 # --- learning shape and colours -------------------------------------------------------------------
 
