@@ -2,16 +2,19 @@
 
 python scripts/encoded_again.py --films-in DIR -o runs/small --lines 478 --kbit 400
 python scripts/encoded_again.py --films-in DIR -o runs/coarse --lines 720 --quality 28
+python scripts/encoded_again.py --films-in DIR -o runs/slow --lines 480 --every 2 --codec mp4v \
+    --quality 3
 python scripts/tracking_accuracy.py --films-in runs/small --cameras end,side
 
 DIR holds films with their scenes and truths, as `tracking_accuracy.py --films-in` reads them. Of
-each film a copy is written (H.264, as many frames), with a scene that fits its size.
+each film a copy is written, with a scene that fits its size.
 """
 
 from __future__ import annotations
 
 import json
 import shutil
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,19 +23,21 @@ import cv2
 import numpy as np
 import typer
 from av.video.stream import VideoStream
+from other_films import Coding, coding
 
 
-def copied(film: Path, copy: Path, lines: int, options: dict[str, str]) -> tuple[float, float]:
+def copied(film: Path, copy: Path, lines: int, every: int, coded: Coding) -> tuple[float, float]:
     """Write the copy of a film, and return by how much its picture is wider and higher."""
     with av.open(str(film)) as source, av.open(str(copy), "w") as target:
         seen = source.streams.video[0]
         height = lines // 2 * 2
         width = round(seen.width * height / seen.height / 2) * 2
-        stream = target.add_stream("libx264", rate=seen.average_rate)
+        assert seen.average_rate is not None
+        stream = target.add_stream(coded[0], rate=seen.average_rate / every)
         assert isinstance(stream, VideoStream)
         stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
-        stream.options = {**options, "threads": "1"}
-        for frame in source.decode(seen):
+        stream.options = coded[1]
+        for frame in islice(source.decode(seen), None, None, every):
             picture = frame.to_ndarray(format="bgr24")
             small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
             target.mux(
@@ -64,8 +69,12 @@ def main(
     films_in: Annotated[Path, typer.Option(metavar="DIR", help="Films with scenes and truths.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")],
     lines: Annotated[int, typer.Option(min=120, help="Of the copies' pictures.")] = 478,
-    kbit: Annotated[int, typer.Option(min=0, help="A second; 0: by --quality.")] = 0,
-    quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 33 coarse.")] = 28,
+    every: Annotated[int, typer.Option(min=1, help="Every how manyth frame is kept.")] = 1,
+    codec: Annotated[str, typer.Option(help="h264, or mp4v as OpenCV writes it.")] = "h264",
+    kbit: Annotated[int, typer.Option(min=0, help="A second, of h264; 0: by --quality.")] = 0,
+    quality: Annotated[
+        int, typer.Option(help="18 is fine and 33 coarse for h264, 3 and 10 for mp4v.")
+    ] = 28,
 ) -> None:
     """Write smaller copies of films with known truth."""
     films = sorted(films_in.glob("*-[0-9]*.mp4"))
@@ -74,12 +83,13 @@ def main(
     output.mkdir(parents=True, exist_ok=True)
     if output.samefile(films_in):
         raise typer.BadParameter("the films themselves are there", param_hint="--output")
-    options = {"crf": str(quality)}
-    if kbit:
-        options = {"b": f"{kbit}k", "maxrate": f"{kbit}k", "bufsize": f"{2 * kbit}k"}
+    encoder, options = coding(codec, quality)
+    if kbit and encoder == "libx264":
+        del options["crf"]
+        options |= {"b": f"{kbit}k", "maxrate": f"{kbit}k", "bufsize": f"{2 * kbit}k"}
     for film in films:
         camera = film.stem.rpartition("-")[0]
-        factors = copied(film, output / film.name, lines, options)
+        factors = copied(film, output / film.name, lines, every, (encoder, options))
         scene = json.loads((films_in / f"{camera}.scene.json").read_text())
         (output / f"{camera}.scene.json").write_text(json.dumps(scaled(scene, *factors)))
         shutil.copyfile(films_in / f"{camera}.truth.json", output / f"{camera}.truth.json")

@@ -46,6 +46,26 @@ SOFT = 0.55
 """Standard deviation of the lens's blur [px]."""
 
 
+Coding = tuple[str, dict[str, object]]
+"""An encoder and its options."""
+
+
+def coding(codec: str, quality: int, preset: str = "medium") -> Coding:
+    """How a film is encoded.
+
+    Parameters
+    ----------
+    codec : h264, as phones and messengers have it, or mp4v, MPEG-4 part 2 as OpenCV writes it
+    quality : 18 is fine and 30 coarse for h264; 3, as OpenCV takes it, and 10 for mp4v
+    preset : x264's name for how much work it takes
+    """
+    if codec == "h264":
+        return "libx264", {"crf": str(quality), "preset": preset, "threads": "1"}
+    if codec == "mp4v":
+        return "mpeg4", {"qmin": str(quality), "qmax": str(quality), "g": "12", "threads": "1"}
+    raise typer.BadParameter("h264 or mp4v", param_hint="--codec")
+
+
 # --- the throw ----------------------------------------------------------------------------------
 
 
@@ -82,7 +102,7 @@ def film(
     bases: dict[int, Path],
     rink: Rink,
     path: tuple[Array, Array],
-    quality: int,
+    coded: Coding,
     rng: np.random.Generator,
     people: other_people.People | None = None,
 ) -> None:
@@ -103,7 +123,7 @@ def film(
         rng.normal(0, NOISE, (view.size[1] + 97, view.size[0] + 97)).astype(np.float32)[..., None],
         3, axis=2)  # fmt: skip
     with ExitStack() as open_films:
-        streams = {fps: open_films.enter_context(opened(base, rink, fps, quality))
+        streams = {fps: open_films.enter_context(opened(base, rink, fps, coded))
                    for fps, base in bases.items()}  # fmt: skip
         for k, (x, y, turn) in enumerate(there):
             picture = blurred
@@ -137,14 +157,15 @@ def film(
 
 @contextmanager
 def opened(
-    base: Path, rink: Rink, fps: int, quality: int
+    base: Path, rink: Rink, fps: int, coded: Coding
 ) -> Iterator[tuple[OutputContainer, VideoStream]]:
     """A film that is being written."""
+    encoder, options = coded
     with av.open(str(base.with_suffix(".mp4")), "w") as container:
-        stream = container.add_stream("libx264", rate=Fraction(fps))
+        stream = container.add_stream(encoder, rate=Fraction(fps))
         assert isinstance(stream, VideoStream)
         stream.width, stream.height, stream.pix_fmt = *rink.view.size, "yuv420p"
-        stream.options = {"crf": str(quality), "preset": "ultrafast", "threads": "1"}
+        stream.options = options
         yield container, stream
 
 
@@ -156,7 +177,10 @@ def main(
         str, typer.Option(help="Frames per second, with commas; each divides the fastest.")
     ] = "15,30,60",
     films: Annotated[int, typer.Option(min=1, help="Of each camera.")] = 1,
-    quality: Annotated[int, typer.Option(help="Of H.264: 18 is fine, 30 coarse.")] = 21,
+    codec: Annotated[str, typer.Option(help="h264, or mp4v as OpenCV writes it.")] = "h264",
+    quality: Annotated[
+        int, typer.Option(help="18 is fine and 30 coarse for h264, 3 and 10 for mp4v.")
+    ] = 21,
     round_stones: Annotated[
         bool, typer.Option("--round", help="Stones rounder, and lighter, than the rules allow.")
     ] = False,
@@ -170,6 +194,7 @@ def main(
     seed: Annotated[int, typer.Option(help="Of cameras, stones and throws.")] = 0,
 ) -> None:
     """Render films of known throws."""
+    coded = coding(codec, quality, "ultrafast")
     fastest = max(map(int, rates.split(",")))
     if any(fastest % int(fps) for fps in rates.split(",")):
         raise typer.BadParameter("each must divide the fastest", param_hint="--rates")
@@ -195,7 +220,8 @@ def main(
                     on_ice = other_people.People(
                         sides, path, way, np.random.default_rng([*rink.key, k, 1])
                     )
-                film(bases, rink, path, quality, np.random.default_rng([*rink.key, k]), on_ice)
+                rng = np.random.default_rng([*rink.key, k])
+                film(bases, rink, path, coded, rng, on_ice)
                 print(*(base.with_suffix(".mp4") for base in bases.values()), flush=True)
 
 

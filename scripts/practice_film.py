@@ -33,7 +33,7 @@ import numpy as np
 import other_people
 import typer
 from numpy.typing import NDArray
-from other_films import MIXED, opened, path_of
+from other_films import MIXED, coding, opened, path_of
 from other_people import Part, walker
 from other_rink import Rink, draw_stone, rink_of
 from other_views import PLACES
@@ -177,7 +177,7 @@ def render(clip: Clip, path: Path, rink: Rink, fps: int, quality: int) -> None:
     size = rink.view.size[1] + 97, rink.view.size[0] + 97, 1
     grain = np.repeat(rng.normal(0, 2.0, size).astype(np.float32), 3, axis=2)
     rows: list[list[float]] = []
-    with opened(path, rink, fps, quality) as (container, stream):
+    with opened(path, rink, fps, coding("h264", quality, "ultrafast")) as (container, stream):
         for k in range(clip.frames):
             parts, stone = clip.shown(k / fps)
             picture = rink.ice.copy()

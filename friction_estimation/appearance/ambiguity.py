@@ -20,11 +20,10 @@ from friction_estimation.appearance.fit import Appearance, ShapeDoubt
 from friction_estimation.appearance.prior import ShapePrior
 from friction_estimation.appearance.profile import ProfileFit, fit_profile, shape_doubt
 from friction_estimation.appearance.tuning import (
-    FARTHEST_RISE,
     FEWEST_RAISED,
     PLACED_ROUNDS,
     RISE_SIGMA,
-    RISE_STEP,
+    RISES,
     UNLIKELY_RISE,
 )
 
@@ -66,12 +65,9 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
     crops = crops[::2] if len(crops) > FEWEST_RAISED else crops
     found: dict[float, float] = {}
     middle = look
-    for step in (RISE_STEP, -RISE_STEP):
+    for way in ((0.0, *RISES), [-rise for rise in RISES]):
         at = middle
-        for count in range(round(FARTHEST_RISE / RISE_STEP) + 1):
-            rise = count * step
-            if rise in found:
-                continue
+        for rise in way:
             moved = [_raised(crop, rise) for crop in crops]
             fit = fit_profile(moved, at, prior, PLACED_ROUNDS, placed=True)
             at, found[rise] = fit.look, fit.unlikelihood()

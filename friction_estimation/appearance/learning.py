@@ -94,7 +94,10 @@ def learn_appearance(
         fit_headings(crops, again)
         every, rounds = REFINEMENTS[-1]
         look = _refined(ordered, max(every, spare), again, prior, rounds)
-    return _of_either_kind(ordered[::spare], look, prior)
+    look = _of_either_kind(ordered[::spare], look, prior)
+    for crop in crops:  # some were left out, and some were placed by the other kind's look
+        fit_pose(crop, look)
+    return look
 
 
 def _refined(

@@ -121,9 +121,8 @@ ALIKE_IN_FIT = 2.0
 """`ALIKE_PICTURES` in a fit: with more, stones seen from low down get too typical a shape."""
 UNLIKELY_KIND = 0.05
 """A kind of stones that is less likely is not looked into."""
-RISE_STEP, FARTHEST_RISE = 0.002, 0.006
-"""Steps in which stones are raised along the line of sight, and how far at most [m]: a stone's
-widest place is known to 3 mm."""
+RISES = (0.002, 0.004, 0.006, 0.01, 0.014)
+"""By so much stones are raised and lowered along the line of sight, until that is unlikely [m]."""
 RISE_SIGMA = 0.0015
 """Standard error of the height at which a look shows a stone, before others are asked [m]."""
 FEWEST_RAISED = 8

@@ -31,6 +31,7 @@ from friction_estimation.camera.tuning import (
     NARROW_SEARCHES_PX,
     OUTLIER_AT,
     PAINT_PLACEMENT_SIGMA,
+    PLACEMENT_SPREAD,
     RIM_SHIFT_POWER,
     RIM_SHIFT_PX,
 )
@@ -168,7 +169,7 @@ class MarkingsFit:
         now = residuals.of(camera, rim)
         damping = 0.0
         covariance = np.full((count + 1, count + 1), np.nan)
-        pulls = np.zeros((count + 1, 0))
+        laid, noise = np.zeros((count + 1, 0)), np.zeros((count + 1, 0))
         scale = scale_px
         for _ in range(MAX_ITERATIONS):
             jacobian = np.zeros((len(now), count + 1))
@@ -187,16 +188,18 @@ class MarkingsFit:
             unit = np.sqrt(np.diag(normal))
             normal /= np.outer(unit, unit)
             covariance = np.linalg.pinv(normal, rcond=1e-12) / np.outer(unit, unit)
-            pulls = (jacobian[:points] * weight[:points, None]).T @ _placement_errors(
-                self.markings, camera, measured
-            )
             # Points are weighed with care, for there may be other paint. How far they are off, the
             # fit shows.
             agrees = np.abs(now[:points]) < OUTLIER_AT * scale
             left = _variance_together(now[:points][agrees], measured.index[agrees], self.markings)
-            noise = np.sqrt(weight)
-            noise[:points] = np.sqrt(left) * weight[:points]
-            pulls = np.column_stack([pulls, (jacobian * noise[:, None]).T])
+            pull = (jacobian * weight[:, None]).T
+            noise = pull / np.sqrt(weight)
+            noise[:, :points] = np.sqrt(left) * pull[:, :points]
+            errors = _placement_errors(self.markings, camera, measured)
+            laid = pull[:, :points] @ errors
+            laid *= _placement_scale(
+                errors, now[:points], weight[:points], jacobian[:points], covariance, left
+            )
             right = jacobian.T @ (weight * now) / unit
             before = residuals.loss(now, cut, variance)
             for _ in range(8):
@@ -212,7 +215,7 @@ class MarkingsFit:
             camera, rim, now, damping = after, rim + delta[-1], found, damping / 10
             if np.abs(delta * unit).max() < 0.01:
                 break
-        together = covariance @ pulls
+        together = covariance @ np.column_stack([laid, noise])
         even = max(2 * MARKING_SIGMA_PX, self.min_scale_px)
         return FittedCamera(
             camera=camera,
@@ -345,6 +348,42 @@ def _placement_errors(markings: Markings, camera: Camera, measured: MarkingMeasu
     errors = np.zeros((len(xy), int(own.max()) + 1))
     errors[np.arange(len(xy)), own] = off
     return errors
+
+
+def _placement_scale(
+    errors: Floats,
+    off_px: Floats,
+    weight: Floats,
+    jacobian: Floats,
+    covariance: Floats,
+    variance: float,
+) -> float:
+    """How many times as far as usual this sheet's curves are off their places; 1 if not seen.
+
+    Its likelihood is that of what the fit leaves of them (restricted maximum likelihood), weighed
+    by how well other sheets are painted.
+
+    Parameters
+    ----------
+    errors : (n, curves) see `_placement_errors`
+    off_px, weight, jacobian : (n,), (n,) and (n, m) residuals of the measured points, their weights
+        in the fit, and their derivatives
+    covariance : (m, m) inverse of the fit's normal equations
+    variance : of a point, if each erred for itself [px²]
+    """
+    pull = errors.T * weight
+    left = pull - pull @ jacobian @ covariance @ (jacobian * weight[:, None]).T
+    told, way = np.linalg.eigh(left @ errors)
+    # What the fit follows altogether is not seen.
+    seen = told > 1e-3 * (pull @ errors).max()
+    told, left = told[seen], way[:, seen].T @ left
+    found, noise = (left @ off_px) ** 2, variance * np.sum(left**2, axis=1)
+    scales = np.geomspace(1 / 8, 8, 49)
+    total = (scales[:, None] * told) ** 2 + noise
+    cost = np.sum(np.log(total) + found / total, axis=1)
+    cost += (np.log(scales) / PLACEMENT_SPREAD) ** 2
+    likely = np.exp(-0.5 * (cost - cost.min()))
+    return float(np.exp(likely @ np.log(scales) / likely.sum()))
 
 
 def _on_ice(xy: Floats) -> Floats:

@@ -69,6 +69,8 @@ MARKING_CORRELATION = 6.0
 """Neighbouring points share their errors: this many count as one."""
 PAINT_PLACEMENT_SIGMA = 0.002
 """How far a ring's radius or a whole line is off where it should be painted [m]."""
+PLACEMENT_SPREAD = 0.7
+"""Spread of that from one sheet to another, in log."""
 ALIKE_REACH = 12
 """Points of a curve share their errors with so many next to them on either side at most."""
 CURVE_ERROR_PX = 0.03

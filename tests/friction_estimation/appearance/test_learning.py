@@ -12,10 +12,10 @@ from curling_env.ice import Ice
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
 from friction_estimation.appearance import Appearance, StoneModel, crops_at, learn_appearance
-from friction_estimation.appearance.crops import Crop, composite, coverage
+from friction_estimation.appearance.crops import Crop, composite, coverage, fit_pose
 from friction_estimation.appearance.fit import channels_of
 from friction_estimation.appearance.model import window_at
-from friction_estimation.appearance.prior import ShapePrior
+from friction_estimation.appearance.prior import REVERSIBLE, ShapePrior
 from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, all_on_film
@@ -31,17 +31,18 @@ CHAMFERED = replace(
     foot_roundness=1.1,
 )
 """A stone that cannot be turned over: its upper edge is nearly square, and its foot a cone."""
+REVERSIBLE_STONE = replace(MODEL, **{name: middle for name, (middle, _) in REVERSIBLE.items()})
 RED_HANDLE = (95.0, -8.0, 45.0)
 
 
-def painted(seed, *, focal_px, position, noise, has_handle=True):
-    """Pictures of a chamfered stone that turns on its way, and its pose in each, (n, 3)."""
+def painted(seed, *, focal_px, position, noise, has_handle=True, model=CHAMFERED):
+    """Pictures of a stone that turns on its way, and its pose in each, (n, 3)."""
     camera = Camera.looking_at(
         position=position, target=(0.0, 0.0, 0.0), focal_px=focal_px, size=(1920, 1080)
     )
     body = [[92, 0, 0], [92, 0, 0], [105, 0, 0], [130, 0, 0]]
     shown = Appearance(
-        model=CHAMFERED,
+        model=model,
         colours=np.array([*body, RED_HANDLE], dtype=float),
         noise=np.ones(3),
         has_handle=has_handle,
@@ -165,3 +166,15 @@ def test_what_noisy_pictures_leave_open_of_a_shape_is_in_the_error():
         off = doubt.places + doubt.shift - poses[:, :2]
         ratios.append(np.sqrt(np.mean(off[:, 1] ** 2 / doubt.sigma[:, 1] ** 2)))
     assert np.sqrt(np.mean(np.square(ratios))) < 1.5
+
+
+@pytest.mark.parametrize("model", [CHAMFERED, REVERSIBLE_STONE], ids=["chamfered", "reversible"])
+def test_the_pictures_are_placed_by_the_look_that_is_returned(model):
+    """Poses were left where the other kind of stone had them, and whole films were refused."""
+    crops, _ = painted(4, focal_px=1000.0, position=BEHIND, noise=3.0, model=model)
+    look = learn_appearance(crops, MODEL, 3.0)
+    again = [replace(crop) for crop in crops]
+    for crop in again:
+        fit_pose(crop, look)
+    moved = [after.pose - before.pose for before, after in zip(crops, again, strict=True)]
+    assert np.hypot(*np.mean(moved, axis=0)[:2]) < 0.001
