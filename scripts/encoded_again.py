@@ -84,7 +84,9 @@ def main(
     if output.samefile(films_in):
         raise typer.BadParameter("the films themselves are there", param_hint="--output")
     encoder, options = coding(codec, quality)
-    if kbit and encoder == "libx264":
+    if kbit and codec != "h264":
+        raise typer.BadParameter("only h264 is written so; use --quality", param_hint="--kbit")
+    if kbit:
         del options["crf"]
         options |= {"b": f"{kbit}k", "maxrate": f"{kbit}k", "bufsize": f"{2 * kbit}k"}
     for film in films:
