@@ -165,49 +165,19 @@ class MarkingsFit:
         residuals = _Residuals(self, camera, measured, lens)
         points = residuals.count
         # How far the paint at the rim is shifted is fitted beside the camera, and then forgotten.
-        rim, count = 0.0, 6 + lens.count
+        rim, damping = 0.0, 0.0
         now = residuals.of(camera, rim)
-        damping = 0.0
-        covariance = np.full((count + 1, count + 1), np.nan)
-        laid, noise = np.zeros((count + 1, 0)), np.zeros((count + 1, 0))
-        scale = scale_px
+        near = residuals.linearised(camera, rim, now, scale_px)
         for _ in range(MAX_ITERATIONS):
-            jacobian = np.zeros((len(now), count + 1))
-            for p in range(count):
-                beside = camera.moved(STEP * np.eye(count)[p], lens)
-                jacobian[:, p] = (residuals.of(beside, rim) - now) / -STEP
-            jacobian[:points, -1], jacobian[-1, -1] = residuals.rim_shift, 1.0
-            scale = max(
-                min(scale_px, 2 * 1.4826 * float(np.median(np.abs(now[:points])))),
-                self.min_scale_px,
-            )
-            variance = (MARKING_SIGMA_PX**2 + scale**2 / 4) * self.correlation
-            cut = (OUTLIER_AT * scale) ** 2
-            weight = residuals.weights(now, cut, variance)
-            normal = (jacobian * weight[:, None]).T @ jacobian
-            unit = np.sqrt(np.diag(normal))
-            normal /= np.outer(unit, unit)
-            covariance = np.linalg.pinv(normal, rcond=1e-12) / np.outer(unit, unit)
-            # Points are weighed with care, for there may be other paint. How far they are off, the
-            # fit shows.
-            agrees = np.abs(now[:points]) < OUTLIER_AT * scale
-            left = _variance_together(now[:points][agrees], measured.index[agrees], self.markings)
-            pull = (jacobian * weight[:, None]).T
-            noise = pull / np.sqrt(weight)
-            noise[:, :points] = np.sqrt(left) * pull[:, :points]
-            errors = _placement_errors(self.markings, camera, measured)
-            laid = pull[:, :points] @ errors
-            laid *= _placement_scale(
-                errors, now[:points], weight[:points], jacobian[:points], covariance, left
-            )
-            right = jacobian.T @ (weight * now) / unit
-            before = residuals.loss(now, cut, variance)
+            normal, unit = near.normal_equations
+            right = near.jacobian.T @ (near.weight * now) / unit
+            before = near.loss(now)
             for _ in range(8):
-                damped = normal + damping * np.eye(count + 1)
+                damped = normal + damping * np.eye(len(unit))
                 delta = np.linalg.pinv(damped, rcond=1e-12) @ right / unit
                 after = camera.moved(delta[:-1], lens)
                 found = residuals.of(after, rim + delta[-1])
-                if np.isfinite(found).all() and residuals.loss(found, cut, variance) <= before:
+                if np.isfinite(found).all() and near.loss(found) <= before:
                     break
                 damping = max(10 * damping, 1e-5)
             else:
@@ -215,16 +185,77 @@ class MarkingsFit:
             camera, rim, now, damping = after, rim + delta[-1], found, damping / 10
             if np.abs(delta * unit).max() < 0.01:
                 break
-        together = covariance @ np.column_stack([laid, noise])
+            near = residuals.linearised(camera, rim, now, scale_px)
+        agrees = np.abs(now[:points]) < OUTLIER_AT * near.scale
         even = max(2 * MARKING_SIGMA_PX, self.min_scale_px)
+        misfit = residuals.loss(now, (OUTLIER_AT * even) ** 2, even**2 * self.correlation)
         return FittedCamera(
             camera=camera,
-            covariance=(together @ together.T)[:count, :count],
+            covariance=self._covariance(near, camera, measured, now[:points])[:-1, :-1],
             residuals_px=now[:points],
-            agrees=np.abs(now[:points]) < OUTLIER_AT * scale,
-            misfit=residuals.loss(now, (OUTLIER_AT * even) ** 2, even**2 * self.correlation)
-            + (measured.expected - points) * OUTLIER_AT**2 / self.correlation,
+            agrees=agrees,
+            misfit=misfit + (measured.expected - points) * OUTLIER_AT**2 / self.correlation,
         )
+
+    def _covariance(
+        self, near: _Linearised, camera: Camera, measured: MarkingMeasurements, off_px: Floats
+    ) -> Floats:
+        """Covariance of the free parameters and the shift at the rim, (m + 1, m + 1).
+
+        Points are weighed with care in the fit, for there may be other paint. How far they are off,
+        and how far the curves are off their places, the fit shows.
+
+        Parameters
+        ----------
+        near : the fit's last step
+        off_px : (n,) how far the camera misses the measured points
+        """
+        points = len(off_px)
+        normal, unit = near.normal_equations
+        inverse = np.linalg.pinv(normal, rcond=1e-12) / np.outer(unit, unit)
+        agrees = np.abs(off_px) < OUTLIER_AT * near.scale
+        variance = _variance_together(off_px[agrees], measured.index[agrees], self.markings)
+        pull = (near.jacobian * near.weight[:, None]).T
+        noise = pull / np.sqrt(near.weight)
+        noise[:, :points] = np.sqrt(variance) * pull[:, :points]
+        errors = _placement_errors(self.markings, camera, measured)
+        scale = _placement_scale(
+            errors, off_px, near.weight[:points], near.jacobian[:points], inverse, variance
+        )
+        together = inverse @ np.column_stack([scale * pull[:, :points] @ errors, noise])
+        return together @ together.T
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Linearised:
+    """One step of a fit.
+
+    Parameters
+    ----------
+    residuals : see `_Residuals`
+    jacobian : (r, m + 1) what each free parameter, and the shift at the rim, takes off residuals
+    weight : (r,) weights of the residuals; outliers count less
+    scale : of the measured points that agree [px]
+    cut, variance : see `_Residuals.loss`
+    """
+
+    residuals: _Residuals
+    jacobian: Floats
+    weight: Floats
+    scale: float
+    cut: float
+    variance: float
+
+    @property
+    def normal_equations(self) -> tuple[Floats, Floats]:
+        """The matrix with a diagonal of ones, and the units of the parameters that make it so."""
+        normal = (self.jacobian * self.weight[:, None]).T @ self.jacobian
+        unit = np.sqrt(np.diag(normal))
+        return normal / np.outer(unit, unit), unit
+
+    def loss(self, residuals: Floats) -> float:
+        """What this step makes less, see `_Residuals.loss`."""
+        return self.residuals.loss(residuals, self.cut, self.variance)
 
 
 class _Residuals:
@@ -269,7 +300,34 @@ class _Residuals:
         prior = -self._lens.prior_residuals(camera.lens)
         return np.r_[off - rim * self.rim_shift, slips, prior, rise, -rim]
 
-    def weights(self, residuals: Floats, cut: float, variance: float) -> Floats:
+    def linearised(self, camera: Camera, rim: float, now: Floats, scale_px: float) -> _Linearised:
+        """How the residuals change around a camera, and how they are weighed there.
+
+        Parameters
+        ----------
+        now : the camera's residuals as returned by `of`
+        scale_px : largest scale of the residuals of points that agree
+        """
+        fit, count = self._fit, 6 + self._lens.count
+        jacobian = np.zeros((len(now), count + 1))
+        for p in range(count):
+            beside = camera.moved(STEP * np.eye(count)[p], self._lens)
+            jacobian[:, p] = (self.of(beside, rim) - now) / -STEP
+        jacobian[: self.count, -1], jacobian[-1, -1] = self.rim_shift, 1.0
+        spread = 1.4826 * float(np.median(np.abs(now[: self.count])))
+        scale = max(min(scale_px, 2 * spread), fit.min_scale_px)
+        variance = (MARKING_SIGMA_PX**2 + scale**2 / 4) * fit.correlation
+        cut = (OUTLIER_AT * scale) ** 2
+        return _Linearised(
+            residuals=self,
+            jacobian=jacobian,
+            weight=self._weights(now, cut, variance),
+            scale=scale,
+            cut=cut,
+            variance=variance,
+        )
+
+    def _weights(self, residuals: Floats, cut: float, variance: float) -> Floats:
         """Weights of a step: outliers count less, see `loss`."""
         weight = np.ones(len(residuals))
         hand = slice(self.count, self._after_clicks)

@@ -54,7 +54,7 @@ from friction_estimation.tracking.several.unexplained import strange_ways
 
 
 def track_film(
-    film: str | Path | Film,
+    film: str | Path | Film | SteadyFilm,
     scene: Scene,
     *,
     throw: int = 0,
@@ -67,7 +67,8 @@ def track_film(
 
     Parameters
     ----------
-    film : path of the film, or the film itself, which may be a part of a longer one
+    film : path of the film, or the film itself, which may be a part of a longer one or be sampled
+        already
     scene : its camera's view of the sheet
     throw : number of the throw, for the tracks
     options : what may be chosen; the defaults if None
@@ -82,9 +83,9 @@ def track_film(
     InputError : no film, points that do not fit it, a camera that moves, or no thrown stone
     """
     options = options or TrackingOptions()
-    if not isinstance(film, Film):
+    if isinstance(film, str | Path):
         film = Film.open(film, scene.fps, options.slow)
-    steady = SteadyFilm(film)
+    steady = film if isinstance(film, SteadyFilm) else SteadyFilm(film)
     background = empty_ice(steady, scene)
     moved_px = 0.0
     if camera is not None:

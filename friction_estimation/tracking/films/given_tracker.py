@@ -18,6 +18,7 @@ from friction_estimation.tracking.cutting.pace import slides_freely, stops_befor
 from friction_estimation.tracking.cutting.pieces import Piece
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.films.tracked_film import TrackedFilm, summary_of
 from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.tracker import Tracker, tracks_in
@@ -61,13 +62,20 @@ class GivenTracker:
         return (given.func, given.keywords) if isinstance(given, partial) else (given, {})
 
     def track(
-        self, piece: Piece, scene: Scene, camera: RefinedCamera | None, progress: Progress
+        self,
+        piece: Piece,
+        scene: Scene,
+        camera: RefinedCamera | None,
+        progress: Progress,
+        *,
+        sampled: SteadyFilm | None = None,
     ) -> TrackedFilm:
         """Track what shows one throw.
 
         Parameters
         ----------
         camera : the scene's, if it was solved before
+        sampled : the piece's film, if its frames were sampled for that
 
         Raises
         ------
@@ -77,7 +85,7 @@ class GivenTracker:
         given: dict[str, Any] = {} if camera is None else {"camera": camera}
         if piece.begin is not None and self.is_built_in:
             given["judged"] = lambda path: _refuse_what_is_moved(path, piece.path)
-        found = self.function(piece.film, scene, progress=progress, **given)  # pyright: ignore[reportArgumentType]
+        found = self.function(sampled or piece.film, scene, progress=progress, **given)  # pyright: ignore[reportArgumentType]
         tracks = tracks_in(found, piece.path)
         about = found if isinstance(found, FilmTrack) else None
         if piece.begin is not None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import suppress
 from dataclasses import asdict, dataclass, field, fields, replace
 from pathlib import Path
@@ -55,6 +55,7 @@ class SharedCameras:
     keep: bool = False
     _known: dict[str, RefinedCamera | None] = field(default_factory=dict)
     _unkept: set[str] = field(default_factory=set)
+    _sampled: SteadyFilm | None = None
 
     def of(
         self, scene: Scene, pieces: Sequence[Piece], others: Sequence[Path], progress: Progress
@@ -81,6 +82,11 @@ class SharedCameras:
             if kept is None:
                 self._unkept.add(key)
         return self._known[key]
+
+    def sampled(self, piece: Piece) -> SteadyFilm | None:
+        """The film of a piece, where it was sampled just now to solve its camera; told once."""
+        sampled, self._sampled = self._sampled, None
+        return sampled if sampled is not None and sampled.film is piece.film else None
 
     def note(self, scene: Scene, found: FilmTrack) -> None:
         """Go on with the camera of a film in which it has turned out to have moved, and keep it."""
@@ -114,7 +120,13 @@ class SharedCameras:
                 continue  # it is told when this film's turn comes
             if film.size == films[0].size and film.duration <= cutting_tuning.ONE_THROW_SECONDS:
                 films.append(film)
-        return solve_camera(films[: tuning.SOLVING_FILMS], scene, progress=progress)
+
+        def sampled(film: SteadyFilm) -> None:
+            if film.film is films[0]:
+                self._sampled = film
+
+        films = films[: tuning.SOLVING_FILMS]
+        return solve_camera(films, scene, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
         """A text that differs for other scenes, other sizes of pictures, and older solutions."""
@@ -147,7 +159,11 @@ class SharedCameras:
 
 
 def solve_camera(
-    films: Sequence[Film], scene: Scene, *, progress: Progress = no_progress
+    films: Sequence[Film],
+    scene: Scene,
+    *,
+    sampled: Callable[[SteadyFilm], object] = lambda film: None,
+    progress: Progress = no_progress,
 ) -> RefinedCamera | None:
     """The camera that took several films, from all of them together.
 
@@ -155,6 +171,7 @@ def solve_camera(
     ----------
     films : of one camera that does not move, a throw each; those that it does not fit are left out
     scene : its view of the sheet
+    sampled : called with each film once its frames are sampled, which takes a while
     progress : called with the number of films done and that of all
 
     Returns
@@ -172,6 +189,7 @@ def solve_camera(
         progress(label, k, count)
         try:
             steady = SteadyFilm(film)
+            sampled(steady)
             background = empty_ice(steady, scene)
         except InputError:
             continue  # it is told when this film's turn comes

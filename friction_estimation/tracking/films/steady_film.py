@@ -36,7 +36,7 @@ class SteadyFilm:
 
     def __init__(self, film: Film) -> None:
         self.path = film.path
-        self._film = film
+        self.film = film
         self._count = sample_size(film.size)
         sample = film.sample(self._count)
         self._deflicker = deflicker_for(sample)
@@ -53,27 +53,27 @@ class SteadyFilm:
 
     @property
     def size(self) -> tuple[int, int]:
-        return self._film.size
+        return self.film.size
 
     @property
     def frame_count(self) -> int:
-        return self._film.frame_count
+        return self.film.frame_count
 
     def frames(self) -> Iterable[tuple[float, Frame]]:
         """All frames; where nothing is to be corrected, colours are decoded only where needed."""
         if self._deflicker is None and self.stabiliser is None:
-            return self._film.lazy_frames()
-        return self._corrected(self._film.frames())
+            return self.film.lazy_frames()
+        return self._corrected(self.film.frames())
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
         """The frames from one time to another, a step apart [s]."""
-        return self._corrected(self._film.between(low, high, step))
+        return self._corrected(self.film.between(low, high, step))
 
     def sample_until(self, t: float) -> list[tuple[float, Image]]:
         """As many frames as `sample` has, between the beginning and a time [s]."""
-        last = self._film.index_at(t)
+        last = self.film.index_at(t)
         wanted = np.linspace(0, last, self._count).round().astype(int).tolist()
-        return list(self._corrected(self._film.pick(wanted)))
+        return list(self._corrected(self.film.pick(wanted)))
 
     def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
         for t, frame in frames:

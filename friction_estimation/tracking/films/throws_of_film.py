@@ -87,7 +87,7 @@ class ThrowTracker:
             one = self._kept(key, piece)
             if one is None:
                 try:
-                    one = self.tracker.track(piece, scene, camera, self.progress)
+                    one = self._track(piece, scene, camera)
                 except InputError as error:
                     refused.append(alone(error))
                     self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
@@ -105,7 +105,7 @@ class ThrowTracker:
             return self._parts(piece, scene, found) if may_show_several else []
 
         try:
-            one = self.tracker.track(piece, scene, camera, self.progress)
+            one = self._track(piece, scene, camera)
         except InputError:
             several = parts(None)
             if not several:
@@ -113,6 +113,10 @@ class ThrowTracker:
             return None, several
         several = parts(one.found)
         return (None, several) if several else (one, [])
+
+    def _track(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> TrackedFilm:
+        sampled = self.cameras.sampled(piece)
+        return self.tracker.track(piece, scene, camera, self.progress, sampled=sampled)
 
     def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
         """The throws of a film, or all of it where it shows one throw only."""

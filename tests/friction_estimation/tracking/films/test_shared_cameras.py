@@ -92,6 +92,25 @@ def test_films_of_one_scene_have_one_camera(films):
     assert not films[0].with_name("hall.solved.json").exists()
 
 
+def test_a_film_that_is_tracked_next_is_sampled_once(films, monkeypatch):
+    scene = load_scene(films[0].with_name("hall.scene.json"))
+    sampled = []
+    sample = Film.sample
+
+    def counted(film, count):
+        sampled.append(film.path)
+        return sample(film, count)
+
+    monkeypatch.setattr(Film, "sample", counted)
+    first, second = (one.found for one in track_each(films, scene))
+    assert sampled == [films[0], films[1], films[1]]
+    # It makes no difference to the track.
+    camera = SharedCameras().of(scene, pieces(films[:1]), films[1:], no_progress)
+    for path, found in zip(films, (first, second), strict=True):
+        again = track_film(Film.open(path), scene, camera=camera)
+        assert np.array_equal(again.trajectory.xy, found.trajectory.xy)
+
+
 def test_a_tripod_that_has_moved_is_noticed(films, practice):
     scene = practice.scene
     solved = SharedCameras().of(scene, pieces(films[:1]), [], no_progress)
