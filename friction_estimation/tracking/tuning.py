@@ -275,7 +275,15 @@ SEEN_AGAIN_AFTER = 1.0
 SEEN_AGAIN_SHARE = 0.6
 """Then at least this share of it must be seen: half of it fits beside somebody's foot as well."""
 HIDDEN_DECELERATION = 0.12
-"""Deceleration of a stone while it is hidden [m/s²]."""
+"""Deceleration of a stone while it is hidden, if it is not known how it slowed before [m/s²]."""
+SLOWINGS = (0.06, 0.16)
+"""Least and greatest deceleration that its way before may tell [m/s²]."""
+SLOWING_SECONDS = 4.0
+"""Its speed so long before the last sightings tells that [s]."""
+SLID_ON_DOUBT = 0.3
+"""It may have slid farther, or less far, by this share."""
+LAST_SIGHTINGS = 2.5
+"""Sightings of so long before the last one tell how fast it was then [s]."""
 MAY_HIT_WITHIN = 3.0
 """When a stone leaves its place, what hit it, or set in motion what hit it, is so near [m]."""
 WAKES_WITHIN = 1.0

@@ -65,7 +65,7 @@ class RoughPath:
         """Place at a time [s], (2,) [m].
 
         Before the first sighting the stone comes at the speed that it had then; after the last one
-        it stays where it was.
+        it goes on, and slows as it did.
         """
         times, places = self._t, self._xy
         if times[0] <= t <= times[-1]:
@@ -74,7 +74,16 @@ class RoughPath:
             span = min(3, len(times))
             speed = (places[span - 1] - places[0]) / (times[span - 1] - times[0])
             return places[0] + speed * (t - times[0])
-        return places[-1]
+        return places[-1] + self._slid_on(t)
+
+    def doubt(self, t: float) -> float:
+        """How far the stone may be from where it should be, because it is not seen any more [m]."""
+        return tuning.SLID_ON_DOUBT * float(np.linalg.norm(self._slid_on(t)))
+
+    def _slid_on(self, t: float) -> Floats:
+        """How far it goes on after the last sighting, (2,) [m]."""
+        velocity, slowing = self._last_motion
+        return slid_on(velocity, max(t - self._t[-1], 0.0), slowing)
 
     @property
     def headings(self) -> tuple[Floats, Floats]:
@@ -97,9 +106,28 @@ class RoughPath:
     def agrees_with(self, other: RoughPath) -> bool:
         """Whether it goes where another path was seen, nearly always."""
         seen = other.sightings
-        away = [float(np.linalg.norm(self.at(s.t) - s.xy)) for s in seen]
+        last = self._t[-1]
+        away = [float(np.linalg.norm(self.at(min(s.t, last)) - s.xy)) for s in seen]
         near = sum(distance < tuning.SAME_PLACE for distance in away)
         return near >= tuning.AGREEING_SHARE * len(away)
+
+    @cached_property
+    def _last_motion(self) -> tuple[Floats, float]:
+        """Velocity at the last sighting, (2,) [m/s], and deceleration until then [m/s²]."""
+        slowing = tuning.HIDDEN_DECELERATION
+        late = self._t >= self._t[-1] - tuning.LAST_SIGHTINGS
+        late[-3:] = True
+        times = self._t[late] - self._t[-1]
+        velocity = np.polynomial.polynomial.polyfit(times, self._xy[late], 1)[1]
+        pace = float(np.hypot(*velocity))
+        # That is its velocity in the middle of these sightings; since then it has slowed.
+        middle = self._t[-1] + times.mean()
+        earlier = middle - tuning.SLOWING_SECONDS
+        if earlier - 1.0 >= self._t[0]:
+            before = np.linalg.norm(self._curve(earlier + 1.0) - self._curve(earlier - 1.0)) / 2.0
+            slowing = float(np.clip((before - pace) / (middle - earlier), *tuning.SLOWINGS))
+        slowed = max(pace + slowing * times.mean(), 0.0)
+        return velocity * slowed / max(pace, 1e-9), slowing
 
     @cached_property
     def _t(self) -> Floats:
@@ -112,6 +140,20 @@ class RoughPath:
     @cached_property
     def _curve(self) -> PchipInterpolator:
         return PchipInterpolator(self._t, self._xy)
+
+
+def slid_on(velocity: Floats, since: float, slowing: float = tuning.HIDDEN_DECELERATION) -> Floats:
+    """How far a stone has slid that is not seen, (2,) [m].
+
+    Parameters
+    ----------
+    velocity : (2,) when it was seen last [m/s]
+    since : for how long it has not been seen [s]
+    slowing : its deceleration [m/s²]
+    """
+    pace = float(np.hypot(*velocity))
+    ahead = min(since, pace / slowing)
+    return (ahead - 0.5 * slowing * ahead**2 / max(pace, 1e-6)) * velocity
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -33,6 +33,10 @@ class ExpectedPath(Protocol):
         """Whether it tells better than optical flow where the stone is at a time [s]."""
         ...
 
+    def doubt(self, t: float) -> float:
+        """How far the stone may be from there, because it is not seen any more [m]."""
+        ...
+
 
 class Predictor:
     """Predicts a stone's pose by its motion or by optical flow, and else by the expected path.
@@ -83,7 +87,7 @@ class Predictor:
             return self._by_flow(t)
         (earlier, there), (later, here) = self._seen
         place = here + (here - there) * ((t - later) / (later - earlier))
-        if math.dist(place, self._path.at(t)) > self._options.gate:
+        if math.dist(place, self._path.at(t)) > self._options.gate + self._path.doubt(t):
             # What goes elsewhere may be somebody who walks: motion alone would go on with them.
             self._by_motion = False
             return self._by_flow(t)

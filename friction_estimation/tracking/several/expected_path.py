@@ -6,7 +6,7 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.thrown_stone import RoughPath
+from friction_estimation.tracking.detection.thrown_stone import RoughPath, slid_on
 
 
 class ExtrapolatedPath:
@@ -54,10 +54,11 @@ class ExtrapolatedPath:
         if motion is None:
             return known.at(t) if isinstance(known, RoughPath) else known
         last, place, velocity = motion
-        pace = float(np.hypot(*velocity))
-        slowing = tuning.HIDDEN_DECELERATION
-        ahead = min(t - last, pace / slowing)
-        return place + (ahead - 0.5 * slowing * ahead**2 / max(pace, 1e-6)) * velocity
+        return place + slid_on(velocity, t - last)
+
+    def doubt(self, t: float) -> float:
+        """Nothing [m]: the path goes on from where the stone was seen last."""
+        return 0.0
 
     def motion(self) -> tuple[float, Floats, Floats] | None:
         """The latest time [s], place (2,) [m] and velocity (2,) [m/s] known; None if none is."""

@@ -27,16 +27,19 @@ SPEED = np.array([0.0, 0.5])
 
 
 class RoughPath:
-    """A path that is beside the stone's [m]."""
+    """A path that is beside the stone's, and may be off [m]."""
 
-    def __init__(self, beside):
-        self.beside = np.array([beside, 0.0])
+    def __init__(self, beside, off):
+        self.beside, self.off = np.array([beside, 0.0]), off
 
     def at(self, t):
         return SPEED * t + self.beside
 
     def leads(self, t):
         return False
+
+    def doubt(self, t):
+        return self.off
 
 
 class NeverLookedAt:
@@ -50,9 +53,9 @@ def fit_of(xy, visible=1.0):
     )
 
 
-def predictor(*, alone, beside=0.2):
+def predictor(*, alone, beside=0.2, off=0.0):
     return Predictor(
-        path=RoughPath(beside),
+        path=RoughPath(beside, off),
         camera=CAMERA,
         appearance=LOOK,
         options=TrackingOptions(),
@@ -92,6 +95,12 @@ def test_what_goes_elsewhere_than_the_stone_is_not_predicted_by_its_motion():
     frames = [texture(moved) for moved in (0, 3, 9)]
     found = after_two_frames(predictor(alone=True, beside=1.0), frames)
     np.testing.assert_allclose(found, SPEED * 0.1 + np.array([0.0, 6 / 60]), atol=0.004)
+
+
+def test_where_the_path_is_in_doubt_the_motion_of_the_stone_tells_more():
+    frames = [texture(0), texture(3), NeverLookedAt()]
+    found = after_two_frames(predictor(alone=True, beside=1.0, off=0.8), frames)
+    np.testing.assert_allclose(found, SPEED * 0.2, atol=1e-12)
 
 
 def test_where_its_motion_leads_astray_optical_flow_is_asked_and_then_the_path():
