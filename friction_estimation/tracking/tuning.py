@@ -404,6 +404,8 @@ SCATTER_ERROR = 2.0
 """Standard error of places there, in parts of the most that they scatter."""
 SCATTER_TOLD = 1.0
 """It is told where it lasts longer [s]."""
+WILD_SCATTER, WILD_SECONDS = 0.15, 1.5
+"""Places that scatter by more than a stone's radius for so long are left out [m, s]."""
 
 # --- what video compression leaves out --------------------------------------------------------
 

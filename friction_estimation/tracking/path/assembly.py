@@ -33,7 +33,7 @@ from friction_estimation.tracking.path.heading import (
     unseen_turn,
 )
 from friction_estimation.tracking.path.losses import left_behind
-from friction_estimation.tracking.path.scatter import scatter_sigma, scattered
+from friction_estimation.tracking.path.scatter import scatter_sigma, scattered, without_wild
 from friction_estimation.tracking.path.smoothing import smooth
 from friction_estimation.tracking.path.uncertainty import (
     block_sigma,
@@ -135,22 +135,24 @@ def assemble_track(
     -------
     None where it was seen in fewer than `tuning.MIN_FITS` frames
     """
-    if measured.seen < tuning.MIN_FITS:
+    model, camera = appearance.model, refined.camera
+    moments = np.array(measured.t)
+    stretches = scattered(moments, measured.fits, camera, model.height / 2)
+    all_fits = without_wild(moments, measured.fits, stretches)
+    fitted = [i for i, fit in enumerate(all_fits) if fit is not None]
+    if len(fitted) < tuning.MIN_FITS:
         return None
-    fitted = [i for i, fit in enumerate(measured.fits) if fit is not None]
     first, last = fitted[0], fitted[-1]
-    t = np.array(measured.t[first : last + 1])
-    fits = measured.fits[first : last + 1]
+    t, fits = moments[first : last + 1], all_fits[first : last + 1]
     xy = np.array([[np.nan, np.nan] if fit is None else fit.xy for fit in fits])
     sigma = np.array(
         [[np.nan] * 2 if f is None else np.sqrt(np.diag(f.covariance)[:2]) for f in fits]
     )
     single = sigma.copy()
     kept = np.isfinite(xy[:, 0])
-    model = appearance.model
     hidden = np.array([0.0 if fit is None else fit.hidden for fit in fits])
     if hidden.any():
-        sigma[kept] = np.hypot(sigma[kept], hidden_sigma(refined.camera, xy, hidden, model)[kept])
+        sigma[kept] = np.hypot(sigma[kept], hidden_sigma(camera, xy, hidden, model)[kept])
     smoothed = [smooth(t, xy[:, axis], sigma[:, axis]) for axis in range(2)]
     # Outliers keep their rows too, with the place that all other measurements give.
     theta = spin = sigma_theta = np.full(len(t), np.nan)
@@ -162,11 +164,10 @@ def assemble_track(
     place = np.column_stack([axis.value for axis in smoothed])
     if appearance.doubt is not None:
         place = place + appearance.doubt.shift_at(place)
-    sigma_theta = np.hypot(sigma_theta, heading_sigma(refined.camera, place, model))
+    sigma_theta = np.hypot(sigma_theta, heading_sigma(camera, place, model))
     noise = np.hypot(smoothed[0].sigma, smoothed[1].sigma)[kept] / np.sqrt(2)
-    stretches = scattered(t, fits, refined.camera, model.height / 2)
     noise = np.hypot(noise, scatter_sigma(t, stretches)[kept])
-    behind = left_behind(t, fits, refined.camera, model.height / 2, stretches)
+    behind = left_behind(t, fits, camera, model.height / 2, stretches)
     if behind is not None:
         noise = np.hypot(noise, behind.by(t[kept], place[kept]))
     unseen = np.hypot(unseen_way(t, velocity, ages.rim), ages.dropped)
@@ -192,7 +193,7 @@ def assemble_track(
         velocity=velocity[kept],
         spin=spin[kept],
         frame_count=len(measured.t),
-        camera=refined.camera,
+        camera=camera,
         appearance=appearance,
         refined=refined,
     )

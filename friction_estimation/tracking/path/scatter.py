@@ -32,6 +32,14 @@ class Scattered:
     last: float
     by: float
 
+    @property
+    def is_wild(self) -> bool:
+        """Whether its places tell nothing, even with their errors.
+
+        Where a stone is hit, its places are off a smooth path as well, but for a moment only.
+        """
+        return self.by > tuning.WILD_SCATTER and self.last - self.first > tuning.WILD_SECONDS
+
 
 def scattered(
     t: Floats, fits: Sequence[StoneFit | None], camera: Camera, height: float
@@ -63,6 +71,17 @@ def scattered(
             by=float(spread[part].max()),
         )
         for part in np.split(at, apart)
+    ]
+
+
+def without_wild(
+    t: Floats, fits: Sequence[StoneFit | None], stretches: Sequence[Scattered]
+) -> list[StoneFit | None]:
+    """The measurements without those of stretches that tell nothing."""
+    wild = [one for one in stretches if one.is_wild]
+    return [
+        None if any(one.first <= now <= one.last for one in wild) else fit
+        for now, fit in zip(t, fits, strict=True)
     ]
 
 

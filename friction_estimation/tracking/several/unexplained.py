@@ -69,7 +69,7 @@ def strange_ways(
     stretches = scattered(t, measured.fits, camera, 0.0)
     said = [
         f"from {one.first:.1f} to {one.last:.1f} s its places scatter by {one.by:.2f} m: something "
-        "beside it may have been taken for it"
+        "beside it may have been taken for it" + (", and they are left out" if one.is_wild else "")
         for one in stretches
         if one.last - one.first > tuning.SCATTER_TOLD
         and not any(one.first - 1 < c < one.last + 1 for c in contacts)

@@ -9,7 +9,7 @@ import pytest
 
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.path.scatter import scatter_sigma, scattered
+from friction_estimation.tracking.path.scatter import scatter_sigma, scattered, without_wild
 
 CAMERA = Camera.looking_at(
     position=(0.0, 0.0, 20.0), target=(0.0, 0.1, 0.0), focal_px=400.0, size=(1280, 720)
@@ -53,3 +53,21 @@ def test_far_from_the_camera_half_a_pixel_is_no_sign():
 def test_few_places_tell_nothing():
     fits = [*places(0.0)[: tuning.LEAST_SCATTERED], None]
     assert scattered(T[: len(fits)], fits, CAMERA, 0.0) == []
+
+
+def test_what_jumps_for_seconds_is_left_out_and_what_is_hit_is_not():
+    off = 0.6 * ((T > 5) & (T < 9) & (np.arange(len(T)) % 3 == 0))
+    fits = places(0.003, off)
+    stretches = scattered(T, fits, CAMERA, 0.0)
+    (one,) = stretches
+    assert one.is_wild
+    left = without_wild(T, fits, stretches)
+    out = np.array([fit is None for fit in left])
+    assert out[(T > 5) & (T < 9)].all()
+    assert not out[(T < 4.4) | (T > 9.6)].any()
+    assert all(kept is fit for kept, fit in zip(left, fits, strict=True) if kept is not None)
+
+    # The fastest takeout: from 4 m/s to rest within a frame.
+    xy = np.column_stack([np.zeros(len(T)), 4.0 * np.minimum(T, 4.0)])
+    stopped = [SimpleNamespace(xy=place) for place in xy]
+    assert without_wild(T, stopped, scattered(T, stopped, CAMERA, 0.0)) == stopped
