@@ -32,6 +32,7 @@ from friction_estimation.tracking.detection.people import people_near
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
     Sighting,
+    ThrownStone,
     find_thrown_stone,
 )
 from friction_estimation.tracking.films.steady_film import SteadyFilm
@@ -50,6 +51,7 @@ class FoundStone:
     found_by : the camera with which it was found
     model : its shape
     sightings : what else may be a thrown stone, see `ThrownStone`
+    by_look : the same stone as it was followed by its look, if somebody is near it
     """
 
     path: RoughPath
@@ -58,6 +60,7 @@ class FoundStone:
     found_by: Camera
     model: StoneModel
     sightings: tuple[Sighting, ...] = ()
+    by_look: FoundStone | None = None
 
     def crops(
         self, camera: Camera, windows: Mapping[float, PixelWindow] | None = None
@@ -107,26 +110,33 @@ def find_stone(
     found = find_thrown_stone(film.sample, background, camera, model, scene.sheet, film.between)
     path = None if found is None else found.path
     alone = found is not None and seen_throughout(found.path, film.sample, camera)
+    by_look: ThrownStone | None = None
     if not alone and people_near(film.sample, path, background, camera, model):
         times = film.sample[0][0], film.sample[-1][0]
         frames = film.between(*times, look_step(film, background))
         by_look = find_by_look(frames, background, camera, model, scene.sheet)
-        # Where both go alike nothing touches the stone, and it is shown best where it is alone.
-        alone = by_look is None or (found is not None and found.path.agrees_with(by_look.path))
-        if by_look is not None and not alone:
-            found = replace(by_look, sightings=() if found is None else found.sightings)
-    if found is None:
-        raise NoThrowError(
-            "no thrown stone found: nothing of a stone's size slides along the ice",
-            source=film.path,
+    seen = () if found is None else found.sightings
+
+    def stone_of(one: ThrownStone) -> FoundStone:
+        return FoundStone(
+            path=one.path,
+            pictures=one.pictures,
+            background=background,
+            found_by=camera,
+            model=model,
+            sightings=seen,
         )
-    return FoundStone(
-        path=found.path,
-        pictures=found.pictures,
-        background=background,
-        found_by=camera,
-        model=model,
-        sightings=found.sightings,
+
+    if found is not None and by_look is None:
+        return stone_of(found)
+    if found is not None and by_look is not None and found.path.agrees_with(by_look.path):
+        # Where both go alike nothing hides the stone, and it is shown best where it is alone.
+        return replace(stone_of(found), by_look=stone_of(by_look))
+    if by_look is not None:
+        return stone_of(by_look)
+    raise NoThrowError(
+        "no thrown stone found: nothing of a stone's size slides along the ice",
+        source=film.path,
     )
 
 

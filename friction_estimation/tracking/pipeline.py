@@ -159,6 +159,9 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
     unexplained = unexplained_share(crops, appearance, grain)
     if stone.path.measured:  # as it was judged when it was found
         unexplained = min(unexplained, left_unexplained(crops, appearance))
+    if unexplained > tuning.SOMETHING_BESIDE and stone.by_look is not None:
+        # Somebody is in its pictures, though not in its way: the clearest are to be learnt from.
+        return _learn(film, scene, camera, stone.by_look)
     if unexplained > tuning.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",

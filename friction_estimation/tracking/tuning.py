@@ -68,6 +68,8 @@ MIN_LEARNING_LIKENESS = 0.3
 MAX_UNEXPLAINED = 0.2
 """Share of the difference from the empty ice that the learnt appearance may leave unexplained.
 Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
+SOMETHING_BESIDE = 0.12
+"""Where they leave more and somebody is near, these are in the pictures that it is learnt from."""
 
 # --- a stone that people are near ------------------------------------------------------------
 
