@@ -145,24 +145,15 @@ class _Learnt:
 
 def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) -> _Learnt:
     """What the thrown stone looks like, and what else lies on the sheet."""
-    crops = stone.crops(camera)
-    if not crops:
+    shown = _shown(stone, camera)
+    if stone.by_look is not None and (shown is None or shown.unexplained > tuning.SOMETHING_BESIDE):
+        # Somebody is in its pictures, though not in its way: the clearest may tell more.
+        looks = [look for look in (shown, _shown(stone.by_look, camera)) if look is not None]
+        shown = min(looks, key=lambda look: look.unexplained, default=None)
+    if shown is None:
         raise InputError("the thrown stone is nowhere wholly in the image", source=film.path)
-    appearance = learn_appearance(crops, stone.model, stone.background.noise)
-    like = those_explained(crops, appearance)
-    if len(like) < len(crops):
-        # The others show something else: the path may have gone over to a stone that was hit.
-        stone = stone.seen_in(like, crops)
-        crops = like
-        appearance = learn_appearance(crops, stone.model, stone.background.noise)
-    grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
-    unexplained = unexplained_share(crops, appearance, grain)
-    if stone.path.measured:  # as it was judged when it was found
-        unexplained = min(unexplained, left_unexplained(crops, appearance))
-    if unexplained > tuning.SOMETHING_BESIDE and stone.by_look is not None:
-        # Somebody is in its pictures, though not in its way: the clearest are to be learnt from.
-        return _learn(film, scene, camera, stone.by_look)
-    if unexplained > tuning.MAX_UNEXPLAINED:
+    stone, crops, appearance = shown.stone, shown.crops, shown.appearance
+    if shown.unexplained > tuning.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=film.path,
@@ -200,6 +191,43 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
         context=context,
         sample_times=[t for t, _ in film.sample],
     )
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Shown:
+    """A stone as its pictures show it.
+
+    Parameters
+    ----------
+    stone : without the sightings that do not show it
+    crops : those of its pictures that show it
+    appearance : learnt from these
+    unexplained : share of them that it does not explain
+    """
+
+    stone: FoundStone
+    crops: Sequence[Crop]
+    appearance: Appearance
+    unexplained: float
+
+
+def _shown(stone: FoundStone, camera: Camera) -> _Shown | None:
+    """What the pictures of a stone show; None where it is nowhere wholly in the image."""
+    crops = stone.crops(camera)
+    if not crops:
+        return None
+    appearance = learn_appearance(crops, stone.model, stone.background.noise)
+    like = those_explained(crops, appearance)
+    if len(like) < len(crops):
+        # The others show something else: the path may have gone over to a stone that was hit.
+        stone = stone.seen_in(like, crops)
+        crops = like
+        appearance = learn_appearance(crops, stone.model, stone.background.noise)
+    grain = stone.background.grain if stone.background.noise > tuning.NOISY else 0.0
+    unexplained = unexplained_share(crops, appearance, grain)
+    if stone.path.measured:  # as it was judged when it was found
+        unexplained = min(unexplained, left_unexplained(crops, appearance))
+    return _Shown(stone=stone, crops=crops, appearance=appearance, unexplained=unexplained)
 
 
 def _heading_of(crops: Sequence[Crop], path: RoughPath) -> HeadingCurve | None:

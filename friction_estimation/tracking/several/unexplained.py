@@ -13,7 +13,7 @@ from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.path.assembly import Measurements
 from friction_estimation.tracking.path.losses import left_behind, sudden_loss
-from friction_estimation.tracking.path.scatter import scattered
+from friction_estimation.tracking.path.scatter import Scattered, scattered
 from friction_estimation.tracking.several.moving_stones import MovingStone
 
 
@@ -46,7 +46,22 @@ def unexplained(
         if stone.comes
         and all(np.linalg.norm(stone.xy - end) > 2 * tuning.SAME_PLACE for end in ends)
     ]
-    return (*strange_ways(camera, stones[0].measured, contacts[0]), *lost, *new)
+    wild = [
+        f"the stone that lay at {_place(stone.rested.xy)}: {_scatter(one)}"
+        for stone in stones[1:]
+        if stone.rested is not None
+        for one in scattered(np.array(stone.measured.t), stone.measured.fits, camera, 0.0)
+        if one.is_wild
+    ]
+    return (*strange_ways(camera, stones[0].measured, contacts[0]), *lost, *wild, *new)
+
+
+def _scatter(one: Scattered) -> str:
+    said = (
+        f"from {one.first:.1f} to {one.last:.1f} s its places scatter by {one.by:.2f} m: something "
+        "beside it may have been taken for it"
+    )
+    return f"{said}, and they are left out" if one.is_wild else said
 
 
 def _place(xy: Floats) -> str:
@@ -68,11 +83,13 @@ def strange_ways(
     t = np.array(measured.t)
     stretches = scattered(t, measured.fits, camera, 0.0)
     said = [
-        f"from {one.first:.1f} to {one.last:.1f} s its places scatter by {one.by:.2f} m: something "
-        "beside it may have been taken for it" + (", and they are left out" if one.is_wild else "")
+        _scatter(one)
         for one in stretches
-        if one.last - one.first > tuning.SCATTER_TOLD
-        and not any(one.first - 1 < c < one.last + 1 for c in contacts)
+        if one.is_wild
+        or (
+            one.last - one.first > tuning.SCATTER_TOLD
+            and not any(one.first - 1 < c < one.last + 1 for c in contacts)
+        )
     ]
     when = sudden_loss(t, measured.fits, camera, 0.0, contacts)
     behind = left_behind(t, measured.fits, camera, 0.0, stretches)

@@ -72,6 +72,20 @@ def test_where_now_a_stone_and_now_a_broom_is_measured_is_told():
     assert said.startswith(("from 5.5", "from 5.6", "from 5.7"))
 
 
+def test_what_is_left_out_is_told_beside_a_contact_too_and_of_every_stone():
+    measured = slid(noise=0.002)
+    for k, fit in enumerate(measured.fits):
+        fit.xy[1] += 0.6 * (90 <= k < 150 and k % 3 == 0)  # pyright: ignore[reportOptionalMemberAccess]
+    (said,) = strange_ways(CAMERA, measured, [10.2])
+    assert said.endswith("and they are left out")
+    thrown = SimpleNamespace(measured=slid(), rested=None)
+    hit = SimpleNamespace(measured=measured, rested=SimpleNamespace(xy=np.array([0.1, 9.0])))
+    path = SimpleNamespace(xy=np.array([[0.1, 9.0], [0.2, 10.0]]))
+    (said,) = unexplained(CAMERA, [thrown, hit], [[], [5.0]], [path, path], [])  # pyright: ignore[reportArgumentType]
+    assert said.startswith("the stone that lay at (0.10, 9.00) m: from ")
+    assert said.endswith("and they are left out")
+
+
 def test_what_a_hand_does_before_the_stone_is_out_of_it_counts_for_nothing():
     assert strange_ways(CAMERA, slid(hit=2.0)) == ()
 
