@@ -58,7 +58,7 @@ def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
             copied[name] = path
     for source, name in ROOT_PAGES.items():
         texts[name] = relinked((root / source).read_text(encoding="utf-8"), name, below="")
-    texts["decisions/README.md"] += _hidden_contents("[0-9]*")
+    texts["decisions/README.md"] += _hidden_contents("[a-z]*")
     if notebooks.INDEX in texts:
         index = notebooks.linked(texts[notebooks.INDEX])
         texts[notebooks.INDEX] = index + _hidden_contents("[0-9]*")
