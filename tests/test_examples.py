@@ -20,7 +20,8 @@ import pytest
 from website import desk
 from website.examples import Example, examples, pages
 
-from curling_env.physics.effects import catalogue, unregister
+from curling_env.physics import catalogue
+from curling_env.physics.effects import unregister
 
 ROOT = Path(__file__).parents[1]
 PAGES = pages(ROOT)

@@ -87,8 +87,7 @@ def test_the_page_of_a_game(curling, browser, page, tmp_path):
 
 def test_the_page_on_which_a_sheet_is_marked(browser, page, tmp_path):
     from curling_env.sheet import PAPER_SHEET
-    from friction_estimation.camera.annotation.annotate import Annotation
-    from friction_estimation.camera.annotation.server import AnnotationServer
+    from friction_estimation.camera import Annotation, AnnotationServer
 
     picture = tmp_path / f"{NAME}.png"
     cv2.imwrite(str(tmp_path / "a.png"), np.full((90, 160, 3), 200, np.uint8))
@@ -99,7 +98,8 @@ def test_the_page_on_which_a_sheet_is_marked(browser, page, tmp_path):
 
 
 def test_a_report_that_holds_a_strangers_names(page, tmp_path):
-    from friction_estimation.reports.html import table, write_page
+    from friction_estimation.reports import write_page
+    from friction_estimation.reports.html import table
 
     shown = tmp_path / "page.html"
     origin = {"version": "1", "inputs": [{"file": EVIL, "sha256": None}], "command": EVIL}

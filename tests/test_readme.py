@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from curling_env import Direction, Throw, load_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from friction_estimation.synthetic import FilmSpec, render_films
 
 README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")

@@ -8,3 +8,14 @@
 - `pages`: what every screen uses to answer
 - `application`: all of it together; `serve` opens it to browsers
 """
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "club": ("Club",),
+        "sheet.forms": ("CallsForm", "GameForm", "PlanForm", "RunForm", "asked"),
+        "take_in": ("is_in",),
+    },
+)

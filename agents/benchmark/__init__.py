@@ -7,6 +7,7 @@
 
 from agents.benchmark.scores import Difference, Score, difference_of, measure, played, score_of
 from agents.benchmark.tasks import TASKS, BenchmarkTask, make
+from curling_env.infrastructure.lazy_names import lazy_names
 
 __all__ = [
     "TASKS",
@@ -19,3 +20,10 @@ __all__ = [
     "played",
     "score_of",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "contestants": ("contestant",),
+    },
+)

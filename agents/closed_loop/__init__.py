@@ -7,3 +7,15 @@
 - `execution`: planned throws carried out on the hidden ice
 - `areas`: heavy and keen areas in a curler's words
 """
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "demo": ("run_demo",),
+        "hidden_ice": ("patchy_ice",),
+        "integrator": ("run_stone",),
+        "practice": ("film_camera",),
+    },
+)

@@ -18,6 +18,7 @@ from agents.coaching.misses.causes import Part, Pattern, SessionCauses, ThrowCau
 from agents.coaching.misses.hand_or_ice import hand_or_ice
 from agents.coaching.stones import StoneFactor, StoneMatch, StonePair, match_stones
 from agents.coaching.throw_sheet import ThrowSheet, throw_table
+from curling_env.infrastructure.lazy_names import lazy_names
 
 __all__ = [
     "AthleteErrors",
@@ -37,3 +38,13 @@ __all__ = [
     "read_call",
     "throw_table",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "figures.stones_figure": ("draw_stones",),
+        "lane_draws": ("LANES",),
+        "misses.causes": ("CAUSES",),
+        "throw_sheet": ("sheet_rows",),
+    },
+)

@@ -1,5 +1,25 @@
 """Digital Curling: what its server does with a shot, in the server's own JSON."""
 
 from agents.digital_curling.transition import transition
+from curling_env.infrastructure.lazy_names import lazy_names
 
 __all__ = ["transition"]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "client": ("Client",),
+        "conversation": ("from_server", "write_line"),
+        "dc4.join": ("Place4", "play_on_web_server"),
+        "dc4.match": ("doubles_of",),
+        "dc4.messages": ("Reader4", "shot_of", "state_of"),
+        "dc4.web_host": ("host_on_the_web", "read_passwords"),
+        "game_record": ("record_of",),
+        "hosting.hosted_game": ("HostedGame",),
+        "hosting.seats": ("ClientSeat", "OutOfTimeError", "PlayerSeat", "SeatLostError"),
+        "hosting.server": ("Hosting", "host_game"),
+        "hosting.setting": ("HostSetting", "throwers_from"),
+        "join": ("WireLog", "address_of", "play_on_server"),
+        "messages": ("ConcedeMessage", "HACK_TO_TEE", "Point", "SPIN", "ShotMessage"),
+    },
+)

@@ -8,3 +8,16 @@
 - `normalisation`: the normaliser of observations
 - `model_file`: trained models as files of arrays and JSON
 """
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "configuration": ("load_settings", "read_configuration", "settings_from"),
+        "evaluation": ("best_throw", "misses", "rest_in_env"),
+        "model_file": ("read_model", "write_model"),
+        "policy": ("TrainedPolicy",),
+        "zoo": ("ALGORITHMS", "file_of"),
+    },
+)

@@ -11,5 +11,16 @@
 """
 
 from agents.planning.planner import Plan, PlannedThrow, plan, plan_task
+from curling_env.infrastructure.lazy_names import lazy_names
 
 __all__ = ["Plan", "PlannedThrow", "plan", "plan_task"]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "description": ("describe",),
+        "plan_figure": ("draw_plan",),
+        "rollouts": ("releases_of",),
+        "stones_file": ("read_stones",),
+    },
+)

@@ -9,3 +9,41 @@
 - `match`: a game between two players; `tournament`: many games and who is better
 - `record`: a game as JSON lines; `scoreboard`: its line score; `replay`: its film or page
 """
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "board.advice": ("best_calls",),
+        "board.kept_game": ("GameTable", "KeptGame", "kept_throws"),
+        "board.set_up": ("LaidStone", "Position", "set_up"),
+        "ends.figure": ("draw_ends",),
+        "ends.levels": ("BY_THE_ODDS", "CHAMPIONSHIP", "FACTORS"),
+        "ends.records": ("games_in", "played_games"),
+        "ends.results": ("calibration", "kept_document", "kept_results", "summary", "summary_text"),
+        "ends.rows": ("rows_of_ends",),
+        "league.backwards": ("lesson_before",),
+        "league.fit": ("Lesson", "fit_value_network"),
+        "league.run": ("ends_from", "run_league"),
+        "league.self_play": ("Effort", "PlayedEnds", "end_simulator"),
+        "league.settings": ("league_settings",),
+        "learned.fit": ("ShotModule", "clone"),
+        "learned.lessons": ("Lessons", "joined"),
+        "learned.network": ("IMPOSSIBLE", "ShotNetwork"),
+        "learned.player": ("LearnedPlayer",),
+        "match": ("Match", "play_game"),
+        "offline_data": ("DATASET", "record_ends"),
+        "record": ("lines_of", "read_record", "write_record"),
+        "replay.film": ("deliveries_of", "write_film"),
+        "replay.page": ("page_of", "write_page"),
+        "scoreboard": ("outcome",),
+        "search": ("SearchPlayer", "throws_before"),
+        "search.networks": ("NETWORKS",),
+        "search.positions": ("SCORES",),
+        "search.tuning": ("BUDGET",),
+        "search.value_network": ("ValueNetwork", "load_network", "skill_feature"),
+        "tournament": ("play_tournament", "wilson"),
+        "trained_player": ("player_from",),
+    },
+)

@@ -14,6 +14,7 @@ from curling_env.game.ice_evolution import NO_EVOLUTION, TYPICAL_EVOLUTION, IceE
 from curling_env.game.players import Call, Player, PlayerView, player_named
 from curling_env.game.simulator import GameSimulator, PlayedShot
 from curling_env.game.state import GameState
+from curling_env.infrastructure.lazy_names import lazy_names
 
 __all__ = [
     "NO_EVOLUTION",
@@ -27,3 +28,37 @@ __all__ = [
     "PlayerView",
     "player_named",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "ice_evolution": ("ice_for_game",),
+        "opponents.draw": ("DrawPlayer",),
+        "opponents.rulebased": ("RuleBasedPlayer",),
+        "players": ("player_names",),
+        "rules": (
+            "End",
+            "Fault",
+            "Game",
+            "Lines",
+            "RestingStone",
+            "Result",
+            "RuleSet",
+            "Team",
+            "begin_end",
+            "concede",
+            "count",
+            "may_concede",
+            "new_game",
+            "rule_on",
+            "rule_set",
+            "score_of",
+            "shot_order",
+        ),
+        "rules.game": ("stones_left",),
+        "rules.scoring": ("hammer_after", "points_of"),
+        "simulator": ("direction_of",),
+        "skill_file": ("load_skill", "save_skill"),
+        "team_judgement": ("NEVER_WRONG", "TeamJudgement"),
+    },
+)

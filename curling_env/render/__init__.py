@@ -1,5 +1,6 @@
 """Pictures of the sheet: from above for windows and films, and figures for reports."""
 
+from curling_env.infrastructure.lazy_names import lazy_names
 from curling_env.render.playback import drawn_stones, playback_frames, scene_at
 from curling_env.render.renderer import BLUE, RED, YELLOW, DrawnScene, DrawnStone, SheetRenderer
 
@@ -14,3 +15,10 @@ __all__ = [
     "playback_frames",
     "scene_at",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "figures": ("save_figure",),
+    },
+)

@@ -4,6 +4,7 @@
 does so among other stones. `learning` finds from a film what no scene file says of a stone.
 """
 
+from curling_env.infrastructure.lazy_names import lazy_names
 from friction_estimation.appearance.crops import (
     Crop,
     clear_surroundings,
@@ -55,3 +56,12 @@ __all__ = [
     "turned_alike",
     "unexplained_share",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "colour_names": ("colour_name", "handle_colour"),
+        "crops": ("composite", "coverage"),
+        "shape": ("PARTS",),
+    },
+)

@@ -1,1 +1,21 @@
 """A camera before the sheet: its lens, and its pose from known points and the painted lines."""
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "annotation.annotate": ("Annotation",),
+        "annotation.server": ("AnnotationServer",),
+        "camera": ("Camera",),
+        "chessboard": ("Board", "calibrate_lens"),
+        "lens": ("FreeLens", "TERMS"),
+        "lens_formula": ("CIRCLE_POINTS",),
+        "markings": ("keypoints_of",),
+        "pose": ("camera_from_scene",),
+        "refinement": ("log_height_prior", "refine", "refine_at_focal", "unrefined"),
+        "scene": ("CORNERS", "Scene", "load_lens", "load_scene", "save_scene"),
+        "single_photo": ("camera_from_photo",),
+        "top_view": ("TopView",),
+    },
+)

@@ -1,1 +1,10 @@
 """Measured throws beside those that an estimated ice predicts."""
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "rethrow": ("Comparison", "compare_tracks"),
+    },
+)

@@ -1,1 +1,12 @@
 """Before any throw: how well friction can be known, and which throws are worth making."""
+
+from curling_env.infrastructure.lazy_names import lazy_names
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "cramer_rao": ("uniform_bound",),
+        "design": ("design_throws",),
+        "greedy": ("Informative", "covariance_after", "variance_removed"),
+    },
+)

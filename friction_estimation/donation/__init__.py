@@ -1,5 +1,13 @@
 """A measured session in one file that may be given away, without film and without names."""
 
+from curling_env.infrastructure.lazy_names import lazy_names
 from friction_estimation.donation.session import Session, ThrownBy, read_session, write_session
 
 __all__ = ["Session", "ThrownBy", "read_session", "write_session"]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "names": ("refuse_names", "without_names"),
+    },
+)

@@ -8,6 +8,7 @@ for some seconds. If the ice is never quiet between throws, the recording is cut
 long film is. Films without a thrown stone are reported and kept.
 """
 
+from curling_env.infrastructure.lazy_names import lazy_names
 from friction_estimation.live.feed import Feed, LiveFrame, Packet, open_feed
 from friction_estimation.live.follow import IceSoFar, TrackedClip, follow_stream
 from friction_estimation.live.recorder import Clip, Recorder
@@ -23,3 +24,10 @@ __all__ = [
     "follow_stream",
     "open_feed",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "tuning": ("QUIET_SECONDS",),
+    },
+)

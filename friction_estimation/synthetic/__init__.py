@@ -9,6 +9,7 @@ else.
     films = render_films("runs/films", [slide(ice, release, fps=120).trajectory], spec)
 """
 
+from curling_env.infrastructure.lazy_names import lazy_names
 from friction_estimation.synthetic.cameras import CAMERAS, CameraPlacement, named_camera, scene_of
 from friction_estimation.synthetic.film_spec import FilmSpec, all_on_film, on_film
 from friction_estimation.synthetic.films import render_film, render_films, write_film
@@ -37,3 +38,10 @@ __all__ = [
     "scene_of",
     "write_film",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "tuning": ("HANDLE_COLOURS",),
+    },
+)

@@ -1,5 +1,6 @@
 """Film in, track out: background, detection, a fit in every frame, and a smoother over all."""
 
+from curling_env.infrastructure.lazy_names import lazy_names
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.run import track_each, track_films
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
@@ -16,3 +17,16 @@ __all__ = [
     "track_film",
     "track_films",
 ]
+
+__getattr__, __dir__ = lazy_names(
+    __name__,
+    {
+        "cutting.motion": ("MotionDetector",),
+        "cutting.tuning": ("COMPARED_AFTER",),
+        "detection.single_image": ("find_stones_in_image",),
+        "films.resume": ("Checkpoints",),
+        "films.shared_cameras": ("SharedCameras", "camera_from"),
+        "path.optical_flow": ("lucas_kanade",),
+        "stone_numbers": ("StoneNumbers",),
+    },
+)

@@ -12,7 +12,7 @@ import pytest
 import agents
 from curling_env import load_ice, simulate
 from curling_env.errors import InputError
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import TEE_Y
 
 
@@ -54,7 +54,7 @@ def test_a_task_is_planned_among_stones() -> None:
 
 def test_a_policy_is_trained_and_evaluated(tmp_path: Path) -> None:
     pytest.importorskip("stable_baselines3")
-    from agents.learning.configuration import load_settings
+    from agents.learning import load_settings
 
     seen: list[float] = []
     policy = agents.train(

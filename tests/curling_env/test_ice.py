@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from curling_env.common_errors import LevelError
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
-from curling_env.physics.law import acceleration
+from curling_env.physics import acceleration
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
 
 

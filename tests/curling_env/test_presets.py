@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.slide import Slide, slide
+from curling_env.physics import Slide, slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
 

@@ -7,7 +7,7 @@ import pytest
 from blind.families import Task
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import make_directory, read_json, read_table
+from curling_env.infrastructure import make_directory, read_json, read_table
 
 
 @pytest.fixture

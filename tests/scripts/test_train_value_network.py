@@ -12,11 +12,8 @@ pytest.importorskip("torch", reason="the extra train")
 import train_value_network
 from train_value_network import Batch, learn, learn_backwards, play_batch
 
-from agents.learning.model_file import read_model
-from agents.playing.league.run import ends_from
-from agents.playing.league.self_play import Effort
-from agents.playing.search.networks import NETWORKS
-from agents.playing.search.value_network import ValueNetwork, load_network
+from agents.learning import read_model
+from agents.playing import NETWORKS, Effort, ValueNetwork, ends_from, load_network
 from curling_env.errors import InputError
 
 (DIGITAL_CURLING,) = (known for known in NETWORKS if known.name == "digital_curling")

@@ -10,7 +10,7 @@ from website import assets, commands, effects, equations, notebooks
 from website.docstrings import field_list
 from website.pages import relinked, with_what_exists, with_whole_cells
 
-from curling_env.physics.effects import catalogue
+from curling_env.physics import catalogue
 
 
 @pytest.mark.parametrize(

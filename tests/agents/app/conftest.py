@@ -14,8 +14,8 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
+from agents.app import Club
 from agents.app.application import application
-from agents.app.club import Club
 from agents.app.gate import token_for
 from agents.app.work.queue import WorkQueue
 from agents.app.work.worker import do_job

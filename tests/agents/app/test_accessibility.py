@@ -12,8 +12,8 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
+from agents.app import Club
 from agents.app.application import application
-from agents.app.club import Club
 from agents.app.club.removal import remove
 from agents.app.club.targets import keep_target
 from agents.app.screens import SCREENS
@@ -21,8 +21,8 @@ from agents.app.take_in import take_in
 from agents.app.work.causes import prepare
 from agents.app.work.queue import WorkQueue
 from curling_env.ice import load_ice, save_ice
-from curling_env.infrastructure.web_server import serving
-from curling_env.physics.one_stone.slide import slide
+from curling_env.infrastructure import serving
+from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import write_tracks
 

@@ -22,7 +22,7 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app.club import Club
+from agents.app import Club
 from agents.app.club.club import added
 from agents.app.club.films import add_piece, begin_film, take_film
 from agents.app.views.progress import state_of
@@ -31,12 +31,12 @@ from agents.app.work.worker import Reported
 from curling_env import Throw, load_ice
 from curling_env.errors import InputError
 from curling_env.ice import load_ice as read_ice
-from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.physics import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
 from curling_env.trajectory import read_tracks
-from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
-from friction_estimation.film.video import Film
-from friction_estimation.film.writer import film_writer
+from friction_estimation import load_scene
+from friction_estimation.camera import CORNERS, save_scene
+from friction_estimation.film import Film, film_writer
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 
 PHONE, LAPTOP = {"width": 390, "height": 844}, {"width": 1366, "height": 768}

@@ -5,13 +5,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from agents.app import is_in
 from agents.app.club.records import Hand
-from agents.app.take_in import is_in, take_in
+from agents.app.take_in import take_in
 from curling_env.errors import InputError
 from curling_env.ice import load_ice, save_ice
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
-from friction_estimation.camera.scene import save_scene
+from friction_estimation.camera import save_scene
 from friction_estimation.synthetic import FilmSpec, scene_of
 
 

@@ -8,9 +8,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agents.benchmark import TASKS, difference_of, make, measure
-from agents.benchmark.contestants import contestant
-from agents.benchmark.scores import Score
+from agents.benchmark import TASKS, Score, contestant, difference_of, make, measure
 from curling_env.errors import InputError
 
 

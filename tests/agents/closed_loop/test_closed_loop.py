@@ -11,23 +11,17 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from agents.closed_loop import film_camera, run_stone
 from agents.closed_loop.execution import execute_plan
 from agents.closed_loop.experiment import KNOWLEDGE, interval, ratio_interval
 from agents.closed_loop.hidden_ice import draw_hidden_ice
-from agents.closed_loop.integrator import run_stone
-from agents.closed_loop.practice import (
-    POSITION_NOISE,
-    film_camera,
-    mixed_practice,
-    noisy_track,
-    track_errors,
-)
+from agents.closed_loop.practice import POSITION_NOISE, mixed_practice, noisy_track, track_errors
 from agents.planning import plan, plan_task
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
 from curling_env.typing import no_progress
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
 
 
 @pytest.mark.parametrize("effects", [True, False])

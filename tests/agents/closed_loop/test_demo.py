@@ -9,18 +9,17 @@ import cv2
 import numpy as np
 import pytest
 
-from agents.closed_loop import filming
+from agents.closed_loop import filming, patchy_ice, run_demo
 from agents.closed_loop.areas import find_areas, relative
-from agents.closed_loop.demo import find_missing_effect, run_demo
-from agents.closed_loop.hidden_ice import patchy_ice
+from agents.closed_loop.demo import find_missing_effect
 from agents.closed_loop.practice import draw_practice
 from curling_env.ice import FrictionMap, Ice, load_ice
-from curling_env.physics.one_stone.slide import SlideEnd, slide
+from curling_env.physics import SlideEnd, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
 from curling_env.units import Units
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
 
 
 def believed(difference: np.ndarray, sigma: float = 0.005) -> Ice:

@@ -8,15 +8,11 @@ import numpy as np
 import pytest
 import simulated_club as club
 
-from agents.coaching.athletes import athlete_errors
-from agents.coaching.calls import read_call
-from agents.coaching.misses.causes import HandError, SessionCauses, ThrowCauses
-from agents.coaching.throw_sheet import ThrowSheet
+from agents.coaching import SessionCauses, ThrowCauses, ThrowSheet, athlete_errors, read_call
+from agents.coaching.misses.causes import HandError
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
-from friction_estimation.tracks.measured import Measured
-from friction_estimation.tracks.throw_list import ThrowNote
-from friction_estimation.tracks.throw_table import ThrowMeasures
+from friction_estimation.tracks import Measured, ThrowMeasures, ThrowNote
 
 SPREAD = np.array([0.03, 0.14, 0.2])
 MEASURED = np.array([0.001, 0.02, 0.01])
@@ -167,7 +163,7 @@ def test_an_ellipse_holds_its_share():
 
 def test_athletes_of_a_simulated_club():
     """From tracks to spreads: the whole way, once."""
-    from agents.coaching.misses.hand_or_ice import hand_or_ice
+    from agents.coaching import hand_or_ice
 
     rng = np.random.default_rng(8)
     ada = club.Athlete(name="Ada", bias=(0.04, 0.0, 0.0), spread=(0.02, 0.004, 0.15))

@@ -6,7 +6,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.coaching.calls import PLACES, Call, read_call
+from agents.coaching import Call, read_call
+from agents.coaching.calls import PLACES
 from curling_env.units import Units
 
 

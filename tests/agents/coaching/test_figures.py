@@ -6,8 +6,7 @@ import cv2
 import numpy as np
 import simulated_club as club
 
-from agents.coaching.figures.stones_figure import draw_stones
-from agents.coaching.stones import match_stones
+from agents.coaching import draw_stones, match_stones
 from curling_env.units import Units
 
 

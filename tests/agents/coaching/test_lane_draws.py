@@ -8,9 +8,10 @@ from math import hypot
 import numpy as np
 import pytest
 
-from agents.coaching.lane_draws import LANES, lane_draws
+from agents.coaching import LANES
+from agents.coaching.lane_draws import lane_draws
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import TEE_Y, Direction
 
 

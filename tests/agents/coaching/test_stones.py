@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 import simulated_club as club
 
+from agents.coaching import match_stones
 from agents.coaching.runs import Place, rests
-from agents.coaching.stones import match_stones
 from curling_env.errors import InputError
-from friction_estimation.tracks.throw_list import ThrowNote
+from friction_estimation.tracks import ThrowNote
 
 STONES = {3: (1.02, 1.0), 5: (1.0, 1.25), 8: (0.98, 1.0), 9: (1.0, 0.98)}
 

@@ -5,14 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching.calls import read_call
-from agents.coaching.throw_sheet import ThrowSheet, as_noted, sheet_rows, spin_sign
+from agents.coaching import ThrowSheet, read_call, sheet_rows
+from agents.coaching.throw_sheet import as_noted, spin_sign
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.units import Units
-from friction_estimation.tracks.measured import Measured
-from friction_estimation.tracks.throw_list import ThrowNote
-from friction_estimation.tracks.throw_table import ThrowMeasures
+from friction_estimation.tracks import Measured, ThrowMeasures, ThrowNote
 
 
 def sheet(called="", hand="right", athlete="", throw=0, **numbers):

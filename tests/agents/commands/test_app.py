@@ -15,7 +15,7 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app.club import Club
+from agents.app import Club
 from curling_env.commands.cli import main
 
 

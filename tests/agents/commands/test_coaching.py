@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 import simulated_club as club
 
-from curling_env.game.skill_file import load_skill
+from curling_env.game import load_skill
 from curling_env.ice import load_ice, save_ice
-from curling_env.infrastructure.files.storage import read_table, write_table
+from curling_env.infrastructure import read_table, write_table
 from curling_env.trajectory import write_tracks
 
 

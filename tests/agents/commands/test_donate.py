@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
+from curling_env import simulate
 from curling_env.ice import load_ice
-from curling_env.physics.session import simulate
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks, write_tracks
 

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, load_ice, save_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
 
 

@@ -53,8 +53,8 @@ def test_a_player_of_ones_own_plays_a_game(curling):
 
 def test_a_training_configuration_names_a_task_of_ones_own():
     pytest.importorskip("stable_baselines3")
-    from agents.learning.configuration import settings_from
-    from curling_env.envs.sheet.env import CurlingSheetEnv
+    from agents.learning import settings_from
+    from curling_env.envs import CurlingSheetEnv
     from curling_env.errors import InputError
 
     settings = settings_from({"env_kwargs": {"task": "our_club:LongGuard"}})

@@ -6,7 +6,7 @@ import threading
 from abc import ABC, abstractmethod
 from typing import Self
 
-from agents.digital_curling.hosting.server import Hosting
+from agents.digital_curling import Hosting
 
 
 class HostThread(ABC):

@@ -9,11 +9,9 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.digital_curling.client import Client
-from agents.digital_curling.conversation import from_server, write_line
-from agents.digital_curling.game_record import record_of
+from agents.digital_curling import Client, from_server, record_of, write_line
 from curling_env.errors import InputError
-from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game import DrawPlayer
 
 WIRE = Path(__file__).parent / "wire" / "extra-end-team1.jsonl"
 BASE = [json.loads(line[2:]) for line in WIRE.read_text().splitlines()[:18] if line.startswith("<")]

@@ -10,6 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from agents.digital_curling import Point, ShotMessage
 from agents.digital_curling.conversation import PlayerMessage
 from agents.digital_curling.conversion import (
     game_of,
@@ -19,11 +20,10 @@ from agents.digital_curling.conversion import (
     state_of,
     throw_of,
 )
-from agents.digital_curling.messages import Point, SettingMessage, ShotMessage, StateMessage
+from agents.digital_curling.messages import SettingMessage, StateMessage
 from curling_env.errors import InputError
-from curling_env.game.rules import Game, RestingStone, Team, begin_end, concede, new_game
-from curling_env.game.rules.scoring import hammer_after
-from curling_env.infrastructure.files.schema import checked
+from curling_env.game import Game, RestingStone, Team, begin_end, concede, hammer_after, new_game
+from curling_env.infrastructure import checked
 from curling_env.throw import Throw
 
 PLACES = st.tuples(st.floats(-2.2, 2.2), st.floats(-6.2, 1.9))

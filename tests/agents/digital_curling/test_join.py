@@ -12,16 +12,19 @@ from typing import Any
 
 import pytest
 
-from agents.digital_curling.client import Client
-from agents.digital_curling.conversation import from_server
-from agents.digital_curling.game_record import record_of
-from agents.digital_curling.join import WireLog, address_of, play_on_server
-from agents.digital_curling.messages import ConcedeMessage, ShotMessage
-from agents.playing.record import read_record
+from agents.digital_curling import (
+    Client,
+    ConcedeMessage,
+    ShotMessage,
+    WireLog,
+    address_of,
+    from_server,
+    play_on_server,
+    record_of,
+)
+from agents.playing import read_record
 from curling_env.errors import InputError
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import Team
+from curling_env.game import DrawPlayer, RuleBasedPlayer, Team
 from curling_env.sheet import HACK_Y
 
 WIRE = Path(__file__).parent / "wire"
@@ -184,7 +187,7 @@ def test_lines_may_be_split_and_joined(size):
 
 def test_the_same_seed_makes_the_same_moves():
     log = said(golden("extra-end-team1"))[:9]
-    from agents.playing.search import SearchPlayer
+    from agents.playing import SearchPlayer
 
     def moves(seed: int) -> list[str]:
         return [str(answer) for answer in answers(log, SearchPlayer(200), seed=seed)[1]]

@@ -7,10 +7,8 @@ from dataclasses import replace
 import pytest
 
 from agents.digital_curling.pace import BUDGETS, CLOCK_BUDGET, Pace, stones_to_come
-from agents.playing.search import SearchPlayer, throws_before
-from agents.playing.search.tuning import BUDGET
-from curling_env.game import Call, GameSimulator, PlayerView
-from curling_env.game.opponents.draw import DrawPlayer
+from agents.playing import BUDGET, SearchPlayer, throws_before
+from curling_env.game import Call, DrawPlayer, GameSimulator, PlayerView
 from curling_env.throw import FROM_HACK, Throw
 
 

@@ -10,11 +10,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from agents.digital_curling import transition
-from agents.digital_curling.messages import HACK_TO_TEE, SPIN
+from agents.digital_curling import HACK_TO_TEE, SPIN, transition
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.many_stones.engine import Engine, StoneState
+from curling_env.physics import Engine, StoneState
 from curling_env.sheet import HACK_Y, TEE_Y
 from curling_env.throw import Release
 

@@ -9,15 +9,10 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("yaml")
 
-from agents.learning.configuration import (
-    configurations,
-    load_settings,
-    read_configuration,
-    schedule_of,
-    settings_from,
-)
+from agents.learning import load_settings, read_configuration, settings_from
+from agents.learning.configuration import configurations, schedule_of
 from agents.learning.random_ice import RandomIces
-from agents.playing.league.settings import league_settings
+from agents.playing import league_settings
 from curling_env.errors import InputError
 
 LEAGUES = [name for name in configurations() if "league" in name]

@@ -13,22 +13,11 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from agents.learning.configuration import (
-    TrainingSettings,
-    configurations,
-    load_settings,
-    settings_from,
-)
+from agents import TrainedPolicy, train
+from agents.learning import load_settings, read_model, settings_from
+from agents.learning.configuration import TrainingSettings, configurations
 from agents.learning.evaluation import compare_with_planner, evaluation_draws
-from agents.learning.model_file import read_model
-from agents.learning.policy import TrainedPolicy
-from agents.learning.rllib import (
-    RLlibVectorEnv,
-    rllib_parameters,
-    take_weights,
-    train,
-    weights_for_rllib,
-)
+from agents.learning.rllib import RLlibVectorEnv, rllib_parameters, take_weights, weights_for_rllib
 from agents.learning.training import make_vec_env, new_model
 from curling_env.errors import InputError
 from curling_env.ice import load_ice

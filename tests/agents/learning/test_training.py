@@ -14,25 +14,25 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from agents.learning import training
-from agents.learning.configuration import (
-    ALGORITHMS,
-    TrainingSettings,
-    settings_from,
-)
-from agents.learning.evaluation import (
+from agents import TrainedPolicy
+from agents.learning import (
     best_throw,
+    misses,
+    read_model,
+    rest_in_env,
+    settings_from,
+    training,
+    write_model,
+)
+from agents.learning.configuration import ALGORITHMS, TrainingSettings
+from agents.learning.evaluation import (
     compare_with_planner,
     evaluation_draws,
     house_targets,
-    misses,
     planner_throw,
-    rest_in_env,
 )
-from agents.learning.model_file import read_model, write_model
-from agents.learning.policy import TrainedPolicy
 from agents.learning.random_ice import RandomIces
-from curling_env.envs.sheet.env import CurlingSheetEnv
+from curling_env.envs import CurlingSheetEnv
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee

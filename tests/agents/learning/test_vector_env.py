@@ -14,9 +14,9 @@ from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
 
 from agents.learning.random_ice import RandomIces  # noqa: E402
 from agents.learning.vector_env import RandomIceVecEnv, SheetVecEnv  # noqa: E402
-from curling_env.envs.sheet.action import ThrowRange  # noqa: E402
+from curling_env.envs import ThrowRange
 from curling_env.errors import InputError  # noqa: E402
-from curling_env.physics.one_stone.aim import Aim  # noqa: E402
+from curling_env.physics import Aim
 from curling_env.sheet import Direction  # noqa: E402
 
 N = 8

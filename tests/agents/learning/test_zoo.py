@@ -11,7 +11,7 @@ import pytest
 import stable_baselines3
 import yaml
 
-from agents.learning.zoo import ALGORITHMS, file_of
+from agents.learning import ALGORITHMS, file_of
 from curling_env.errors import InputError
 
 OF_THE_ZOO = {"env_kwargs", "n_envs", "n_timesteps", "normalize", "noise_type", "noise_std"}

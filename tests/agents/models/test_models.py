@@ -7,11 +7,10 @@ from importlib.resources import files
 import numpy as np
 import pytest
 
-from agents.benchmark import TASKS, make, measure
-from agents.benchmark.contestants import contestant
-from agents.learning.policy import TrainedPolicy
+from agents import TrainedPolicy
+from agents.benchmark import TASKS, contestant, make, measure
 from agents.models import LEARNT, load
-from agents.playing.learned.player import LearnedPlayer
+from agents.playing import LearnedPlayer
 from curling_env.errors import InputError
 from curling_env.game import player_named
 

@@ -11,7 +11,7 @@ from agents.planning.error_costs import error_costs
 from agents.planning.objective import RestAtTarget
 from agents.planning.target_search import find_throws
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Throw
 from curling_env.units import brooms

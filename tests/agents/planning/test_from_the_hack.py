@@ -8,11 +8,10 @@ import pytest
 from agents import plan_throw
 from agents.digital_curling import transition
 from agents.digital_curling.conversion import move_of
-from agents.planning import plan, plan_task
-from agents.planning.plan_figure import draw_plan
+from agents.planning import draw_plan, plan, plan_task
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.physics import play_bounds, slide
 from curling_env.sheet import HACK_Y, TEE_Y
 from curling_env.throw import FROM_HACK, Release
 

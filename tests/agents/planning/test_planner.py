@@ -11,16 +11,15 @@ import pytest
 from matplotlib.image import imread
 
 from agents import plan_throw
-from agents.planning import plan, plan_task
-from agents.planning.description import describe, handles
+from agents.planning import describe, draw_plan, plan, plan_task, releases_of
+from agents.planning.description import handles
 from agents.planning.monte_carlo import run_trials
-from agents.planning.plan_figure import draw_plan
-from agents.planning.rollouts import releases_of, roll_out
+from agents.planning.rollouts import roll_out
 from agents.planning.target_search import find_throws
-from curling_env.envs.sheet.action import ThrowRange
+from curling_env.envs import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.physics import play_bounds, slide
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
 from curling_env.throw import SKILLS, Skill, Throw
 from curling_env.units import Units

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.offline_data import DATASET, RECORDED, record_ends
+from agents.playing import DATASET, record_ends
+from agents.playing.offline_data import RECORDED
 from curling_env.errors import InputError
 from curling_env.game import player_named
 

@@ -9,17 +9,32 @@ from html.parser import HTMLParser
 import numpy as np
 import pytest
 
-from agents.playing.match import Match, play_game
+from agents.playing import (
+    Match,
+    lines_of,
+    outcome,
+    page_of,
+    play_game,
+    play_tournament,
+    read_record,
+    wilson,
+    write_record,
+)
 from agents.playing.players.greedy import GreedyPlayer
-from agents.playing.record import lines_of, play_again, read_record, write_record
-from agents.playing.replay.page import page_of
-from agents.playing.scoreboard import outcome, scoreboard
-from agents.playing.tournament import play_tournament, ratings, wilson
+from agents.playing.record import play_again
+from agents.playing.scoreboard import scoreboard
+from agents.playing.tournament import ratings
 from curling_env.errors import InputError
-from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import Game, Team, rule_set
+from curling_env.game import (
+    NO_EVOLUTION,
+    TYPICAL_EVOLUTION,
+    DrawPlayer,
+    Game,
+    GameSimulator,
+    RuleBasedPlayer,
+    Team,
+    rule_set,
+)
 from curling_env.ice import ActiveEffect, load_ice, save_ice
 
 PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}

@@ -10,7 +10,7 @@ import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.potentials import heuristic, value_network
-from curling_env.game.rules import RestingStone, Team
+from curling_env.game import RestingStone, Team
 
 
 @pytest.mark.parametrize("potential", [value_network, heuristic])

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction
 from curling_env.throw import Release, Throw, read_releases, write_releases
 from curling_env.trajectory import read_tracks

@@ -14,9 +14,8 @@ from PIL import Image as Picture
 from website import observations
 
 import curling_env
-from curling_env.envs.game.end_env import CurlingEndEnv
+from curling_env.envs import CurlingEndEnv, CurlingSheetEnv
 from curling_env.envs.game.reward import GameRewardParts
-from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardParts
 
 DOCS = Path(__file__).parents[3] / "docs"

@@ -7,9 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.envs.known_ice import BANDS, KnownIce, ice_features, ice_names, stone_names, told
+from curling_env.envs import KnownIce
+from curling_env.envs.known_ice import BANDS, ice_features, ice_names, stone_names, told
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.effects import catalogue
+from curling_env.physics import catalogue
 from curling_env.sheet import PAPER_SHEET, Direction
 
 CARDS = [card for card in catalogue().values() if card.is_physical and card.acts != "map"]

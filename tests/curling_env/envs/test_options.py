@@ -10,9 +10,7 @@ import numpy as np
 import pytest
 
 import curling_env
-from curling_env.envs.sheet.action import ThrowRange
-from curling_env.envs.sheet.env import CurlingSheetEnv
-from curling_env.envs.sheet.reward import RewardWeights
+from curling_env.envs import CurlingSheetEnv, RewardWeights, ThrowRange
 from curling_env.errors import InputError
 from curling_env.game import TYPICAL_EVOLUTION, IceEvolution
 from curling_env.ice import ice_document, load_ice

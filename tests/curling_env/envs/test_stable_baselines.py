@@ -10,7 +10,7 @@ pytest.importorskip("stable_baselines3")
 
 from stable_baselines3 import PPO
 
-from curling_env.envs.stable_baselines import CurlingVecEnv
+from curling_env.envs import CurlingVecEnv
 from curling_env.errors import InputError
 
 

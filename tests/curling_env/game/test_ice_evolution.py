@@ -10,8 +10,8 @@ from curling_env.game import (
     NO_EVOLUTION,
     TYPICAL_EVOLUTION,
     IceEvolution,
+    ice_for_game,
 )
-from curling_env.game.ice_evolution import ice_for_game
 from curling_env.ice import load_ice
 
 

@@ -6,7 +6,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.game import player_named
-from curling_env.infrastructure.plugins import what_hides
+from curling_env.infrastructure import what_hides
 
 
 def test_players_are_found_by_name():

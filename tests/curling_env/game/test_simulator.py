@@ -14,8 +14,8 @@ from curling_env.game import (
     Call,
     GameSimulator,
     IceEvolution,
+    Team,
 )
-from curling_env.game.rules import Team
 from curling_env.sheet import HACK_Y
 from curling_env.throw import FROM_HACK, SKILLS, Throw
 

@@ -8,7 +8,7 @@ from dataclasses import replace
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game.skill_file import load_skill, save_skill
+from curling_env.game import load_skill, save_skill
 from curling_env.throw import SKILLS, Skill
 
 ADA = Skill(name="Ada", sigma_speed=0.02, sigma_angle=0.004, sigma_spin=0.1, source="40 throws")

@@ -19,7 +19,7 @@ def test_sweepers_bring_a_light_stone_to_where_it_was_meant():
     light = replace(DRAW, speed=DRAW.speed - 0.05)
     sweep = sweep_for(ice, DRAW, light, Direction.AWAY)
     assert sweep[1] > sweep[0] > 0
-    from curling_env.physics.one_stone.slide import slide
+    from curling_env.physics import slide
 
     def rest(throw, interval=(0.0, 0.0)):
         return slide(ice, throw.release(sweep=interval)).y

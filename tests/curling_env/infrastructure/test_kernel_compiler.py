@@ -13,8 +13,7 @@ from numba.core.errors import TypingError
 from numba.core.types.functions import BaseFunction
 
 from curling_env.ice import load_ice
-from curling_env.infrastructure import kernel_compiler
-from curling_env.infrastructure.kernel_compiler import kernel, part
+from curling_env.infrastructure import kernel, kernel_compiler, part
 
 
 def _place(values, k):

@@ -11,8 +11,7 @@ from http import HTTPStatus
 
 import pytest
 
-from curling_env.infrastructure import local_server
-from curling_env.infrastructure.local_server import LocalHandler, LocalServer
+from curling_env.infrastructure import LocalHandler, LocalServer, local_server
 
 
 class Handler(LocalHandler):

@@ -8,7 +8,8 @@ import subprocess
 
 import pytest
 
-from curling_env.infrastructure.provenance import provenance, typed
+from curling_env.infrastructure import typed
+from curling_env.infrastructure.provenance import provenance
 
 
 @pytest.fixture

@@ -18,9 +18,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import gaussian_filter
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
-from curling_env.physics.compiled import compiled
-from curling_env.physics.law import Law, accelerate, compile_law
-from curling_env.physics.motion import (
+from curling_env.physics import (
     CLOCK,
     HEADING,
     MOTION_SIZE,
@@ -28,10 +26,14 @@ from curling_env.physics.motion import (
     PUSH_SIZE,
     STONE,
     SWEPT,
+    Law,
+    State,
     T,
+    accelerate,
+    compile_law,
 )
+from curling_env.physics.compiled import compiled
 from curling_env.physics.one_stone.slide import state_of
-from curling_env.physics.state import State
 from curling_env.throw import Release, Throw
 
 STEP = 1e-4

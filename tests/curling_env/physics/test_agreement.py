@@ -14,10 +14,17 @@ import pytest
 from scipy.stats import ks_2samp
 
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.batch import Positions, play_batch
-from curling_env.physics.many_stones.engine import Engine, Outcome, Status, StoneState
-from curling_env.physics.one_stone.slide import play_bounds, slide
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
+from curling_env.physics import (
+    FINE_TOLERANCE,
+    Engine,
+    Outcome,
+    Positions,
+    Status,
+    StoneState,
+    play_batch,
+    play_bounds,
+    slide,
+)
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Release, Throw
 

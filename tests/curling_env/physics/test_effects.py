@@ -15,9 +15,8 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
-from curling_env.physics.effects import EffectCard, catalogue, register, unregister
-from curling_env.physics.law import acceleration, compile_law
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import EffectCard, acceleration, catalogue, compile_law, slide
+from curling_env.physics.effects import register, unregister
 from curling_env.throw import Throw
 
 NAMES = (

@@ -10,9 +10,14 @@ import pytest
 from curling_env.common_errors import LevelError
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices, rest_spread
-from curling_env.physics.many_stones.batch import release_table, throw_batch
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import (
+    is_uncertain,
+    plausible_ices,
+    release_table,
+    rest_spread,
+    slide,
+    throw_batch,
+)
 from curling_env.throw import Throw
 
 

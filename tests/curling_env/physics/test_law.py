@@ -12,7 +12,7 @@ from scipy.special import ellipe, ellipkm1
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, Interpolation, load_ice
-from curling_env.physics.law import acceleration, compile_law
+from curling_env.physics import acceleration, compile_law
 from curling_env.sheet import RULE_BOOK_STONE
 
 G = 9.80665

@@ -12,9 +12,8 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics import GRAVITY, acceleration
 from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
-from curling_env.physics.law import acceleration
-from curling_env.physics.motion import GRAVITY
 from curling_env.sheet import RULE_BOOK_STONE as STONE
 from curling_env.sheet import Stone
 from curling_env.typing import Floats

@@ -8,27 +8,30 @@ import pytest
 from curling_env import Throw, load_ice
 from curling_env.commands.benchmarks import mapped_ice
 from curling_env.ice import ActiveEffect
-from curling_env.physics import law as law_module
-from curling_env.physics.effects import catalogue
-from curling_env.physics.law import NO_TABLE, compile_law
-from curling_env.physics.many_stones.batch import play_batch
-from curling_env.physics.motion import (
+from curling_env.physics import (
     CLOCK,
-    CONTACTS,
     HEADING,
-    LOG_SLIP,
-    LOG_SPEED,
     MOTION_SIZE,
     ORDER,
     PUSH_SIZE,
+    STONE,
+    SWEPT,
+    T,
+    catalogue,
+    compile_law,
+    play_batch,
+)
+from curling_env.physics import law as law_module
+from curling_env.physics.law import NO_TABLE
+from curling_env.physics.motion import (
+    CONTACTS,
+    LOG_SLIP,
+    LOG_SPEED,
     SLIP,
     SPEED,
     SPIN,
-    STONE,
-    SWEPT,
     TRAVEL_X,
     TRAVEL_Y,
-    T,
     X,
     Y,
 )

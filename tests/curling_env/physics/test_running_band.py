@@ -7,13 +7,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curling_env import simulate
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.law import acceleration
-from curling_env.physics.many_stones.batch import play_batch
-from curling_env.physics.motion import GRAVITY
-from curling_env.physics.one_stone.slide import slide, state_of
-from curling_env.physics.session import simulate
-from curling_env.physics.wear import IceInUse
+from curling_env.physics import GRAVITY, IceInUse, acceleration, play_batch, slide
+from curling_env.physics.one_stone.slide import state_of
 from curling_env.throw import Release, Throw
 from curling_env.worn_tracks import WORN_WIDTH
 

@@ -7,19 +7,18 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.game import Call, GameSimulator, IceEvolution
-from curling_env.game.ice_evolution import ice_for_game
+from curling_env.game import Call, GameSimulator, IceEvolution, ice_for_game
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.one_stone.slide import slide
-from curling_env.physics.session import slides_in_turn
-from curling_env.physics.wear import (
+from curling_env.physics import (
     PATH_FPS,
-    WORN_WIDTH,
+    slide,
+    slides_in_turn,
     wear_along_path,
     wear_of,
     wear_under_contacts,
     worn,
 )
+from curling_env.physics.wear import WORN_WIDTH
 from curling_env.sheet import Direction, Sheet
 from curling_env.throw import Throw
 

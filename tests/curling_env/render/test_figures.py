@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 from matplotlib.figure import Figure
 
-from curling_env.render.figures import save_figure
+from curling_env.render import save_figure
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import FrictionMap, load_ice
-from curling_env.physics.many_stones.engine import Engine, StoneState
+from curling_env.physics import Engine, StoneState
 from curling_env.render import (
     RED,
     YELLOW,

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from curling_env.ice import load_ice
-from curling_env.validation import Shots
-from curling_env.validation.fit import cost, fit_to_rows, fitted_rows, law_ice, residuals
+from curling_env.validation import Shots, fit_to_rows
+from curling_env.validation.fit import cost, fitted_rows, law_ice, residuals
 
 FITTED = {
     "friction": 0.00822, "exponent": 0.269, "curl": 0.0067, "spin_drag": 0.0174, "air_drag": 9.5e-4,

@@ -5,8 +5,17 @@ from __future__ import annotations
 import pytest
 
 from curling_env.ice import load_ice
-from curling_env.validation import ICE_ROWS, OTHER_ROWS, Verdict, compare
-from curling_env.validation.table import ROWS, as_text, counts, in_words, preset_of
+from curling_env.validation import (
+    ICE_ROWS,
+    OTHER_ROWS,
+    Verdict,
+    as_text,
+    compare,
+    counts,
+    in_words,
+    preset_of,
+)
+from curling_env.validation.table import ROWS
 
 PASS_ON_STANDARD = {
     "friction at 0.2 to 0.3 m/s",

@@ -6,14 +6,19 @@ from dataclasses import replace
 
 import numpy as np
 
-from friction_estimation.appearance import Appearance, Crop, StoneModel
+from friction_estimation.appearance import (
+    Appearance,
+    Crop,
+    ShapeDoubt,
+    StoneModel,
+    composite,
+    coverage,
+)
 from friction_estimation.appearance.ambiguity import sight_doubt
-from friction_estimation.appearance.crops import composite, coverage
-from friction_estimation.appearance.fit import ShapeDoubt
 from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.prior import REVERSIBLE, ShapePrior
 from friction_estimation.appearance.profile import fit_profile, shape_doubt
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(
     position=(0.4, -36.0, 9.0), target=(0.0, -3.0, 0.0), focal_px=800.0, size=(640, 360)

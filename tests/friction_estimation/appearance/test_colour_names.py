@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.appearance.colour_names import colour_name, handle_colour
+from friction_estimation.appearance import colour_name, handle_colour
 
 
 @pytest.mark.parametrize(

@@ -6,10 +6,17 @@ from dataclasses import replace
 
 import numpy as np
 
-from friction_estimation.appearance import Appearance, StoneModel, clear_surroundings
-from friction_estimation.appearance.crops import Crop, composite, coverage, those_explained
+from friction_estimation.appearance import (
+    Appearance,
+    Crop,
+    StoneModel,
+    clear_surroundings,
+    composite,
+    coverage,
+    those_explained,
+)
 from friction_estimation.appearance.model import window_at
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(
     position=(0.0, -20.0, 6.0), target=(0.0, 0.0, 0.0), focal_px=2000.0, size=(640, 480)

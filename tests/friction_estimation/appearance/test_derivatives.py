@@ -7,13 +7,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.appearance import Appearance, Crop, StoneModel
-from friction_estimation.appearance.crops import composite, coverage
+from friction_estimation.appearance import PARTS, Appearance, Crop, StoneModel, composite, coverage
 from friction_estimation.appearance.derivatives import TURN_STEP, picture_derivatives, step_of
 from friction_estimation.appearance.kernels.fit_kernels import normal_equations
 from friction_estimation.appearance.model import window_at
-from friction_estimation.appearance.shape import PARTS, SHAPE_PARAMETERS
-from friction_estimation.camera.camera import Camera
+from friction_estimation.appearance.shape import SHAPE_PARAMETERS
+from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(
     position=(2.5, -9.0, 4.0), target=(0.0, 0.0, 0.0), focal_px=700.0, size=(640, 360)

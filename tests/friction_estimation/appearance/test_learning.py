@@ -9,15 +9,23 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
-from friction_estimation.appearance import Appearance, StoneModel, crops_at, learn_appearance
-from friction_estimation.appearance.crops import Crop, composite, coverage, fit_pose
-from friction_estimation.appearance.fit import channels_of
+from friction_estimation.appearance import (
+    Appearance,
+    Crop,
+    StoneModel,
+    channels_of,
+    composite,
+    coverage,
+    crops_at,
+    learn_appearance,
+)
+from friction_estimation.appearance.crops import fit_pose
 from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.prior import REVERSIBLE, ShapePrior
 from friction_estimation.appearance.profile import fit_profile
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, all_on_film
 
 MODEL = StoneModel(radius=0.145, height=0.1143)

@@ -11,9 +11,8 @@ from hypothesis import strategies as st
 
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import CORNERS, Scene
+from friction_estimation import Scene
+from friction_estimation.camera import CORNERS, Camera, camera_from_scene
 
 SIZE = (1920, 1080)
 LENS = np.array([-0.12, 0.03, 0.001, -0.0005, 0.0])

@@ -11,11 +11,9 @@ import pytest
 
 from curling_env.commands.cli import main
 from curling_env.errors import InputError
-from friction_estimation.camera import chessboard
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.chessboard import Board, calibrate_lens, find_board
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import load_scene
+from friction_estimation import load_scene
+from friction_estimation.camera import Board, Camera, calibrate_lens, camera_from_scene, chessboard
+from friction_estimation.camera.chessboard import find_board
 from friction_estimation.synthetic import scene_of
 
 SIZE = (640, 480)

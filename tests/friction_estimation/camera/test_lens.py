@@ -11,11 +11,15 @@ import numpy as np
 import pytest
 
 import friction_estimation
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import TERMS, FreeLens
-from friction_estimation.camera.lens_formula import CIRCLE_POINTS
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import refine, refine_at_focal
+from friction_estimation.camera import (
+    CIRCLE_POINTS,
+    TERMS,
+    Camera,
+    FreeLens,
+    camera_from_scene,
+    refine,
+    refine_at_focal,
+)
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, named_camera, scene_of
 from friction_estimation.tracking.path.uncertainty import camera_variance
 

@@ -10,10 +10,14 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.sheet import RING_RADII, TEE_Y, Sheet
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import (
+    Camera,
+    camera_from_scene,
+    log_height_prior,
+    refine,
+    refine_at_focal,
+)
 from friction_estimation.camera.markings import grey_levels, markings_of, measure_markings
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import log_height_prior, refine, refine_at_focal
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 
 SIZES = {"end": (1280, 720), "gantry": (1280, 720), "side": (1280, 720), "ceiling": (1280, 960)}

@@ -8,9 +8,8 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import Scene, load_scene, save_scene
+from friction_estimation import Scene, load_scene
+from friction_estimation.camera import Camera, camera_from_scene, save_scene
 
 GOOD = {
     "corners_px": {

@@ -11,9 +11,8 @@ import pytest
 from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import load_scene
-from friction_estimation.camera.single_photo import camera_from_photo
+from friction_estimation import load_scene
+from friction_estimation.camera import camera_from_photo, camera_from_scene
 
 TEE = [0.0, TEE_Y]
 HOG = [0.0, HOG_LINE_Y + HOG_LINE_WIDTH / 2]

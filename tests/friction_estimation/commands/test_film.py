@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from friction_estimation.camera.scene import load_scene
+from friction_estimation import load_scene
 
 RELEASES = "throw,x,y,vx,vy,theta,omega\n0,0,-10.9725,0,0.5,0,1.0\n"
 

@@ -8,7 +8,7 @@ import numpy as np
 
 from curling_env.commands.cli import main
 from curling_env.trajectory import read_tracks
-from friction_estimation.film.writer import film_writer
+from friction_estimation.film import film_writer
 
 TRACKER = """
 import numpy as np

@@ -10,15 +10,10 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.units import Units
+from friction_estimation import estimate_ice
+from friction_estimation.design import design_throws
 from friction_estimation.design.cramer_rao import cell_bound
-from friction_estimation.design.design import (
-    Design,
-    ThrowKind,
-    _played,
-    design_throws,
-    draw_speeds,
-)
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation.design.design import Design, ThrowKind, _played, draw_speeds
 
 
 def test_the_plans_error_is_the_bound_of_its_throws():

@@ -5,11 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.design.greedy import (
-    Informative,
-    covariance_after,
-    variance_removed,
-)
+from friction_estimation.design import Informative, covariance_after, variance_removed
 
 
 def test_a_measurement_updates_a_covariance_as_information_adds():

@@ -10,8 +10,8 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics import slide
 from curling_env.physics.effects import register, unregister
-from curling_env.physics.one_stone.slide import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory

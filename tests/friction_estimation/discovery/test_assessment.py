@@ -6,9 +6,9 @@ from typing import Any
 
 import pytest
 
-from friction_estimation.discovery.assessment import assess, models_in_question
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover
+from friction_estimation.discovery import assess, document
+from friction_estimation.discovery.assessment import models_in_question
 
 from .conftest import effect
 

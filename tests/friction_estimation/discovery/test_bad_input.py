@@ -10,9 +10,8 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.trajectory import write_tracks
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover
+from friction_estimation.discovery import document, open_session
 from friction_estimation.discovery.verdict import ONE_SPIN, ONE_WAY, OTHER_ICE, sentence
 
 from .conftest import effect

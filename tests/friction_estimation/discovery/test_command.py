@@ -7,7 +7,7 @@ import pytest
 from curling_env.ice import load_ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import write_tracks
-from friction_estimation.discovery.posterior_file import can_write_posterior
+from friction_estimation.discovery import can_write_posterior
 
 from .conftest import effect
 

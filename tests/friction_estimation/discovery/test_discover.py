@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import friction_estimation.discovery.discover as discovery
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover
+from friction_estimation.discovery import document
 
 from .conftest import effect
 

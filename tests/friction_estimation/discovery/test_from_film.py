@@ -13,15 +13,12 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import read_tracks
-from friction_estimation.camera.scene import load_scene
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.discover import discover
+from friction_estimation import discover, load_scene
+from friction_estimation.discovery import base_model, document, open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.noise import estimate_noise
-from friction_estimation.discovery.report import document
 from friction_estimation.discovery.verdict import NO_SCENE, sentence
-from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.synthetic import named_camera
 
 from .conftest import effect
 

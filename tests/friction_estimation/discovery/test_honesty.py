@@ -5,14 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.evidence.hold_out import forecast
-from friction_estimation.discovery.evidence.unknown.explanation import Dependence
+from friction_estimation import discover
+from friction_estimation.discovery import (
+    Dependence,
+    base_model,
+    document,
+    fit_with_noise,
+    forecast,
+    open_session,
+)
 from friction_estimation.discovery.evidence.unknown.residual_term import NAME, try_table
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.report import document
-from friction_estimation.discovery.search.selection import fit_with_noise
 from friction_estimation.discovery.tuning import RULED_OUT
 
 from .conftest import effect

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from friction_estimation import discover
 from friction_estimation.discovery import naming
-from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.evidence.unknown.nearby import Following
 from friction_estimation.discovery.model.fit import fit
 

@@ -12,10 +12,10 @@ from curling_env.envs.known_ice import ice_features, ice_names
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import unregister
 from curling_env.sheet import Direction
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover
+from friction_estimation.discovery import document
+from friction_estimation.reports import write_report_page
 from friction_estimation.reports.discovery_figures import residual_pictures
-from friction_estimation.reports.discovery_page import write_report_page
 
 from .conftest import effect
 

@@ -9,13 +9,15 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.evidence.posterior import draw_posterior
+from friction_estimation.discovery import (
+    base_model,
+    draw_posterior,
+    fit_with_noise,
+    open_session,
+    write_posterior,
+)
 from friction_estimation.discovery.evidence.predictive_density import left_out_densities
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.posterior_file import write_posterior
-from friction_estimation.discovery.search.selection import fit_with_noise
 
 from .conftest import effect
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover
+from friction_estimation.discovery import document
 
 GRAVITY, BAND, STEP = 9.80665, 0.0625, 0.01
 CONTACTS = 2 * np.pi * (np.arange(24) + 0.5) / 24

@@ -7,8 +7,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError
-from friction_estimation.donation.names import CALL_WORDS, is_a_call, refuse_names, without_names
-from friction_estimation.tracks.throw_list import ThrowNote
+from friction_estimation.donation import refuse_names, without_names
+from friction_estimation.donation.names import CALL_WORDS, is_a_call
+from friction_estimation.tracks import ThrowNote
 
 
 def test_athletes_become_numbers_in_the_order_of_their_first_throw() -> None:

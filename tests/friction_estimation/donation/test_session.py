@@ -13,7 +13,7 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.scene import Scene
+from friction_estimation import Scene
 from friction_estimation.donation import Session, ThrownBy, read_session, write_session
 
 CORNERS = np.array(list(PAPER_SHEET.corners.values()))

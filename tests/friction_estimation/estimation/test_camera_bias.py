@@ -11,8 +11,8 @@ import pytest
 
 from curling_env.ice import Ice
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.estimation.whole_ice import estimate_ice
-from friction_estimation.reports.estimate_page import write_report
+from friction_estimation import estimate_ice
+from friction_estimation.reports import write_report
 
 
 def friction_alone(tracks, **choices):

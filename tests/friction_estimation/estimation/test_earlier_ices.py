@@ -11,13 +11,8 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import write_tracks
-from friction_estimation.estimation.evidence_file import (
-    Choices,
-    evidence_path,
-    load_evidence,
-    save_evidence,
-)
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
+from friction_estimation.estimation import Choices, evidence_path, load_evidence, save_evidence
 
 
 def error(friction, truth, cells):

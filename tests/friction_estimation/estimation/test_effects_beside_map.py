@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
 
 
 @pytest.fixture(scope="module")

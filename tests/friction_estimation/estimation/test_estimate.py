@@ -12,9 +12,10 @@ from curling_env.ice import ActiveEffect, Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-from friction_estimation.design.cramer_rao import cell_bound, uniform_bound
-from friction_estimation.estimation.paper_method import estimate_by_paper
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
+from friction_estimation.design import uniform_bound
+from friction_estimation.design.cramer_rao import cell_bound
+from friction_estimation.estimation import estimate_by_paper
 
 HOG = 10.9725
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
 
 SHARED, NOISE = 0.008, 0.002
 WAVES = (20, 50)

@@ -11,13 +11,12 @@ from blind.law import CURL, EXPONENT, MU, SIZE
 from blind.sessions import make_session
 
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure import write_table
 from curling_env.trajectory import read_tracks
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover, estimate_ice
+from friction_estimation.discovery import document
 from friction_estimation.discovery.verdict import ONE_WAY
 from friction_estimation.estimation.estimate import SPINS_BY_BENDS
-from friction_estimation.estimation.whole_ice import estimate_ice
 
 
 def session(folder, hidden, seed, **options):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.film.deflicker import deflicker_for
+from friction_estimation.film import deflicker_for
 
 ROWS, COLUMNS = 270, 480
 

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError, OutputError
-from friction_estimation.film import video
-from friction_estimation.film.video import Film, films_in
-from friction_estimation.film.writer import film_writer
+from friction_estimation.film import Film, film_writer, films_in, video
 
 
 def film_of(path, grey_levels, fps=25.0):

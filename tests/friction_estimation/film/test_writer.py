@@ -9,9 +9,8 @@ import numpy as np
 import pytest
 
 from curling_env.errors import OutputError
-from curling_env.infrastructure.files.kinds import FILM_SUFFIXES, kind_of
-from curling_env.infrastructure.files.storage import check_writable
-from friction_estimation.film.writer import film_writer
+from curling_env.infrastructure import FILM_SUFFIXES, check_writable, kind_of
+from friction_estimation.film import film_writer
 
 SIZE = (96, 64)
 

@@ -16,18 +16,25 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.files.storage import write_table
-from curling_env.physics.one_stone.slide import slide
+from curling_env.infrastructure import write_table
+from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory, read_tracks
-from friction_estimation.camera.scene import load_scene, save_scene
-from friction_estimation.film.frame import brightness_of
-from friction_estimation.film.video import Film, is_stream
-from friction_estimation.live import IceSoFar, Recorder, TrackedClip, follow_stream, open_feed
-from friction_estimation.live.tuning import LEAD_IN_SECONDS, MAX_FILM_SECONDS, QUIET_SECONDS
+from friction_estimation import load_scene
+from friction_estimation.camera import save_scene
+from friction_estimation.film import Film, brightness_of, is_stream
+from friction_estimation.live import (
+    QUIET_SECONDS,
+    IceSoFar,
+    Recorder,
+    TrackedClip,
+    follow_stream,
+    open_feed,
+)
+from friction_estimation.live.tuning import LEAD_IN_SECONDS, MAX_FILM_SECONDS
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
-from friction_estimation.tracking.cutting.motion import MotionDetector
-from friction_estimation.tracking.cutting.tuning import COMPARED_AFTER, LOOK_INTERVAL
+from friction_estimation.tracking import COMPARED_AFTER, MotionDetector
+from friction_estimation.tracking.cutting.tuning import LOOK_INTERVAL
 
 FPS = 20.0
 SESSION_FPS = 8.0

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.infrastructure.files.storage import read_table
+from curling_env.infrastructure import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice
+from friction_estimation.reports import Still, headline, write_report
 from friction_estimation.reports.draw_weight import draw_weight, worth_of_a_per_cent
-from friction_estimation.reports.estimate_page import Still, headline, write_report
 
 
 @pytest.fixture(scope="module")

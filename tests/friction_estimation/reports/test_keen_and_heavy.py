@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from friction_estimation.reports.keen_and_heavy import in_a_sentence, relative_map, zones
+from friction_estimation.reports import in_a_sentence, relative_map, zones
 
 EVEN = Ice.uniform(0.009)
 

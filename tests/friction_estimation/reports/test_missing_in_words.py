@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.reports.missing_in_words import findings
+from friction_estimation.reports import findings
 
 REPORT = {
     "verdict": "The model lacks curl.",

@@ -5,23 +5,20 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.infrastructure.files.storage import read_table
+from curling_env.infrastructure import read_table
 from curling_env.sheet import Direction
 from curling_env.trajectory import write_tracks
 from curling_env.units import Units
-from friction_estimation.reports.throws_section import (
+from friction_estimation.reports import (
     as_text,
     curl_in_words,
     handle_of,
-    rest_of,
     throw_in_words,
     throw_rows,
-    throws_section,
     write_measures,
 )
-from friction_estimation.tracks.measured import Measured
-from friction_estimation.tracks.throw_list import ThrowNote
-from friction_estimation.tracks.throw_table import ThrowMeasures
+from friction_estimation.reports.throws_section import rest_of, throws_section
+from friction_estimation.tracks import Measured, ThrowMeasures, ThrowNote
 
 
 def thrown(throw=0, **numbers):

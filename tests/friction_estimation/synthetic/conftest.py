@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.synthetic import Light
 
 EVEN = Light(vignette=0, gradient=0, gloss=0, pebble=0, shadow=0, flicker=0)

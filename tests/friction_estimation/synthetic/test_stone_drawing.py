@@ -9,7 +9,7 @@ import pytest
 from curling_env.sheet import (
     Stone,
 )
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.synthetic import (
     CAMERAS,
     StoneOnIce,

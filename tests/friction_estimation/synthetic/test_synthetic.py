@@ -20,14 +20,14 @@ from curling_env.sheet import (
     WORLD_CURLING_SHEET,
 )
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import load_scene
+from friction_estimation import load_scene
+from friction_estimation.camera import Camera, camera_from_scene
 from friction_estimation.synthetic import (
     CAMERAS,
     Cast,
     FilmRenderer,
     FilmSpec,
+    Palette,
     StoneOnIce,
     StoneShape,
     frames,
@@ -37,7 +37,7 @@ from friction_estimation.synthetic import (
     render_films,
     scene_of,
 )
-from friction_estimation.synthetic.sheet_drawing import Palette, PixelRays, paint_sheet
+from friction_estimation.synthetic.sheet_drawing import PixelRays, paint_sheet
 from friction_estimation.synthetic.stone_drawing import stone_box
 
 from .conftest import EVEN, PLACES_SEEN, above
@@ -216,7 +216,7 @@ def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path, must_fit):
 
 @pytest.mark.parametrize("name", list(CAMERAS))
 def test_the_scene_file_gives_the_camera_back(name, tmp_path, must_fit):
-    from friction_estimation.camera.scene import save_scene
+    from friction_estimation.camera import save_scene
 
     camera = named_camera(name)
     save_scene(scene_of(camera), tmp_path / "scene.json")

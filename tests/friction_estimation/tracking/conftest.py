@@ -10,11 +10,13 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.scene import Scene, save_scene
+from friction_estimation import Scene
+from friction_estimation.camera import save_scene
 from friction_estimation.synthetic import (
+    HANDLE_COLOURS,
     FilmRenderer,
     FilmSpec,
     StoneOnIce,
@@ -22,7 +24,6 @@ from friction_estimation.synthetic import (
     scene_of,
     write_film,
 )
-from friction_estimation.synthetic.tuning import HANDLE_COLOURS
 
 FPS = 8.0
 SPEC = FilmSpec(camera="gantry", people=False, size=(960, 540), fps=FPS, lead_in=0.0, tail=0.5)

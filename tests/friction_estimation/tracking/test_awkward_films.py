@@ -11,10 +11,10 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.film.stabilisation import stabiliser_for
+from friction_estimation.camera import camera_from_scene
+from friction_estimation.film import stabiliser_for
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 

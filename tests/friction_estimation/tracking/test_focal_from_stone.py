@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.appearance import StoneModel
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import unrefined
+from friction_estimation.camera import Camera, unrefined
 from friction_estimation.tracking.focal_from_stone import _spread_best, _Trial, likely_height
 from friction_estimation.tracking.path.uncertainty import camera_variance, systematic_sigma
 from friction_estimation.tracking.tuning import EDGE_ERROR_PX

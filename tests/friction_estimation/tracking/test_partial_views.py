@@ -8,11 +8,11 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.scene import Scene
+from friction_estimation import Scene
+from friction_estimation.camera import Camera
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 

@@ -7,8 +7,8 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.scene import Scene
+from friction_estimation import Scene
+from friction_estimation.camera import Camera
 from friction_estimation.synthetic import FilmSpec, Light, render_film
 from friction_estimation.tracking import TrackingOptions, track_film
 

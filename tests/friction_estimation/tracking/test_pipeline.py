@@ -10,11 +10,10 @@ import pytest
 
 from curling_env.commands.cli import main
 from curling_env.trajectory import read_tracks
-from friction_estimation.appearance.model import StoneModel
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.scene import Scene, load_scene, save_scene
-from friction_estimation.film.video import Film
-from friction_estimation.film.writer import film_writer
+from friction_estimation import Scene, load_scene
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera import Camera, save_scene
+from friction_estimation.film import Film, film_writer
 from friction_estimation.tracking import track_film
 from friction_estimation.tracking.path.optical_flow import track_by_flow
 

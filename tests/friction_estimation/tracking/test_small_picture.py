@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.slide import play_bounds, slide
+from curling_env.physics import play_bounds, slide
 from curling_env.throw import Release
 from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 from friction_estimation.tracking import track_film

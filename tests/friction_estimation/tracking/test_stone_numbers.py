@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracking.stone_numbers import StoneNumbers, handle_code, same_handle
+from friction_estimation.tracking import StoneNumbers
+from friction_estimation.tracking.stone_numbers import handle_code, same_handle
 
 RED, YELLOW, BLUE = "#c81e28", "#e6d214", "#2040b4"
 

@@ -13,19 +13,18 @@ import pytest
 from curling_env.errors import InputError, NoThrowError
 from curling_env.ice import load_ice
 from curling_env.trajectory import Trajectory, read_tracks
-from friction_estimation import tracking
-from friction_estimation.camera.scene import load_scene
-from friction_estimation.film.video import Film
+from friction_estimation import load_scene, tracking
+from friction_estimation.film import Film
 from friction_estimation.live import TrackedClip, follow_stream, open_feed
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of, write_film
 from friction_estimation.tracking import (
+    Checkpoints,
     load_tracker,
     track_each,
     track_film,
     track_films,
     tracker,
 )
-from friction_estimation.tracking.films.resume import Checkpoints
 
 STRANGER = '''
 import numpy as np

@@ -10,7 +10,7 @@ import pytest
 from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.camera_fusion import join_cameras
+from friction_estimation.tracks import join_cameras
 from friction_estimation.tracks.other_stones import other_stones
 
 BIAS = 0.002
@@ -133,7 +133,7 @@ def test_one_camera_is_not_joined(throw):
     ],
 )
 def test_films_and_scenes_that_do_not_fit_are_refused(options, message, tmp_path, capsys):
-    from friction_estimation.camera.scene import save_scene
+    from friction_estimation.camera import save_scene
     from friction_estimation.synthetic import named_camera, scene_of
 
     scene = str(tmp_path / "a.json")
@@ -150,7 +150,7 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
     """Following the stone is tested elsewhere: here the films' tracks are given."""
     import friction_estimation.tracking as tracking
     from curling_env.trajectory import read_tracks
-    from friction_estimation.camera.scene import save_scene
+    from friction_estimation.camera import save_scene
     from friction_estimation.synthetic import named_camera, scene_of
 
     rng = np.random.default_rng(6)

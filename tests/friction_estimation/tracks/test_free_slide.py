@@ -7,7 +7,8 @@ import pytest
 
 from curling_env.errors import TrackTooShortError
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.free_slide import free_slide, free_slides
+from friction_estimation.tracks import free_slides
+from friction_estimation.tracks.free_slide import free_slide
 
 A = 0.09
 HOG = 10.9725

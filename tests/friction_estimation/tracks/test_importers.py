@@ -7,7 +7,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.trajectory import read_tracks
-from friction_estimation.tracks.importers import Along, on_sheet, read_export
+from friction_estimation.tracks import Along, on_sheet, read_export
 
 # One row every 40 ms: a stone that slides along the program's x axis, a little to its left.
 TIMES = 0.04 * np.arange(40)

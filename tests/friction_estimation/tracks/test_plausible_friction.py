@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.plausible_friction import question_about, rough_friction
+from friction_estimation.tracks import question_about, rough_friction
 
 
 def slide(mu, slow=1.0, speed=2.0):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.tracks.session_pairs import same_throws
+from friction_estimation.tracks import same_throws
 
 
 def session(seed, count=12):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.tracks.smoothing import local_fit, smooth_motion
+from friction_estimation.tracks import local_fit, smooth_motion
 
 A = 0.09
 

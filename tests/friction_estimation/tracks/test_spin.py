@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.free_slide import FreeSlide
-from friction_estimation.tracks.spin import fit_spin, has_heading
+from friction_estimation.tracks import FreeSlide, fit_spin, has_heading
 from friction_estimation.tracks.tuning import MIN_HEADINGS
 
 MU_G, V0 = 0.09, 2.2

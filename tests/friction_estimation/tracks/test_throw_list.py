@@ -7,7 +7,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.tracks.throw_list import ThrowNote, load_tracks, throws_beside
+from friction_estimation.tracks import ThrowNote, load_tracks, throws_beside
 
 
 @pytest.fixture

@@ -9,7 +9,8 @@ import pytest
 
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.throw_table import measure_throw, throw_table
+from friction_estimation.tracks import measure_throw
+from friction_estimation.tracks.throw_table import throw_table
 
 BACK, HOG, TEE = 19.2025, 10.9725, 17.3735
 TIMES = ("back_to_hog", "tee_to_hog", "hog_to_hog", "hog_to_tee")

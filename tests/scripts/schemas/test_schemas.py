@@ -11,15 +11,16 @@ import pytest
 from jsonschema import Draft202012Validator
 from schemas.catalogue import FILES, JsonFile, page
 
-from agents.planning.stones_file import read_stones
-from agents.playing.record import read_record
-from curling_env.game.skill_file import load_skill
+from agents.planning import read_stones
+from agents.playing import read_record
+from curling_env.game import load_skill
 from curling_env.ice import load_ice, preset_names
-from friction_estimation.camera.scene import load_lens, load_scene
+from friction_estimation import load_scene
+from friction_estimation.camera import load_lens
 from friction_estimation.donation import read_session
-from friction_estimation.reports.missing_in_words import findings
+from friction_estimation.reports import findings
+from friction_estimation.tracking import camera_from
 from friction_estimation.tracking.films.shared_cameras import FORMAT as CAMERA_FORMAT
-from friction_estimation.tracking.films.shared_cameras import camera_from
 
 FOLDER = Path(__file__).parents[3] / "docs" / "schemas"
 SPECIMENS = Path(__file__).parent / "specimens"

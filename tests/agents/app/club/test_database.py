@@ -9,7 +9,7 @@ import textwrap
 
 import pytest
 
-from agents.app.club import Club
+from agents.app import Club
 from agents.app.club.database import Database
 from agents.app.club.versions import VERSIONS
 from curling_env.errors import InputError

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agents.app.club import Club
+from agents.app import Club
 from agents.app.club.films import (
     add_piece,
     begin_film,

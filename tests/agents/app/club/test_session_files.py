@@ -7,11 +7,11 @@ import csv
 import numpy as np
 import pytest
 
-from agents.app.club import Club
+from agents.app import Club
 from agents.app.club.club import added
 from agents.app.club.session_files import Part, finish_files, keep_part, write_files
 from curling_env.trajectory import Trajectory, read_tracks
-from friction_estimation.tracks.throw_list import load_tracks
+from friction_estimation.tracks import load_tracks
 
 
 def track(end: float, clock: float = 0.0, stone: int = 0) -> Trajectory:

@@ -15,11 +15,11 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
+from agents.app import Club
 from agents.app.application import application
-from agents.app.club import Club
 from agents.app.work.queue import WorkQueue
 from curling_env.ice import load_ice, save_ice
-from curling_env.infrastructure.web_server import serving
+from curling_env.infrastructure import serving
 
 SECRET = "only-for-tests"
 STONES = "stones=r0.3_17.2*y-0.5_16.4"

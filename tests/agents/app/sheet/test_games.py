@@ -6,8 +6,8 @@ import json
 
 import pytest
 
+from agents.app import CallsForm, GameForm, asked
 from agents.app.sheet.calls import called
-from agents.app.sheet.forms import CallsForm, GameForm, asked
 from agents.app.sheet.games import advised, played
 from curling_env.errors import InputError
 from curling_env.ice import load_ice

@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from agents.app.sheet.forms import PlanForm, asked
+from agents.app import PlanForm, asked
 from agents.app.sheet.plans import planned
 from curling_env.errors import InputError
 from curling_env.ice import load_ice

@@ -6,11 +6,11 @@ import json
 
 import pytest
 
-from agents.app.sheet.forms import RunForm, asked
+from agents.app import RunForm, asked
 from agents.app.sheet.runs import run
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw
 

@@ -10,7 +10,7 @@ from agents.app.sheet.choices import findings_of
 from agents.app.work.kinds import KINDS
 from curling_env import Throw, load_ice, write_tracks
 from curling_env.errors import InputError
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 
 
 def test_what_discovery_says_of_a_session_is_found_by_its_page(club, visitor, rng):

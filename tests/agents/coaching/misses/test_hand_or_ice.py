@@ -9,15 +9,14 @@ import pytest
 import simulated_club as club
 from simulated_ice import random_ice, seen_rests
 
-from agents.coaching.misses.causes import CAUSES
-from agents.coaching.misses.hand_or_ice import hand_or_ice
+from agents.coaching import CAUSES, hand_or_ice
 from agents.coaching.misses.released import read_release
 from agents.coaching.runs import Place, rests
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import ActiveEffect
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
-from friction_estimation.tracks.throw_list import ThrowNote
+from friction_estimation.tracks import ThrowNote
 
 ATHLETES = (club.Athlete(name="Ada"), club.Athlete(name="Bo", bias=(0.03, 0.004, 0.0), spin=1.7))
 

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching.calls import read_call
+from agents.coaching import read_call
 from agents.coaching.misses.intended import intend
 from agents.coaching.runs import Place
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.shot_times import shoot
+from curling_env.physics import shoot
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw
 

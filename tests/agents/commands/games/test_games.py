@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agents.playing.record import read_record
+from agents.playing import read_record
 
 
 def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_path, must_fit):

@@ -10,29 +10,24 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="make setup installs it")
 
-from agents.digital_curling.conversion import game_of
-from agents.digital_curling.dc4 import web_host as web_host_module
-from agents.digital_curling.dc4.match import doubles_of
-from agents.digital_curling.dc4.messages import (
+from agents.digital_curling import (
+    HostedGame,
+    HostSetting,
+    Point,
     Reader4,
-    State4,
-    placement_of,
-    request_of,
+    ShotMessage,
+    doubles_of,
     shot_of,
     state_of,
 )
-from agents.digital_curling.hosting.hosted_game import HostedGame
-from agents.digital_curling.hosting.setting import HostSetting
-from agents.digital_curling.messages import Point, ShotMessage
-from agents.playing.match import Match
-from agents.playing.search import SearchPlayer
+from agents.digital_curling.conversion import game_of
+from agents.digital_curling.dc4 import web_host as web_host_module
+from agents.digital_curling.dc4.messages import State4, placement_of, request_of
+from agents.playing import Match, SearchPlayer
 from curling_env.errors import InputError
-from curling_env.game import GameSimulator
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import Team, rule_set
+from curling_env.game import DrawPlayer, GameSimulator, RuleBasedPlayer, Team, rule_set
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.schema import checked
+from curling_env.infrastructure import checked
 from curling_env.throw import FROM_HACK, SKILLS, Skill
 from tests.agents.digital_curling.dc4.web_hosting import (
     PASSWORDS,

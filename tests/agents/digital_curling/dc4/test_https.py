@@ -12,8 +12,8 @@ pytest.importorskip("uvicorn", reason="make setup installs it")
 
 from agents.digital_curling.dc4 import web_host as web_host_module
 from curling_env.errors import InputError
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.infrastructure.web_server import Certificate
+from curling_env.game import DrawPlayer
+from curling_env.infrastructure import Certificate
 from tests.agents.digital_curling.dc4.web_hosting import PASSWORDS, WebHost
 
 RULES = "dc4_server_mixed_doubles"

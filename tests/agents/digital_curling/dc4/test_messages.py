@@ -10,21 +10,21 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.digital_curling.conversion import game_of
-from agents.digital_curling.dc4.messages import (
+from agents.digital_curling import (
+    ConcedeMessage,
+    HostedGame,
+    HostSetting,
+    Point,
     Reader4,
-    Shot4,
-    State4,
-    move_from,
+    ShotMessage,
     shot_of,
     state_of,
 )
-from agents.digital_curling.hosting.hosted_game import HostedGame
-from agents.digital_curling.hosting.setting import HostSetting
-from agents.digital_curling.messages import ConcedeMessage, Point, ShotMessage
+from agents.digital_curling.conversion import game_of
+from agents.digital_curling.dc4.messages import Shot4, State4, move_from
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.schema import checked
+from curling_env.infrastructure import checked
 
 DRAW = ShotMessage(velocity=Point(0.13, 2.39), rotation="ccw")
 THROUGH = ShotMessage(velocity=Point(0.4, 3.9), rotation="cw")

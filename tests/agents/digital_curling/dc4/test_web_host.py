@@ -8,18 +8,15 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="make setup installs it")
 
+from agents.digital_curling import read_passwords
 from agents.digital_curling.dc4 import application as application_module
 from agents.digital_curling.dc4 import join as join_module
 from agents.digital_curling.dc4 import web_host as web_host_module
 from agents.digital_curling.dc4.application import Credentials, RateLimit
 from agents.digital_curling.dc4.match import RefusedError
-from agents.digital_curling.dc4.web_host import read_passwords
-from agents.playing.match import Match
+from agents.playing import Match
 from curling_env.errors import InputError
-from curling_env.game import GameSimulator
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import Team, rule_set
+from curling_env.game import DrawPlayer, GameSimulator, RuleBasedPlayer, Team, rule_set
 from curling_env.throw import FROM_HACK
 from tests.agents.digital_curling.dc4.web_hosting import (
     PASSWORDS,

@@ -15,7 +15,7 @@ from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
 from agents.digital_curling.dc4 import web_host as web_host_module
-from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game import DrawPlayer
 from tests.agents.digital_curling.dc4.web_hosting import PASSWORDS, Stream, WebHost
 
 RULES = "dc4_server_mixed_doubles"

@@ -11,19 +11,21 @@ from typing import Any
 
 import pytest
 
-from agents.digital_curling.client import Client
-from agents.digital_curling.dc4.join import Place4, play_on_web_server
-from agents.digital_curling.dc4.web_host import host_on_the_web
-from agents.digital_curling.game_record import record_of
-from agents.digital_curling.hosting.seats import PlayerSeat
-from agents.digital_curling.hosting.server import Hosting
-from agents.digital_curling.hosting.setting import HostSetting
-from agents.digital_curling.join import WireLog
-from agents.playing.match import Match
-from curling_env.game import Player
-from curling_env.game.rules import Team
+from agents.digital_curling import (
+    Client,
+    Hosting,
+    HostSetting,
+    Place4,
+    PlayerSeat,
+    WireLog,
+    host_on_the_web,
+    play_on_web_server,
+    record_of,
+)
+from agents.playing import Match
+from curling_env.game import Player, Team
 from curling_env.ice import load_ice
-from curling_env.infrastructure.web_server import Certificate
+from curling_env.infrastructure import Certificate
 from tests.agents.digital_curling.host_thread import HostThread
 
 PASSWORDS = {"anna": "correct horse", "ben": "battery staple"}

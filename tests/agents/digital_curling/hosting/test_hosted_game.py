@@ -9,11 +9,17 @@ from typing import Any
 import msgspec
 import pytest
 
-from agents.digital_curling.conversation import Update, from_server, write_line
+from agents.digital_curling import (
+    HostedGame,
+    HostSetting,
+    Point,
+    ShotMessage,
+    from_server,
+    throwers_from,
+    write_line,
+)
+from agents.digital_curling.conversation import Update
 from agents.digital_curling.conversion import game_of
-from agents.digital_curling.hosting.hosted_game import HostedGame
-from agents.digital_curling.hosting.setting import HostSetting, throwers_from
-from agents.digital_curling.messages import Point, ShotMessage
 from agents.playing.record_schema import check_lines
 from curling_env.errors import InputError
 from curling_env.game import IceEvolution

@@ -10,14 +10,14 @@ from typing import Any
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.digital_curling.hosting.seats import (
-    MAX_BAD_LINES,
+from agents.digital_curling import (
     ClientSeat,
+    ConcedeMessage,
     OutOfTimeError,
     SeatLostError,
-    Turn,
+    ShotMessage,
 )
-from agents.digital_curling.messages import ConcedeMessage, ShotMessage
+from agents.digital_curling.hosting.seats import MAX_BAD_LINES, Turn
 
 MOVES = [
     {"cmd": "move", "move": {"type": "concede"}},

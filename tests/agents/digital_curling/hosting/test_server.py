@@ -17,19 +17,19 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from agents.digital_curling.client import Client
+from agents.digital_curling import (
+    Client,
+    Hosting,
+    HostSetting,
+    PlayerSeat,
+    WireLog,
+    host_game,
+    play_on_server,
+)
 from agents.digital_curling.hosting import seats as seats_module
-from agents.digital_curling.hosting.seats import MAX_BAD_LINES, PlayerSeat
-from agents.digital_curling.hosting.server import Hosting, host_game
-from agents.digital_curling.hosting.setting import HostSetting
-from agents.digital_curling.join import WireLog, play_on_server
-from agents.playing.match import Match
-from agents.playing.record import read_record
-from agents.playing.search import SearchPlayer
-from curling_env.game import GameSimulator, Player
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import Team, rule_set
+from agents.digital_curling.hosting.seats import MAX_BAD_LINES
+from agents.playing import Match, SearchPlayer, read_record
+from curling_env.game import DrawPlayer, GameSimulator, Player, RuleBasedPlayer, Team, rule_set
 from curling_env.ice import load_ice
 from curling_env.throw import FROM_HACK
 from tests.agents.digital_curling.host_thread import HostThread

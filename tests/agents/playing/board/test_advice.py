@@ -7,12 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.playing.board.advice import best_calls
-from agents.playing.board.set_up import LaidStone, Position, set_up
-from agents.playing.search import SearchPlayer
+from agents.playing import LaidStone, Position, SearchPlayer, best_calls, set_up
 from curling_env.errors import InputError
-from curling_env.game import Call, GameSimulator
-from curling_env.game.rules import Team, rule_set
+from curling_env.game import Call, GameSimulator, Team, rule_set
 from curling_env.sheet import TEE_Y, Direction
 
 LAST = Position(  # tied, the last stone of the game, an open stone of theirs beside the button

@@ -6,10 +6,10 @@ from dataclasses import replace
 
 import pytest
 
-from agents.playing.board.kept_game import GameTable, KeptGame, kept_throws, rounded
-from agents.playing.board.set_up import LaidStone, Position
+from agents.playing import GameTable, KeptGame, LaidStone, Position, kept_throws
+from agents.playing.board.kept_game import rounded
 from curling_env.errors import InputError
-from curling_env.game.rules import Team
+from curling_env.game import Team
 from curling_env.ice import load_ice
 from curling_env.sheet import TEE_Y
 from curling_env.throw import SKILLS, Throw

@@ -4,11 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from agents.playing.board.set_up import LaidStone, Position, least_delivered, set_up
+from agents.playing import LaidStone, Position, set_up
+from agents.playing.board.set_up import least_delivered
 from curling_env.errors import InputError
-from curling_env.game import GameSimulator
-from curling_env.game.rules import Team, count, rule_set
-from curling_env.game.simulator import direction_of
+from curling_env.game import GameSimulator, Team, count, direction_of, rule_set
 from curling_env.sheet import TEE_Y, Direction
 
 FOURS = rule_set("world_curling_2024")

@@ -10,7 +10,7 @@ from agents.playing.ends.grades import SHOT_TYPES
 from agents.playing.ends.play import Conditions, GameRecord, play_games
 from agents.playing.ends.results import expected_before_an_end
 from agents.playing.search import CallingStyle
-from curling_env.game.team_judgement import TeamJudgement
+from curling_env.game import TeamJudgement
 from curling_env.throw import SKILLS
 
 

@@ -16,7 +16,7 @@ from agents.playing.ends.published import (
     score_shares,
 )
 from agents.playing.search.win_probability import WinProbability
-from curling_env.game.rules import rule_set
+from curling_env.game import rule_set
 
 RULES = rule_set("world_curling_2024")
 

@@ -8,10 +8,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.playing.ends.figure import draw_ends
+from agents.playing import (
+    calibration,
+    draw_ends,
+    games_in,
+    kept_document,
+    played_games,
+    summary,
+    summary_text,
+)
 from agents.playing.ends.play import Conditions, EndRecord, GameRecord, ShotRecord
-from agents.playing.ends.records import conditions_document, games_in, played_games
-from agents.playing.ends.results import calibration, kept_document, summary, summary_text
+from agents.playing.ends.records import conditions_document
 from agents.playing.ends.summary import (
     calls_calibration,
     course,
@@ -22,7 +29,7 @@ from agents.playing.ends.summary import (
 )
 from agents.playing.search.win_probability import WinProbability
 from curling_env.errors import InputError
-from curling_env.game.rules import rule_set
+from curling_env.game import rule_set
 
 
 def game(seed, scores=(1, 0, -2), *, won=True, points=(4, 3, 0), predicted=0.7):

@@ -7,11 +7,17 @@ from typing import cast
 import numpy as np
 import pytest
 
-from agents.playing.league.backwards import lesson_before
-from agents.playing.league.fit import Lesson
-from agents.playing.league.self_play import PlayedEnds, end_simulator
-from agents.playing.search.positions import SCORES, EndSimulator
-from agents.playing.search.value_network import ValueNetwork, load_network, skill_feature
+from agents.playing import (
+    SCORES,
+    Lesson,
+    PlayedEnds,
+    ValueNetwork,
+    end_simulator,
+    lesson_before,
+    load_network,
+    skill_feature,
+)
+from agents.playing.search.positions import EndSimulator
 from curling_env.throw import skill_named
 
 ELITE = skill_named("elite")

@@ -10,19 +10,21 @@ import pytest
 
 pytest.importorskip("torch")
 
-from agents.learning.model_file import read_model, write_model
-from agents.playing.league.fit import fit_value_network, lessons_of
-from agents.playing.league.run import run_league
-from agents.playing.league.self_play import PlayedEnds
-from agents.playing.league.settings import LeagueSettings, league_settings
-from agents.playing.match import play_game
+from agents.learning import read_model, write_model
+from agents.playing import (
+    PlayedEnds,
+    ValueNetwork,
+    fit_value_network,
+    league_settings,
+    play_game,
+    player_from,
+    run_league,
+)
+from agents.playing.league.fit import lessons_of
+from agents.playing.league.settings import LeagueSettings
 from agents.playing.search.positions import MAX_POINTS, SLOTS, points_of
-from agents.playing.search.value_network import ValueNetwork
-from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
-from curling_env.game import GameSimulator, player_named
-from curling_env.game.rules import rule_set
-from curling_env.game.rules.lines import Lines
+from curling_env.game import GameSimulator, Lines, player_named, rule_set
 
 TINY = LeagueSettings(generations=(128, 64), tried=8, layers=(32, 16, 48, 24))
 

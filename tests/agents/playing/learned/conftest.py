@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import curling_env  # noqa: F401
-from agents.playing.learned.network import SIZES, ShotNetwork
+from agents.playing import ShotNetwork
+from agents.playing.learned.network import SIZES
 
 
 class Called(NamedTuple):

@@ -5,9 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from agents.playing import Lessons, joined
 from agents.playing.learned.features import features_of, positions_of
-from agents.playing.learned.lessons import Lessons, joined, mirrored
-from curling_env.envs.game.shots import SHOTS
+from agents.playing.learned.lessons import mirrored
+from curling_env.envs import SHOTS
 from curling_env.errors import InputError
 
 

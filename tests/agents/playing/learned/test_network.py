@@ -9,12 +9,11 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agents.learning.model_file import read_model, write_model
+from agents.learning import read_model, write_model
+from agents.playing import IMPOSSIBLE, LearnedPlayer, Lessons, ShotNetwork
 from agents.playing.learned.features import features_of
-from agents.playing.learned.lessons import Lessons
-from agents.playing.learned.network import IMPOSSIBLE, OF_A_STONE, OF_PLACES, ShotNetwork
-from agents.playing.learned.player import LearnedPlayer
-from curling_env.envs.game.shots import SHOTS
+from agents.playing.learned.network import OF_A_STONE, OF_PLACES
+from curling_env.envs import SHOTS
 from curling_env.errors import InputError
 
 
@@ -74,7 +73,7 @@ def test_a_file_gives_the_network_back_and_others_are_refused(network, called, t
 
 def test_gradients_are_of_the_same_network(network, called):
     torch = pytest.importorskip("torch")
-    from agents.playing.learned.fit import ShotModule
+    from agents.playing import ShotModule
 
     module, seen = ShotModule(network), network.seen(called.observations[::5])
     with torch.no_grad():
@@ -86,7 +85,7 @@ def test_gradients_are_of_the_same_network(network, called):
 
 def test_cloning_learns_a_rule(called):
     pytest.importorskip("torch")
-    from agents.playing.learned.fit import clone
+    from agents.playing import clone
 
     # The rule: with the hammer draw to the button, without it throw through the house.
     seen = np.repeat(called.observations, 3, axis=0)

@@ -12,9 +12,8 @@ import pytest
 from agents.playing.learned.lessons import lessons_of
 from agents.playing.learned.values import ShotValues
 from agents.playing.learned.views import views_of
-from curling_env.envs.game.shots import SHOTS
-from curling_env.game.rules import Team
-from curling_env.game.rules.teams import RestingStone
+from curling_env.envs import SHOTS
+from curling_env.game import RestingStone, Team
 
 NUMBERS = {shot.name: k for k, shot in enumerate(SHOTS)}
 NOSE = NUMBERS["hit their stone 3 on the nose, board weight"]

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 from agents.playing.learned.views import views_of
-from curling_env.envs.known_ice import mean_friction, told, untold
+from curling_env.envs import mean_friction
+from curling_env.envs.known_ice import told, untold
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 

@@ -5,14 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.match import play_game
+from agents.playing import SearchPlayer, play_game, play_tournament
 from agents.playing.players.greedy import GreedyPlayer
-from agents.playing.search import SearchPlayer
-from agents.playing.tournament import play_tournament
-from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import Team, rule_set
+from curling_env.game import (
+    NO_EVOLUTION,
+    TYPICAL_EVOLUTION,
+    DrawPlayer,
+    GameSimulator,
+    RuleBasedPlayer,
+    Team,
+    rule_set,
+)
 from curling_env.throw import FROM_HACK
 
 PLAYERS = {"draw": DrawPlayer, "rulebased": RuleBasedPlayer, "greedy": GreedyPlayer}

@@ -8,14 +8,10 @@ import cv2
 import numpy as np
 import pytest
 
-from agents.playing.match import play_game
-from agents.playing.record import read_record, write_record
-from agents.playing.replay.film import FPS, HOLD, deliveries_of, frames_of, write_film
+from agents.playing import deliveries_of, play_game, read_record, write_film, write_record
+from agents.playing.replay.film import FPS, HOLD, frames_of
 from curling_env.errors import InputError
-from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import rule_set
+from curling_env.game import TYPICAL_EVOLUTION, DrawPlayer, GameSimulator, RuleBasedPlayer, rule_set
 from curling_env.render import SheetRenderer
 from curling_env.sheet import Direction
 

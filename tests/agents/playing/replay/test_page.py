@@ -7,13 +7,8 @@ import json
 import numpy as np
 import pytest
 
-from agents.playing.match import play_game
-from agents.playing.record import lines_of
-from agents.playing.replay.page import write_page
-from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.opponents.rulebased import RuleBasedPlayer
-from curling_env.game.rules import rule_set
+from agents.playing import lines_of, play_game, write_page
+from curling_env.game import TYPICAL_EVOLUTION, DrawPlayer, GameSimulator, RuleBasedPlayer, rule_set
 from curling_env.sheet import TEE_Y
 
 HOME, AWAY = (206, 38, 50), (244, 190, 32)

@@ -10,7 +10,7 @@ import pytest
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.tuning import HIT_WEIGHTS
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics import Aim
 from curling_env.sheet import Direction
 from curling_env.throw import FROM_HACK, FROM_HOG_LINE, Throw
 

@@ -7,11 +7,10 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from agents.playing import SCORES, load_network
 from agents.playing.search.evaluator import PositionEvaluator
-from agents.playing.search.positions import SCORES, SLOTS
-from agents.playing.search.value_network import load_network
-from curling_env.game.rules import rule_set
-from curling_env.game.rules.lines import Lines
+from agents.playing.search.positions import SLOTS
+from curling_env.game import Lines, rule_set
 from tests.agents.playing.search.random_positions import positions
 
 FOURS = rule_set("world_curling_2024", ends=8)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.search import SearchPlayer
-from agents.playing.search.networks import NETWORKS, network_for
-from agents.playing.search.positions import SCORES, SLOTS
-from agents.playing.search.value_network import load_network
-from curling_env.game.rules import rule_set
+from agents.playing import NETWORKS, SCORES, SearchPlayer, load_network
+from agents.playing.search.networks import network_for
+from agents.playing.search.positions import SLOTS
+from curling_env.game import rule_set
 from curling_env.ice import load_ice
 
 

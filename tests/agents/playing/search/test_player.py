@@ -7,31 +7,28 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.playing.match import play_game
-from agents.playing.search import CallingStyle, SearchPlayer
+from agents.playing import SCORES, SearchPlayer, play_game, player_from
+from agents.playing.search import CallingStyle
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.calling_style import FOR_POINTS
-from agents.playing.search.positions import SCORES, EndSimulator, position_of
+from agents.playing.search.positions import EndSimulator, position_of
 from agents.playing.search.shots import KINDS, shots_for
-from agents.playing.trained_player import player_from
 from curling_env.errors import InputError
 from curling_env.game import (
     NO_EVOLUTION,
     TYPICAL_EVOLUTION,
+    DrawPlayer,
+    End,
+    Fault,
     GameSimulator,
     GameState,
+    Lines,
     PlayerView,
-    player_named,
-)
-from curling_env.game.opponents.draw import DrawPlayer
-from curling_env.game.rules import (
-    End,
     RestingStone,
     Team,
+    player_named,
     rule_set,
 )
-from curling_env.game.rules.delivery import Fault
-from curling_env.game.rules.lines import Lines
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
 from curling_env.throw import Throw

@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from agents.playing.search.positions import SLOTS, EndSimulator, points_of
-from curling_env.game.rules import RULE_SETS, RestingStone, Team, count, rule_on, rule_set, score_of
-from curling_env.game.rules.delivery import Result
-from curling_env.game.rules.lines import Lines
+from curling_env.game import Lines, RestingStone, Result, Team, count, rule_on, rule_set, score_of
+from curling_env.game.rules import RULE_SETS
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
 from tests.agents.playing.search.random_positions import positions

@@ -8,12 +8,11 @@ from functools import partial
 import numpy as np
 import pytest
 
-from agents.playing.search import SearchPlayer, throws_before
+from agents.playing import SearchPlayer, throws_before
 from agents.playing.search.player import _Search
 from agents.playing.search.reply import values_after_reply
 from agents.playing.search.tuning import REPLIES_ALWAYS, REPLY_FACTOR, REPLY_LEAST
-from curling_env.game import GameSimulator, GameState, PlayerView
-from curling_env.game.rules import End, RestingStone, Team, rule_set
+from curling_env.game import End, GameSimulator, GameState, PlayerView, RestingStone, Team, rule_set
 
 RULES = rule_set("world_curling_2024", ends=1)
 SIMULATOR = GameSimulator(rules=RULES, skills="elite")

@@ -22,10 +22,8 @@ import curling_env
 from curling_env.envs.game.action import TeamDecisions
 from curling_env.envs.game.reward import GameRewardWeights
 from curling_env.errors import InputError
-from curling_env.game import TYPICAL_EVOLUTION, Call, GameState
-from curling_env.game.rules import Team
-from curling_env.game.rules.delivery import Fault
-from curling_env.physics.one_stone.aim import Aim
+from curling_env.game import TYPICAL_EVOLUTION, Call, Fault, GameState, Team
+from curling_env.physics import Aim
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 

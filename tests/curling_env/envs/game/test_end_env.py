@@ -11,10 +11,9 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.game.end_env import AGENT
+from curling_env.envs import AGENT
 from curling_env.errors import InputError
-from curling_env.game import TYPICAL_EVOLUTION, Call
-from curling_env.game.rules import Team
+from curling_env.game import TYPICAL_EVOLUTION, Call, Team
 from curling_env.throw import Throw
 
 
@@ -156,7 +155,7 @@ def test_a_guard_taken_out_too_early_is_put_back_and_counts_as_a_fault():
     env.reset(seed=0)
     guard = env.state.game.end.stones[0]
     assert guard.y < -2
-    from curling_env.physics.one_stone.aim import Aim
+    from curling_env.physics import Aim
 
     hit = Aim(env.simulator.ice).through(guard.x, guard.y, 3.2, 1.5)
     _, _, _, _, info = env.step(env.action_of(Call(throw=hit)))

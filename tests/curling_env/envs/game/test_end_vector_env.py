@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.game.end_vector_env import CurlingEndVectorEnv
+from curling_env.envs import CurlingEndVectorEnv
 from curling_env.errors import InputError
 from curling_env.game import TYPICAL_EVOLUTION, Call, IceEvolution
 from curling_env.ice import ActiveEffect, load_ice
-from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics import Aim
 from curling_env.sheet import Direction
 
 

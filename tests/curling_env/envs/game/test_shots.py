@@ -8,8 +8,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env
-from curling_env.envs.game.end_env import AGENT
-from curling_env.envs.game.shots import DRAWS, SHOTS
+from curling_env.envs import AGENT, DRAWS, SHOTS
 from curling_env.errors import InputError
 
 NUMBER = {shot.name: k for k, shot in enumerate(SHOTS)}

@@ -5,10 +5,11 @@ from __future__ import annotations
 import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.action import ThrowRange, throw_range_for, weight_to
+from curling_env.envs import ThrowRange, throw_range_for
+from curling_env.envs.sheet.action import weight_to
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw
 

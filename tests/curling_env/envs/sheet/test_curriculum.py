@@ -15,7 +15,7 @@ from curling_env.envs.sheet.curriculum import (
 )
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics import Aim
 from curling_env.sheet import Direction
 
 SPIN = 1.5

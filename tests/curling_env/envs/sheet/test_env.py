@@ -12,13 +12,10 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.action import ThrowRange
-from curling_env.envs.sheet.reward import RewardWeights
+from curling_env.envs import RewardWeights, ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
-from curling_env.physics.ice_uncertainty import rest_spread
-from curling_env.physics.one_stone.aim import Aim
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import Aim, rest_spread, slide
 from curling_env.sheet import HACK_Y, TEE_Y, Direction, to_delivery
 from curling_env.throw import FROM_HACK, Throw
 
@@ -272,7 +269,7 @@ def test_options_that_make_no_sense_are_refused(options, says):
 
 
 def test_an_unknown_render_mode_is_refused():
-    from curling_env.envs.sheet.env import CurlingSheetEnv
+    from curling_env.envs import CurlingSheetEnv
 
     with pytest.raises(InputError, match="render_mode"):
         CurlingSheetEnv(render_mode="ansi")

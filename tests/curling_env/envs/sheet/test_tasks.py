@@ -10,11 +10,12 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.reward import PARTS, RewardWeights
+from curling_env.envs import RewardWeights
+from curling_env.envs.sheet.reward import PARTS
 from curling_env.envs.sheet.tasks import TASKS, TakeoutTask
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics.one_stone.aim import Aim
+from curling_env.physics import Aim
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery
 from curling_env.throw import Throw
 

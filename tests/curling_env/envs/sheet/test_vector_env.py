@@ -12,7 +12,7 @@ from gymnasium.vector import AutoresetMode
 from gymnasium.wrappers.vector import DictInfoToList, RecordEpisodeStatistics
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
+from curling_env.envs import CurlingSheetVectorEnv
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, load_ice
 from curling_env.sheet import TEE_Y, Direction

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from curling_env.game.rules import RULE_SETS, RuleSet
+from curling_env.game import RuleSet
+from curling_env.game.rules import RULE_SETS
 
 PAGE = (Path(__file__).parents[4] / "docs" / "rules.md").read_text(encoding="utf-8")
 

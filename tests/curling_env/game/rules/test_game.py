@@ -5,18 +5,18 @@ from __future__ import annotations
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game.rules import (
+from curling_env.game import (
     Game,
     RestingStone,
     Result,
     Team,
     begin_end,
     concede,
-    deliver,
     may_concede,
     new_game,
     rule_set,
 )
+from curling_env.game.rules import deliver
 
 FOURS = rule_set("world_curling_2024")
 DOUBLES = rule_set("mixed_doubles_2024")

@@ -7,8 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError
-from curling_env.game.rules import (
-    RULE_SETS,
+from curling_env.game import (
     Fault,
     Lines,
     RestingStone,
@@ -17,15 +16,15 @@ from curling_env.game.rules import (
     begin_end,
     concede,
     count,
-    deliver,
     may_concede,
     new_game,
     rule_on,
     rule_set,
     score_of,
     shot_order,
+    stones_left,
 )
-from curling_env.game.rules.game import stones_left
+from curling_env.game.rules import RULE_SETS, deliver
 
 LINES = Lines()
 places = st.tuples(st.floats(-2.2, 2.2), st.floats(-6.5, 1.9))

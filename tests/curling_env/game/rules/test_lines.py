@@ -5,7 +5,7 @@ from __future__ import annotations
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game.rules import Lines
+from curling_env.game import Lines
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOUSE_RADIUS, TEE_Y
 
 LINES = Lines()

@@ -9,21 +9,21 @@ import pytest
 import yaml
 
 from curling_env.errors import InputError
-from curling_env.game.rules import (
+from curling_env.game import (
     Game,
     RestingStone,
     Result,
     Team,
     begin_end,
     concede,
-    deliver,
+    hammer_after,
     may_concede,
     new_game,
     rule_on,
     rule_set,
     score_of,
 )
-from curling_env.game.rules.scoring import hammer_after
+from curling_env.game.rules import deliver
 
 SCENARIOS = yaml.safe_load((Path(__file__).parent / "scenarios.yaml").read_text())
 

@@ -6,8 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curling_env.game.rules import Lines, RestingStone, Team, count
-from curling_env.game.rules.scoring import points_of
+from curling_env.game import Lines, RestingStone, Team, count, points_of
 
 LINES = Lines()
 

@@ -16,10 +16,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.schema import Document, checked, within
-from curling_env.infrastructure.files.storage import (
+from curling_env.infrastructure import (
     Column,
+    Document,
+    checked,
     confined,
     ordinary_file,
     read_arrays,
@@ -27,9 +27,11 @@ from curling_env.infrastructure.files.storage import (
     read_json,
     read_table,
     read_text,
+    read_yaml,
+    within,
     write_arrays,
 )
-from curling_env.infrastructure.files.yaml_file import read_yaml
+from curling_env.infrastructure.files import limits
 
 # --- bytes
 

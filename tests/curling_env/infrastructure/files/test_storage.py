@@ -16,10 +16,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.files.storage import (
-    MAX_INTEGER,
+from curling_env.infrastructure import (
     atomic_path,
-    file_digest,
     format_json,
     make_directory,
     read_json,
@@ -29,6 +27,7 @@ from curling_env.infrastructure.files.storage import (
     write_table,
     write_text,
 )
+from curling_env.infrastructure.files.storage import MAX_INTEGER, file_digest
 
 
 def names(directory: Path) -> list[str]:

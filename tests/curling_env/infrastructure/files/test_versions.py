@@ -7,7 +7,7 @@ import copy
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.infrastructure import FileFormat
 
 
 def in_metres(document):

@@ -11,21 +11,22 @@ from pathlib import Path
 import pytest
 
 from curling_env.errors import OutputError
-from curling_env.infrastructure.files import drafts, writing
-from curling_env.infrastructure.files.command_files import command_files, refuse_to_write
-from curling_env.infrastructure.files.kinds import kind_of
-from curling_env.infrastructure.files.storage import (
+from curling_env.infrastructure import (
     atomic_path,
     check_writable,
+    command_files,
     folder_of_drafts,
+    kind_of,
     make_directory,
     read_text,
+    refuse_to_write,
     together,
     write_json,
     write_table,
     write_text,
     written_so_far,
 )
+from curling_env.infrastructure.files import drafts, writing
 
 TRACKS = {"throw": [0], "t": [0.0], "x": [0.0], "y": [0.0], "theta": [0.0]}
 

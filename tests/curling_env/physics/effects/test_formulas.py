@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.effects import catalogue
-from curling_env.physics.law import acceleration
+from curling_env.physics import acceleration, catalogue
 from curling_env.sheet import RULE_BOOK_STONE
 
 G, MU = 9.80665, 0.009

@@ -11,17 +11,21 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.many_stones.batch import (
+from curling_env.physics import (
+    FINE_TOLERANCE,
+    QUICK_TOLERANCE,
     RELEASE_DTYPE,
+    Aim,
     BatchEngine,
+    Engine,
+    SlideEnd,
     play_batch,
+    play_bounds,
     release_table,
+    slide,
     throw_batch,
 )
-from curling_env.physics.many_stones.engine import Engine
-from curling_env.physics.one_stone.aim import Aim
-from curling_env.physics.one_stone.slide import SlideEnd, is_beyond, play_bounds, slide
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
+from curling_env.physics.one_stone.slide import is_beyond
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y, Direction
 from curling_env.throw import Release, Throw
 

@@ -10,18 +10,19 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.many_stones.batch import play_batch
-from curling_env.physics.many_stones.contacts import (
+from curling_env.physics import (
+    FINE_TOLERANCE,
+    Engine,
     Entry,
+    StoneState,
     contact_law,
     find_contacts,
     new_contacts,
+    play_batch,
+    play_bounds,
     solve_contacts,
 )
-from curling_env.physics.many_stones.engine import Engine, StoneState
 from curling_env.physics.many_stones.pymunk_contacts import resolve_contacts
-from curling_env.physics.one_stone.slide import play_bounds
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.physics.tuning import TOUCHING
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y, Direction, Stone
 from curling_env.throw import Throw

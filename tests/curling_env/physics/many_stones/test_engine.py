@@ -11,14 +11,21 @@ from hypothesis import strategies as st
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.law import compile_law
-from curling_env.physics.many_stones.engine import Engine, Status, StoneState
-from curling_env.physics.motion import MOTION_SIZE
+from curling_env.physics import (
+    FINE_TOLERANCE,
+    MOTION_SIZE,
+    Engine,
+    SlideEnd,
+    Status,
+    StoneState,
+    compile_law,
+    play_bounds,
+    slide,
+)
 from curling_env.physics.one_stone.integrate import Delivery, Sampling
-from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide, slide_state
+from curling_env.physics.one_stone.slide import slide_state
 from curling_env.physics.one_stone.step import new_workspace
 from curling_env.physics.one_stone.surroundings import Limits
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,

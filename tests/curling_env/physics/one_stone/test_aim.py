@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
-from curling_env.physics.one_stone.aim import Aim
-from curling_env.physics.one_stone.slide import NO_BOUNDS, slide
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
+from curling_env.physics import FINE_TOLERANCE, NO_BOUNDS, Aim, slide
 from curling_env.sheet import HACK_Y, TEE_Y, Direction, to_delivery
 from curling_env.throw import FROM_HACK, Release, Throw
 

@@ -11,9 +11,9 @@ from hypothesis import strategies as st
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice
+from curling_env.physics import FINE_TOLERANCE, QUICK_TOLERANCE, SlideEnd, play_bounds, slide
 from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
-from curling_env.physics.one_stone.slide import SlideEnd, edge_bounds, play_bounds, slide
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
+from curling_env.physics.one_stone.slide import edge_bounds
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release, Throw
 

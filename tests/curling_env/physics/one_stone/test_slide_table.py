@@ -6,9 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, load_ice
-from curling_env.physics.law import compile_law
-from curling_env.physics.many_stones.batch import BatchEngine, release_table
-from curling_env.physics.one_stone.slide import play_bounds
+from curling_env.physics import BatchEngine, compile_law, play_bounds, release_table
 from curling_env.physics.one_stone.slide_table import slide_table
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw

@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.ice import load_ice
-from curling_env.physics.many_stones.batch import play_batch, throw_batch
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE
+from curling_env.physics import FINE_TOLERANCE, play_batch, throw_batch
 from curling_env.throw import Throw
 
 

@@ -13,14 +13,17 @@ import pytest
 
 from curling_env.errors import InputError, OutputError
 from curling_env.sheet import PAPER_SHEET
+from friction_estimation import load_scene
+from friction_estimation.camera import (
+    CORNERS,
+    Annotation,
+    AnnotationServer,
+    keypoints_of,
+    save_scene,
+)
 from friction_estimation.camera.annotation import server as server_module
-from friction_estimation.camera.annotation.annotate import Annotation
-from friction_estimation.camera.annotation.server import AnnotationServer
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px
-from friction_estimation.camera.markings import keypoints_of
-from friction_estimation.camera.scene import CORNERS, load_scene, save_scene
-from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
-from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, named_camera, scene_of
 
 
 @pytest.fixture(scope="module")

@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.camera.pose import camera_from_scene
+from friction_estimation import discover
+from friction_estimation.camera import camera_from_scene
 from friction_estimation.discovery.data.measurement import measurement_effects_through
-from friction_estimation.discovery.discover import discover
-from friction_estimation.synthetic.cameras import named_camera, scene_of
+from friction_estimation.synthetic import named_camera, scene_of
 
 SIZE = (1920, 1080)
 

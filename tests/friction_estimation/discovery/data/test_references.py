@@ -8,14 +8,9 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.discovery.data.references import (
-    calibrate,
-    calibrations_of,
-    corrected,
-    read_reference,
-)
-from friction_estimation.discovery.discover import discover
-from friction_estimation.discovery.report import document
+from friction_estimation import discover
+from friction_estimation.discovery import calibrate, document, read_reference
+from friction_estimation.discovery.data.references import calibrations_of, corrected
 
 from ..conftest import effect
 

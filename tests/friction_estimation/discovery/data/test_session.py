@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery import open_session
 from friction_estimation.discovery.tuning import HIGHEST_FRAME_RATE
 
 

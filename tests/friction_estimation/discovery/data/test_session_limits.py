@@ -12,10 +12,9 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.discover import discover
-from friction_estimation.estimation.whole_ice import estimate_ice
-from friction_estimation.tracks.throw_list import load_tracks
+from friction_estimation import discover, estimate_ice
+from friction_estimation.discovery import open_session
+from friction_estimation.tracks import load_tracks
 
 
 def track(rows: int = 20, seconds: float = 10.0, throw: int = 0) -> Trajectory:

@@ -8,27 +8,24 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.session import slides_in_turn
-from curling_env.physics.wear import wear_along_path, with_wear_in_map
+from curling_env.physics import slides_in_turn, wear_along_path, with_wear_in_map
 from curling_env.sheet import PAPER_SHEET, Direction
 from curling_env.throw import Throw
 from curling_env.worn_tracks import WORN_WIDTH
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation import discover
+from friction_estimation.discovery import base_model, document, open_session
 from friction_estimation.discovery.data.wear_tracks import (
     LONGEST_PATH,
     WearTracks,
     smoothed_path,
     wear_refinement,
 )
-from friction_estimation.discovery.discover import discover
 from friction_estimation.discovery.evidence.earlier_paths import with_earlier_paths
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.evidence.unknown.nearby import Combination, nearby
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import fit, refit
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.report import document
 
 ALONG = -0.012
 LABEL = "pebble_wear[along_path]"

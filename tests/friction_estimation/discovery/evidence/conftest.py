@@ -4,10 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery import base_model, fit_with_noise, open_session
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.selection import fit_with_noise
 
 from ..conftest import effect
 

@@ -6,10 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery import base_model, fit_with_noise, open_session
 from friction_estimation.discovery.evidence.events import exceptional_throws
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.search.selection import fit_with_noise
 
 from ..conftest import effect
 

@@ -7,10 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.evidence.hold_out import choose_held_out, forecast, noise_floor
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.search.selection import fit_with_noise
+from friction_estimation.discovery import (
+    base_model,
+    fit_with_noise,
+    forecast,
+    noise_floor,
+    open_session,
+)
+from friction_estimation.discovery.evidence.hold_out import choose_held_out
 from friction_estimation.discovery.tuning import FORECAST_SECONDS
 
 from ..conftest import effect

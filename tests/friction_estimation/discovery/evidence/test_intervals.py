@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from friction_estimation.discovery.discover import ice_of
+from friction_estimation.discovery import ice_of, mixture
 from friction_estimation.discovery.evidence.intervals import _half_widths, common_errors
-from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.selection import refit
 

@@ -7,8 +7,8 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import kstest
 
+from friction_estimation.discovery import base_model
 from friction_estimation.discovery.evidence.loo_pit import loo_pit
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.search.selection import refit
 
 

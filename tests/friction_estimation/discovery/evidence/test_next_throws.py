@@ -8,10 +8,10 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery import base_model, fit_with_noise, open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.evidence.next_throws import (
     LINES,
@@ -20,9 +20,8 @@ from friction_estimation.discovery.evidence.next_throws import (
     draw_speeds,
     next_throws,
 )
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.selection import fit_with_noise, refit
+from friction_estimation.discovery.search.selection import refit
 
 from ..conftest import effect
 

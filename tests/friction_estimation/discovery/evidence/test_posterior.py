@@ -8,25 +8,25 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
-from friction_estimation.discovery.evidence.posterior import (
+from friction_estimation.discovery import CARD as MAP_CARD
+from friction_estimation.discovery import (
+    Term,
+    base_model,
+    crossed_by,
     draw_posterior,
-    log_variances,
-    throw_constants,
+    field_along,
+    fit_with_noise,
+    open_session,
 )
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
+from friction_estimation.discovery.evidence.posterior import log_variances, throw_constants
 from friction_estimation.discovery.model.fit import linearise, refit
-from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
-from friction_estimation.discovery.model.friction_field import crossed_by, field_along
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.sensitivity import sensitivities
-from friction_estimation.discovery.search.selection import fit_with_noise
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPREAD
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)

@@ -7,6 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from friction_estimation.discovery import base_model
 from friction_estimation.discovery.evidence import predictive_density
 from friction_estimation.discovery.evidence.posterior import throw_constants
 from friction_estimation.discovery.evidence.predictive_density import (
@@ -16,7 +17,6 @@ from friction_estimation.discovery.evidence.predictive_density import (
     left_out_scores,
     unseen_scores,
 )
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import fit, linearise
 from friction_estimation.discovery.model.noise import SessionNoise

@@ -5,20 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.physics.effects import catalogue
-from friction_estimation.discovery.data.session import open_session
+from curling_env.physics import catalogue
+from friction_estimation.discovery import (
+    Term,
+    base_model,
+    fit_with_noise,
+    open_session,
+    own_frictions,
+)
 from friction_estimation.discovery.evidence.significance import (
     _best_of,
     _correlations,
     add_effects_between_throws,
     friction_structure,
-    own_frictions,
     own_values,
     throw_covariates,
 )
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.search.selection import fit_with_noise, refit
+from friction_estimation.discovery.model.candidates import neutral_values
+from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import PERMUTATIONS
 
 from ..conftest import effect

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.baseline import first_friction
+from friction_estimation.discovery import first_friction, open_session
 
 
 def slide(mu, seconds, *, speed=2.0, throw=0):

@@ -7,15 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.physics.effects import catalogue, register, unregister
-from friction_estimation.discovery.data.session import open_session
+from curling_env.physics import catalogue
+from curling_env.physics.effects import register, unregister
+from friction_estimation.discovery import Term, open_session, way_of
 from friction_estimation.discovery.model.candidates import (
-    Term,
     candidates,
     effect_of,
     neutral_values,
     variant_of,
-    way_of,
 )
 
 

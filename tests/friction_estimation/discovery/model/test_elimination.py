@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery import base_model
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread, solve_shared
 from friction_estimation.discovery.tuning import LEAST_SPREAD, RELEASE_SIGMA
@@ -85,7 +85,7 @@ def test_the_spread_is_where_its_likelihood_is_greatest(problem, rng):
 
 
 def test_a_step_stops_at_a_bound_and_the_rest_adapts(make_session):
-    from friction_estimation.discovery.data.session import open_session
+    from friction_estimation.discovery import open_session
 
     model = base_model(None, open_session(make_session(throws=3)))
     model = model.at(np.array([0.0, 0.0]))

@@ -6,19 +6,16 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.effects import catalogue
-from curling_env.physics.one_stone.slide import slide
-from curling_env.physics.state import State
+from curling_env.physics import State, catalogue, slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery import Term, base_model, fit_with_noise, open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model import fit as fitting
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term, neutral_values
+from friction_estimation.discovery.model.candidates import neutral_values
 from friction_estimation.discovery.model.fit import fit
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.selection import fit_with_noise, misfit_of, refit
+from friction_estimation.discovery.search.selection import misfit_of, refit
 from friction_estimation.discovery.tuning import USUAL_SPIN, USUAL_SPIN_SIGMA
 
 from ..conftest import effect

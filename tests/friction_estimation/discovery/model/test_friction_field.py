@@ -8,18 +8,20 @@ import numpy as np
 import pytest
 
 from curling_env.sheet import PAPER_SHEET, Sheet
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model import fit as fitting
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.friction_field import (
+from friction_estimation.discovery import (
     CARD,
-    cells_at,
+    MEASURED,
+    Term,
+    base_model,
     crossed_by,
     field_along,
     fields_to_try,
+    fit_with_noise,
+    open_session,
 )
+from friction_estimation.discovery.model import fit as fitting
+from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.friction_field import cells_at
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.quadratic import (
     integration_cost,
@@ -27,9 +29,8 @@ from friction_estimation.discovery.model.quadratic import (
     profile_amplitudes,
     solve_shared,
 )
-from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.model.sensitivity import linearised_paths
-from friction_estimation.discovery.search.selection import fit_with_noise, refit
+from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import TRIED_SPREADS
 
 
@@ -82,7 +83,7 @@ def test_the_four_cells_around_a_point_interpolate_its_place() -> None:
 def mapped():
     """A fit with a map, and its session."""
     from curling_env.ice import Ice
-    from curling_env.physics.one_stone.slide import slide
+    from curling_env.physics import slide
     from curling_env.sheet import Direction
     from curling_env.throw import Throw
 

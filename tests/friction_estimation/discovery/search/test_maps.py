@@ -4,19 +4,20 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.friction_field import (
+from friction_estimation.discovery import (
     CARD,
-    FrictionField,
+    Model,
+    Term,
+    base_model,
     crossed_by,
     field_along,
+    fit_with_noise,
+    open_session,
+    renew_map,
 )
-from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.friction_field import FrictionField
 from friction_estimation.discovery.search import maps
-from friction_estimation.discovery.search.maps import renew_map
-from friction_estimation.discovery.search.selection import fit_with_noise, refit
+from friction_estimation.discovery.search.selection import refit
 
 
 def test_a_map_of_the_wrong_length_is_renewed_and_nearer_to_the_truth(sliding, monkeypatch) -> None:

@@ -5,16 +5,17 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.friction_field import CARD, crossed_by, field_along
-from friction_estimation.discovery.search.patches import find_patches
-from friction_estimation.discovery.search.selection import (
+from friction_estimation.discovery import (
+    CARD,
+    Term,
+    base_model,
+    crossed_by,
+    field_along,
     fit_with_noise,
-    patch_and_smoother_map,
-    refit,
+    open_session,
 )
+from friction_estimation.discovery.search.patches import find_patches
+from friction_estimation.discovery.search.selection import patch_and_smoother_map, refit
 
 FACTOR = 0.8
 SIDES = (5.0, 11.0)

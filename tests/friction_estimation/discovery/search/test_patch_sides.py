@@ -6,19 +6,24 @@ import numpy as np
 import pytest
 
 from curling_env.sheet import PAPER_SHEET
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery import (
+    CARD,
+    Term,
+    base_model,
+    crossed_by,
+    field_along,
+    fit_with_noise,
+    open_session,
+)
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
-from friction_estimation.discovery.model.baseline import base_model
-from friction_estimation.discovery.model.candidates import Term, known_effects
+from friction_estimation.discovery.model.candidates import known_effects
 from friction_estimation.discovery.model.fit import refit
-from friction_estimation.discovery.model.friction_field import CARD, crossed_by, field_along
 from friction_estimation.discovery.search.patch_sides import (
     foreseen_deviances,
     place_sides,
     sides_along,
     with_side,
 )
-from friction_estimation.discovery.search.selection import fit_with_noise
 from tests.friction_estimation.discovery.conftest import effect
 
 PATCH = {"x_min": -0.4, "x_max": 0.6, "y_min": -4.0, "y_max": 6.0}

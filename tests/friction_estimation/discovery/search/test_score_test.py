@@ -5,16 +5,11 @@ import itertools
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
-from friction_estimation.discovery.model.baseline import base_model
+from friction_estimation.discovery import base_model, fit_with_noise, open_session
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.patches import find_patches
 from friction_estimation.discovery.search.score_test import holm, score_candidates, sign_flip_p
-from friction_estimation.discovery.search.selection import (
-    fit_with_noise,
-    refit,
-    with_patches_sought_again,
-)
+from friction_estimation.discovery.search.selection import refit, with_patches_sought_again
 
 from ..conftest import effect
 

@@ -9,9 +9,9 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.film.video import Film
-from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.camera import camera_from_scene
+from friction_estimation.film import Film
+from friction_estimation.synthetic import named_camera
 from friction_estimation.tracking import track_each
 from friction_estimation.tracking.cutting.looks import Look
 from friction_estimation.tracking.cutting.pace import (

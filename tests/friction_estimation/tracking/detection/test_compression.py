@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.appearance import StoneModel
-from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.synthetic import named_camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.compression import PixelAges

@@ -7,8 +7,8 @@ import pytest
 
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE
 from friction_estimation.appearance import Appearance, StoneModel, channels_of
-from friction_estimation.synthetic import FilmRenderer, FilmSpec, StoneOnIce
-from friction_estimation.synthetic.tuning import GRANITE_COLOUR, HANDLE_COLOURS
+from friction_estimation.synthetic import HANDLE_COLOURS, FilmRenderer, FilmSpec, StoneOnIce
+from friction_estimation.synthetic.tuning import GRANITE_COLOUR
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.ice_beneath import (
     fill_from_mirrors,

@@ -8,8 +8,8 @@ import pytest
 
 from curling_env.sheet import Sheet
 from friction_estimation.appearance import StoneModel
-from friction_estimation.camera.camera import Camera
-from friction_estimation.film.frame import CutFrame
+from friction_estimation.camera import Camera
+from friction_estimation.film import CutFrame
 from friction_estimation.tracking.detection.background import find_background, sheet_region
 from friction_estimation.tracking.detection.expected_motion import ExpectedMotion
 from friction_estimation.tracking.detection.known_look import find_by_look, was_hit

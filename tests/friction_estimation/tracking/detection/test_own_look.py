@@ -7,10 +7,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.appearance import Appearance, Crop, StoneModel, channels_of
-from friction_estimation.appearance.crops import composite, coverage
+from friction_estimation.appearance import (
+    Appearance,
+    Crop,
+    StoneModel,
+    channels_of,
+    composite,
+    coverage,
+)
 from friction_estimation.appearance.model import window_at
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.tracking.detection.own_look import own_look
 from friction_estimation.tracking.path.heading import fit_heading_curve
 from friction_estimation.tracking.several.later_look import views_on_the_way

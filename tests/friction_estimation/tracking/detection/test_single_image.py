@@ -12,9 +12,8 @@ from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, PAPER_SHEET, TEE_Y
 from friction_estimation.appearance import StoneModel
-from friction_estimation.camera.scene import save_scene
-from friction_estimation.camera.single_photo import camera_from_photo
-from friction_estimation.tracking.detection.single_image import find_stones_in_image
+from friction_estimation.camera import camera_from_photo, save_scene
+from friction_estimation.tracking import find_stones_in_image
 
 MODEL = StoneModel(radius=0.145, height=0.1143)
 
@@ -56,7 +55,7 @@ def test_pictures_of_another_size_are_refused(club_photo, known):
 def test_the_command_writes_stones_that_the_planner_reads(
     club_photo, known, tmp_path, capsys, must_fit
 ):
-    from agents.planning.stones_file import read_stones
+    from agents.planning import read_stones
 
     paths = {name: tmp_path / name for name in ("now.png", "empty.png", "scene.json", "s.json")}
     cv2.imwrite(str(paths["now.png"]), club_photo.picture)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.synthetic.cameras import named_camera
+from friction_estimation.synthetic import named_camera
 from friction_estimation.tracking.detection.steady_slides import long_slides
 from friction_estimation.tracking.detection.thrown_stone import Sighting
 

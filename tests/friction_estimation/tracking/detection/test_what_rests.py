@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.tracking.detection.expected_motion import ExpectedMotion
 from friction_estimation.tracking.detection.thrown_stone import Sighting
 from friction_estimation.tracking.detection.what_rests import at_rest

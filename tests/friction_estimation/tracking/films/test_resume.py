@@ -10,8 +10,8 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import tracking
-from friction_estimation.tracking import FilmTrack, track_each
-from friction_estimation.tracking.films.resume import Checkpoints, digest
+from friction_estimation.tracking import Checkpoints, FilmTrack, track_each
+from friction_estimation.tracking.films.resume import digest
 
 
 @pytest.fixture

@@ -10,13 +10,11 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.synthetic import scene_of
-from friction_estimation.synthetic.cameras import named_camera
-from friction_estimation.tracking import track_each
+from friction_estimation.synthetic import named_camera, scene_of
+from friction_estimation.tracking import SharedCameras, track_each
 from friction_estimation.tracking.cutting.pieces import Piece
 from friction_estimation.tracking.films import run
 from friction_estimation.tracking.films.given_tracker import GivenTracker
-from friction_estimation.tracking.films.shared_cameras import SharedCameras
 from friction_estimation.tracking.films.throws_of_film import ThrowTracker
 
 

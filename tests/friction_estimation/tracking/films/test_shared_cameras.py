@@ -10,12 +10,13 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.typing import no_progress
-from friction_estimation.camera.scene import load_scene, save_scene
-from friction_estimation.film.video import Film
+from friction_estimation import load_scene
+from friction_estimation.camera import save_scene
+from friction_estimation.film import Film
 from friction_estimation.synthetic import write_film
-from friction_estimation.tracking import track_each, track_film
+from friction_estimation.tracking import SharedCameras, track_each, track_film
 from friction_estimation.tracking.cutting.pieces import Piece
-from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_beside
+from friction_estimation.tracking.films.shared_cameras import camera_beside
 
 
 @pytest.fixture(scope="module")

@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.tracking.path.losses import left_behind, sudden_loss
 from friction_estimation.tracking.path.scatter import Scattered
 

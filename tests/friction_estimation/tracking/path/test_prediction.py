@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from friction_estimation.appearance import Appearance, StoneFit, StoneModel
-from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.films.film_track import TrackingOptions
+from friction_estimation.camera import Camera
+from friction_estimation.tracking import TrackingOptions
 from friction_estimation.tracking.path.prediction import Predictor
 
 CAMERA = Camera.looking_at(

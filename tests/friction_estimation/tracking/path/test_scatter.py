@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.path.scatter import scatter_sigma, scattered, without_wild
 

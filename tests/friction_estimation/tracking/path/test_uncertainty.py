@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.appearance import StoneModel
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import unrefined
+from friction_estimation.camera import Camera, unrefined
 from friction_estimation.tracking.path.uncertainty import (
     block_sigma,
     heading_sigma,

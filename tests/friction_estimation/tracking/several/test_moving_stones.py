@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.engine import Engine, StoneState
+from curling_env.physics import Engine, StoneState
 from curling_env.throw import Throw
 from curling_env.trajectory import read_tracks
-from friction_estimation import tracking
-from friction_estimation.camera.scene import save_scene
-from friction_estimation.estimation.whole_ice import estimate_ice
+from friction_estimation import estimate_ice, tracking
+from friction_estimation.camera import save_scene
 from friction_estimation.synthetic import (
+    HANDLE_COLOURS,
     FilmRenderer,
     FilmSpec,
     StoneOnIce,
@@ -24,7 +24,6 @@ from friction_estimation.synthetic import (
     scene_of,
     write_film,
 )
-from friction_estimation.synthetic.tuning import HANDLE_COLOURS
 from friction_estimation.tracking import track_film
 from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import free_slide

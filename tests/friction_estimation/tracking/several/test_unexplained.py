@@ -7,7 +7,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from friction_estimation.camera.camera import Camera
+from friction_estimation.camera import Camera
 from friction_estimation.tracking.path.assembly import Measurements
 from friction_estimation.tracking.several.unexplained import (
     strange_ways,

@@ -6,13 +6,13 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
+from curling_env.physics import acceleration
 from curling_env.physics.effects.measurement import (
     frame_rate_error,
     lens_distortion,
     scale_error,
     tracking_offset,
 )
-from curling_env.physics.law import acceleration
 
 XY = np.array([[0.0, 0.0], [1.0, -20.0], [-0.5, 15.0]])
 

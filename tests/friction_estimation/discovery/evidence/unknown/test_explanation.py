@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.data.session import open_session
+from friction_estimation.discovery import base_model, fit_with_noise, mixture, open_session
 from friction_estimation.discovery.evidence.intervals import standard_errors
-from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.evidence.unknown.explanation import (
     explain,
     find_dependences,
@@ -15,10 +14,9 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
     surviving,
 )
 from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
-from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.search.maps import find_map
-from friction_estimation.discovery.search.selection import fit_with_noise, refit, try_term
+from friction_estimation.discovery.search.selection import refit, try_term
 
 from ..conftest import effect
 

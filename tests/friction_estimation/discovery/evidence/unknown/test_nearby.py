@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.physics.motion import GRAVITY
+from curling_env.physics import GRAVITY
 from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import fit

@@ -7,7 +7,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.physics.motion import GRAVITY
+from curling_env.physics import GRAVITY
+from friction_estimation.discovery import MEASURED
 from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
     _powers,
@@ -19,7 +20,6 @@ from friction_estimation.discovery.evidence.unknown.pushes import (
 )
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.model.sensitivity import linearised_paths
 
 
