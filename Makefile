@@ -1,10 +1,11 @@
-# The verbs of the house. Each works on a fresh clone; `make setup` runs by itself where needed.
+# Each verb works on a fresh clone and sets up what it needs.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 
 PYTHON ?= $(or $(shell command -v python3.11),python3)
 VENV   := .venv
 BIN    := $(VENV)/bin
+CORE   := $(VENV)/.core-complete
 STAMP  := $(VENV)/.complete
 JOBS   ?= 3
 MINUTES ?= 10
@@ -17,37 +18,47 @@ SINGLE := OMP_NUM_THREADS=1 OPENBLAS_NUM_THREADS=1 MKL_NUM_THREADS=1 NUMBA_NUM_T
 # Compiled modules are kept, whatever the machine's setting: hundreds of processes read them.
 unexport PYTHONDONTWRITEBYTECODE
 
-.PHONY: help setup demo test lint format types arch bench docs docs-serve docs-test notebooks schemas \
-	soak fuzz faults mutants release-check sbom lock clean
+.PHONY: help setup demo test browser lint format types arch bench figures figures-page docs docs-serve \
+	docs-test notebooks schemas soak fuzz faults mutants release-check sbom lock clean
 
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-setup: $(STAMP)  ## the environment in .venv, with everything development needs
+setup: $(STAMP)  ## the environment in .venv, with everything development needs (2 GB)
 
-# Installed anew only when what is to be installed changes: PyTorch, if a folder of wheels that pip
-# knows on this machine has it (PIP_FIND_LINKS); what constraints.txt has, by its hashes; and the
-# project, with what PyTorch's build for GPUs asks for besides.
-$(STAMP): pyproject.toml constraints.txt
+# Dependencies of the package alone, checked against their hashes.
+$(CORE): pyproject.toml constraints-core.txt
+	@echo "Setting up $(VENV): the package and its dependencies, 0.9 GB ..."
 	$(PYTHON) -m venv $(VENV)
+	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints-core.txt
+	@$(BIN)/python -m pip install --quiet --no-deps --no-build-isolation --editable .
+	@touch $@
+
+# Everything else: PyTorch from a folder of wheels that pip knows on this machine (PIP_FIND_LINKS), if
+# there is one; what constraints.txt lists; and what PyTorch's build for GPUs asks for.
+$(STAMP): $(CORE) constraints.txt
+	@echo "Setting up $(VENV): tests, training, documents ..."
 	@$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
-	$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
-	$(BIN)/python -m pip install --quiet --no-build-isolation \
+	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
+	@$(BIN)/python -m pip install --quiet --no-build-isolation \
 		--editable '.[dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app]'
 	@touch $@
 
-demo: setup  ## the whole loop on a film it renders itself, into runs/demo
+demo: $(CORE)  ## film, track, estimate, plan and throw: the main job on films it renders, into runs/demo
 	$(BIN)/curling demo -o runs/demo
 
-test: setup  ## every test
+test: setup browser docs  ## every test, with the browser and the site that some of them need
 	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
 
-lint: setup  ## style, types, architecture and the site
+browser:  # Chromium, if this machine has none and lets us install it
+	@bash scripts/install_browser.sh
+
+lint: setup  ## style, types and architecture
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
-	@$(MAKE) --no-print-directory types arch docs
+	@$(MAKE) --no-print-directory types arch
 
-format: setup  ## put the code into the house's form
+format: setup  ## format the code
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
 	$(BIN)/python scripts/notebooks.py --strip
@@ -60,6 +71,12 @@ arch: setup  ## who may import whom
 
 bench: setup  ## how fast it is, one line per measure
 	$(SINGLE) $(BIN)/curling bench
+
+figures: setup  ## measure the quick figures of figures.json again (GROUP=physics for one group) and compare
+	$(BIN)/python scripts/figures.py check $(GROUP)
+
+figures-page: setup  ## docs/results.md, from figures.json
+	$(BIN)/python scripts/figures.py page
 
 docs: setup  ## the site, into site/: every warning and broken link is an error
 	@cd scripts && $(SINGLE) ../$(BIN)/python -m website ../site
@@ -102,7 +119,7 @@ sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of lic
 	runs/tools/bin/python -m pip install --quiet cyclonedx-bom 'cyclonedx-python-lib[json-validation]' packaging uv
 	cd scripts && ../runs/tools/bin/python -m release.bill
 
-lock:  ## constraints.txt anew, with hashes (UPGRADE=--upgrade: the newest versions)
+lock:  ## constraints.txt and constraints-core.txt, with hashes (UPGRADE=--upgrade: the newest versions)
 	$(PYTHON) -m venv runs/lock
 	runs/lock/bin/python -m pip install --quiet uv
 	runs/lock/bin/python scripts/lock.py $(UPGRADE)

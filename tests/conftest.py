@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import shutil
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cache
@@ -32,6 +33,15 @@ settings.register_profile(
     "soak", deadline=None, derandomize=False, max_examples=1000, print_blob=True
 )
 settings.load_profile(os.environ.get("CURLING_HYPOTHESIS", "repeatable"))
+
+
+def pytest_terminal_summary(terminalreporter: Any) -> None:
+    """List in one line what could not run on this machine, and why."""
+    skipped = terminalreporter.stats.get("skipped", [])
+    reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped)
+    if reasons:
+        counts = "; ".join(f"{n}: {reason}" for reason, n in reasons.most_common())
+        terminalreporter.write_line(f"not run: {len(skipped)} tests ({counts})")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -31,6 +31,16 @@ def test_everything_asked_for_is_fixed_with_hashes():
     assert "://" not in text
 
 
+def test_the_core_is_the_part_of_it_that_the_package_needs_without_extras():
+    files = [(ROOT / name).read_text() for name in ("constraints.txt", "constraints-core.txt")]
+    everything, core = ({k[0]: k[1:] for k in ENTRY.findall(text)} for text in files)
+    assert core.items() <= everything.items()
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())
+    asked = project["project"]["dependencies"] + project["build-system"]["requires"]
+    assert {canonicalize_name(Requirement(k).name) for k in asked} <= core.keys()
+    assert not core.keys() & {"torch", "ray", "sphinx", "pytest"}
+
+
 def test_what_only_gpus_need_is_left_to_pip():
     kept = "torch==2.13.0 \\\n    --hash=sha256:ab\n"
     left = (
