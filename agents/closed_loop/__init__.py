@@ -13,9 +13,18 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "demo": ("run_demo",),
-        "hidden_ice": ("patchy_ice",),
+        "areas": ("find_areas",),
+        "demo": ("find_missing_effect", "run_demo"),
+        "execution": ("execute_plan",),
+        "hidden_ice": ("draw_hidden_ice", "patchy_ice"),
         "integrator": ("run_stone",),
-        "practice": ("film_camera",),
+        "practice": (
+            "POSITION_NOISE",
+            "draw_practice",
+            "film_camera",
+            "mixed_practice",
+            "noisy_track",
+            "track_errors",
+        ),
     },
 )

@@ -42,9 +42,13 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "calls": ("PLACES",),
         "figures.stones_figure": ("draw_stones",),
         "lane_draws": ("LANES",),
-        "misses.causes": ("CAUSES",),
-        "throw_sheet": ("sheet_rows",),
+        "misses.causes": ("CAUSES", "HandError"),
+        "misses.intended": ("intend",),
+        "misses.released": ("read_release",),
+        "runs": ("Place", "rests"),
+        "throw_sheet": ("as_noted", "sheet_rows", "spin_sign"),
     },
 )

@@ -14,10 +14,28 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "configuration": ("load_settings", "read_configuration", "settings_from"),
-        "evaluation": ("best_throw", "misses", "rest_in_env"),
+        "actor": ("actor_of",),
+        "configuration": (
+            "TrainingSettings",
+            "load_settings",
+            "read_configuration",
+            "schedule_of",
+            "settings_from",
+        ),
+        "evaluation": (
+            "best_throw",
+            "compare_with_planner",
+            "evaluation_draws",
+            "house_targets",
+            "misses",
+            "planner_throw",
+            "rest_in_env",
+        ),
         "model_file": ("read_model", "write_model"),
-        "policy": ("TrainedPolicy",),
+        "policy": ("TrainedPolicy", "policy_kwargs_of"),
+        "random_ice": ("RandomIces",),
+        "training": ("make_vec_env", "new_model"),
+        "vector_env": ("RandomIceVecEnv", "SheetVecEnv"),
         "zoo": ("ALGORITHMS", "file_of"),
     },
 )

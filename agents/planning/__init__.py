@@ -18,9 +18,12 @@ __all__ = ["Plan", "PlannedThrow", "plan", "plan_task"]
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "description": ("describe",),
+        "description": ("describe", "handles"),
+        "monte_carlo": ("run_trials",),
+        "objective": ("RestAtTarget",),
         "plan_figure": ("draw_plan",),
-        "rollouts": ("releases_of",),
+        "rollouts": ("releases_of", "roll_out"),
         "stones_file": ("read_stones",),
+        "target_search": ("find_throws",),
     },
 )

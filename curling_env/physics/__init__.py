@@ -5,7 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "effects": ("EffectCard", "catalogue"),
+        "effects": ("EffectCard", "catalogue", "register", "unregister"),
         "ice_uncertainty": ("is_uncertain", "plausible_ices", "rest_spread"),
         "law": ("Law", "accelerate", "acceleration", "compile_law"),
         "many_stones.batch": (

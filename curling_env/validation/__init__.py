@@ -11,7 +11,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "fit": ("fit_to_rows",),
-        "shots": ("HOG_TO_FAR_TEE",),
+        "shots": ("HOG_TO_FAR_TEE", "HOG_TO_HOG"),
         "table": ("as_text", "counts", "in_words", "preset_of"),
     },
 )

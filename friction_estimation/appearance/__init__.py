@@ -62,6 +62,8 @@ __getattr__, __dir__ = lazy_names(
     {
         "colour_names": ("colour_name", "handle_colour"),
         "crops": ("composite", "coverage"),
+        "model": ("window_at",),
+        "prior": ("REVERSIBLE", "ShapePrior", "TURNED_ALIKE", "UPRIGHT"),
         "shape": ("PARTS",),
     },
 )

@@ -5,6 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "rethrow": ("Comparison", "compare_tracks"),
+        "rethrow": ("Comparison", "Rethrow", "compare_tracks"),
+        "rethrow_spread": ("position_noise",),
     },
 )

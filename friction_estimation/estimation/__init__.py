@@ -7,7 +7,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "estimate": ("Estimate",),
         "evidence_file": ("Choices", "evidence_path", "load_evidence", "save_evidence"),
-        "paper_method": ("estimate_by_paper",),
+        "paper_method": ("average_cells", "estimate_by_paper"),
         "whole_ice": ("estimate_ice",),
     },
 )

@@ -28,6 +28,6 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "tuning": ("QUIET_SECONDS",),
+        "tuning": ("LEAD_IN_SECONDS", "MAX_FILM_SECONDS", "QUIET_SECONDS"),
     },
 )

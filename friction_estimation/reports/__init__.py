@@ -5,7 +5,9 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "discovery_figures": ("residual_pictures",),
         "discovery_page": ("write_report_page",),
+        "draw_weight": ("worth_of_a_per_cent",),
         "estimate_page": ("Still", "headline", "write_report"),
         "html": ("write_page",),
         "keen_and_heavy": ("in_a_sentence", "relative_map", "zones"),

@@ -26,7 +26,9 @@ __getattr__, __dir__ = lazy_names(
         "detection.single_image": ("find_stones_in_image",),
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
-        "path.optical_flow": ("lucas_kanade",),
+        "overlay.numbers": ("RunningNumbers",),
+        "path.optical_flow": ("lucas_kanade", "track_by_flow"),
+        "path.uncertainty": ("camera_variance",),
         "stone_numbers": ("StoneNumbers",),
     },
 )

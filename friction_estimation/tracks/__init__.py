@@ -9,6 +9,7 @@ __getattr__, __dir__ = lazy_names(
         "free_slide": ("FreeSlide", "free_slides"),
         "importers": ("Along", "on_sheet", "read_export"),
         "measured": ("Measured",),
+        "outliers": ("wild_rows",),
         "plausible_friction": ("question_about", "rough_friction"),
         "session_pairs": ("same_throws",),
         "smoothing": ("local_fit", "smooth_motion"),

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import asyncio
 import json
+import threading
 from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import AbstractContextManager, contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
@@ -14,11 +16,9 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club
+from agents.app import Club, WorkQueue, do_job, token_for
 from agents.app.application import application
-from agents.app.gate import token_for
-from agents.app.work.queue import WorkQueue
-from agents.app.work.worker import do_job
+from curling_env.infrastructure import serving
 
 SECRET, PORT = "the-secret", 8711
 
@@ -126,6 +126,31 @@ def work_off() -> Callable[[Club], list[str]]:
         return done
 
     return work
+
+
+@contextmanager
+def served(club: Club) -> Iterator[str]:
+    """Serve a club's app to a browser from a thread; give the address of its pages."""
+    app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1"])
+    ready, port = threading.Event(), [0]
+    loop, done = asyncio.new_event_loop(), asyncio.Event()
+
+    async def serve() -> None:
+        async with serving(app, "127.0.0.1", 0) as port[0]:
+            ready.set()
+            await done.wait()
+
+    server = threading.Thread(target=loop.run_until_complete, args=(serve(),), daemon=True)
+    server.start()
+    assert ready.wait(30)
+    yield f"http://127.0.0.1:{port[0]}/{SECRET}/"
+    loop.call_soon_threadsafe(done.set)
+    server.join(10)
+
+
+@pytest.fixture(scope="session")
+def serve_club() -> Callable[[Club], AbstractContextManager[str]]:
+    return served
 
 
 @pytest.fixture

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
-import threading
 from collections.abc import Callable, Iterator
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 import numpy as np
@@ -12,28 +11,23 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club
-from agents.app.application import application
-from agents.app.club.removal import remove
-from agents.app.club.targets import keep_target
-from agents.app.screens import SCREENS
+from agents.app import SCREENS, Club, keep_target, remove
 from agents.app.take_in import take_in
 from agents.app.work.causes import prepare
-from agents.app.work.queue import WorkQueue
 from curling_env.ice import load_ice, save_ice
-from curling_env.infrastructure import serving
 from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import write_tracks
 
-SECRET = "only-for-tests"
 PATHS = [*(screen.name for screen in SCREENS), "throws/1/1", "no-such-page"]
 SIZES = {"laptop": (1366, 768), "phone": (390, 844)}
 
 
 @pytest.fixture(scope="module")
 def address(
-    tmp_path_factory: pytest.TempPathFactory, work_off: Callable[[Club], list[str]]
+    tmp_path_factory: pytest.TempPathFactory,
+    work_off: Callable[[Club], list[str]],
+    serve_club: Callable[[Club], AbstractContextManager[str]],
 ) -> Iterator[str]:
     """Where a club with six throws by two athletes, and their ice, is served."""
     folder: Path = tmp_path_factory.mktemp("evening")
@@ -58,23 +52,8 @@ def address(
     remove(club, "throw", club.throws(session)[-1].id)
     prepare(club, session)
     assert work_off(club) == ["causes"]
-    app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1"])
-    ports: list[int] = []
-    opened, over = threading.Event(), threading.Event()
-
-    async def serve() -> None:
-        async with serving(app, "127.0.0.1", 0) as port:
-            ports.append(port)
-            opened.set()
-            while not over.is_set():
-                await asyncio.sleep(0.05)
-
-    thread = threading.Thread(target=lambda: asyncio.run(serve()), daemon=True)
-    thread.start()
-    assert opened.wait(30)
-    yield f"http://127.0.0.1:{ports[0]}/{SECRET}/"
-    over.set()
-    thread.join(10)
+    with serve_club(club) as address:
+        yield address
 
 
 @pytest.mark.parametrize(("size", "scheme"), [("laptop", "light"), ("phone", "dark")])

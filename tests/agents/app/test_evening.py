@@ -22,11 +22,9 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club
+from agents.app import Club, WorkQueue, add_piece, begin_film, take_film
 from agents.app.club.club import added
-from agents.app.club.films import add_piece, begin_film, take_film
 from agents.app.views.progress import state_of
-from agents.app.work.queue import WorkQueue
 from agents.app.work.worker import Reported
 from curling_env import Throw, load_ice
 from curling_env.errors import InputError
@@ -97,7 +95,7 @@ def app(tmp_path: Path) -> Iterator[App]:
 def filmed(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Any, np.ndarray]:
     """A small film of a short throw, the scene of its camera, and where the stone came to rest."""
     ice = load_ice("standard")
-    release = Throw(speed=1.6, angle=0.02, spin=1.2).release(Direction.AWAY)
+    release = Throw(speed=1.2, angle=0.02, spin=1.2).release(Direction.AWAY)
     path = slide(ice, release, bounds=play_bounds(ice, release.direction), fps=60.0).trajectory
     spec = FilmSpec(
         camera="gantry", size=(640, 360), fps=8.0, people=False, noise=1.0, lead_in=0.5, tail=0.5

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from agents.app import WorkQueue
 from agents.app.application import application
 from agents.app.gate import FORM, MAX_BODY, MAX_PIECE
-from agents.app.work.queue import WorkQueue
 
 
 def test_whoever_knows_the_secret_sees_the_pages(visitor):

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.app import is_in
-from agents.app.club.records import Hand
+from agents.app import Hand, is_in
 from agents.app.take_in import take_in
 from curling_env.errors import InputError
 from curling_env.ice import load_ice, save_ice

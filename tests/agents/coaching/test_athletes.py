@@ -8,8 +8,14 @@ import numpy as np
 import pytest
 import simulated_club as club
 
-from agents.coaching import SessionCauses, ThrowCauses, ThrowSheet, athlete_errors, read_call
-from agents.coaching.misses.causes import HandError
+from agents.coaching import (
+    HandError,
+    SessionCauses,
+    ThrowCauses,
+    ThrowSheet,
+    athlete_errors,
+    read_call,
+)
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.tracks import Measured, ThrowMeasures, ThrowNote

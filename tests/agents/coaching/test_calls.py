@@ -6,8 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.coaching import Call, read_call
-from agents.coaching.calls import PLACES
+from agents.coaching import PLACES, Call, read_call
 from curling_env.units import Units
 
 

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 import simulated_club as club
 
-from agents.coaching import match_stones
-from agents.coaching.runs import Place, rests
+from agents.coaching import Place, match_stones, rests
 from curling_env.errors import InputError
 from friction_estimation.tracks import ThrowNote
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching import ThrowSheet, read_call, sheet_rows
-from agents.coaching.throw_sheet import as_noted, spin_sign
+from agents.coaching import ThrowSheet, as_noted, read_call, sheet_rows, spin_sign
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.units import Units

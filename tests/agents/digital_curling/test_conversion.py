@@ -10,17 +10,19 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from agents.digital_curling import Point, ShotMessage
-from agents.digital_curling.conversation import PlayerMessage
-from agents.digital_curling.conversion import (
+from agents.digital_curling import (
+    PlayerMessage,
+    Point,
+    SettingMessage,
+    ShotMessage,
+    StateMessage,
     game_of,
     move_of,
     rules_of,
     skill_of,
-    state_of,
     throw_of,
 )
-from agents.digital_curling.messages import SettingMessage, StateMessage
+from agents.digital_curling.conversion import state_of
 from curling_env.errors import InputError
 from curling_env.game import Game, RestingStone, Team, begin_end, concede, hammer_after, new_game
 from curling_env.infrastructure import checked

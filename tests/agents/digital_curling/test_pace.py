@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from agents.digital_curling.pace import BUDGETS, CLOCK_BUDGET, Pace, stones_to_come
+from agents.digital_curling import BUDGETS, CLOCK_BUDGET, Pace, stones_to_come
 from agents.playing import BUDGET, SearchPlayer, throws_before
 from curling_env.game import Call, DrawPlayer, GameSimulator, PlayerView
 from curling_env.throw import FROM_HACK, Throw

@@ -9,9 +9,7 @@ import numpy as np
 import pytest
 from gymnasium import spaces
 
-from agents.learning.actor import actor_of
-from agents.learning.configuration import ALGORITHMS, TrainingSettings
-from agents.learning.policy import policy_kwargs_of
+from agents.learning import ALGORITHMS, TrainingSettings, actor_of, policy_kwargs_of
 
 SIZE = 7
 

@@ -9,9 +9,14 @@ import pytest
 pytest.importorskip("stable_baselines3")
 pytest.importorskip("yaml")
 
-from agents.learning import load_settings, read_configuration, settings_from
-from agents.learning.configuration import configurations, schedule_of
-from agents.learning.random_ice import RandomIces
+from agents.learning import (
+    RandomIces,
+    load_settings,
+    read_configuration,
+    schedule_of,
+    settings_from,
+)
+from agents.learning.configuration import configurations
 from agents.playing import league_settings
 from curling_env.errors import InputError
 

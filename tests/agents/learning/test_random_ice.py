@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.learning.random_ice import RandomIces
+from agents.learning import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 

@@ -13,12 +13,25 @@ import pytest
 
 pytest.importorskip("stable_baselines3")
 
-from agents import TrainedPolicy, train
-from agents.learning import load_settings, read_model, settings_from
-from agents.learning.configuration import TrainingSettings, configurations
-from agents.learning.evaluation import compare_with_planner, evaluation_draws
-from agents.learning.rllib import RLlibVectorEnv, rllib_parameters, take_weights, weights_for_rllib
-from agents.learning.training import make_vec_env, new_model
+from agents import TrainedPolicy
+from agents.learning import (
+    TrainingSettings,
+    compare_with_planner,
+    evaluation_draws,
+    load_settings,
+    make_vec_env,
+    new_model,
+    read_model,
+    settings_from,
+)
+from agents.learning.configuration import configurations
+from agents.learning.rllib import (
+    RLlibVectorEnv,
+    rllib_parameters,
+    take_weights,
+    train,
+    weights_for_rllib,
+)
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction, tee

@@ -8,16 +8,16 @@ import gymnasium
 import numpy as np
 import pytest
 
-sb3 = pytest.importorskip("stable_baselines3")
+pytest.importorskip("stable_baselines3")
 
-from stable_baselines3.common.evaluation import evaluate_policy  # noqa: E402
+import stable_baselines3 as sb3
+from stable_baselines3.common.evaluation import evaluate_policy
 
-from agents.learning.random_ice import RandomIces  # noqa: E402
-from agents.learning.vector_env import RandomIceVecEnv, SheetVecEnv  # noqa: E402
+from agents.learning import RandomIces, RandomIceVecEnv, SheetVecEnv
 from curling_env.envs import ThrowRange
-from curling_env.errors import InputError  # noqa: E402
+from curling_env.errors import InputError
 from curling_env.physics import Aim
-from curling_env.sheet import Direction  # noqa: E402
+from curling_env.sheet import Direction
 
 N = 8
 

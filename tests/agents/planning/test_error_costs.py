@@ -7,9 +7,8 @@ from math import hypot
 import numpy as np
 import pytest
 
+from agents.planning import RestAtTarget, find_throws
 from agents.planning.error_costs import error_costs
-from agents.planning.objective import RestAtTarget
-from agents.planning.target_search import find_throws
 from curling_env.ice import load_ice
 from curling_env.physics import slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from agents import plan_throw
-from agents.digital_curling import transition
-from agents.digital_curling.conversion import move_of
+from agents.digital_curling import move_of, transition
 from agents.planning import draw_plan, plan, plan_task
 from curling_env.errors import InputError
 from curling_env.ice import load_ice

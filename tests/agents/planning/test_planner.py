@@ -1,9 +1,6 @@
 from __future__ import annotations
 
-import runpy
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import gymnasium
 import numpy as np
@@ -11,11 +8,17 @@ import pytest
 from matplotlib.image import imread
 
 from agents import plan_throw
-from agents.planning import describe, draw_plan, plan, plan_task, releases_of
-from agents.planning.description import handles
-from agents.planning.monte_carlo import run_trials
-from agents.planning.rollouts import roll_out
-from agents.planning.target_search import find_throws
+from agents.planning import (
+    describe,
+    draw_plan,
+    find_throws,
+    handles,
+    plan,
+    plan_task,
+    releases_of,
+    roll_out,
+    run_trials,
+)
 from curling_env.envs import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
@@ -380,20 +383,6 @@ def test_the_picture_tells_whose_stones_are_whose(tmp_path) -> None:
     assert both[0] > theirs[0] + 100
     assert theirs[1] > both[1] + 100
     assert untold[1] == 0
-
-
-def test_the_experiment_runs(monkeypatch, capsys, tmp_path) -> None:
-    script = Path(__file__).parents[3] / "scripts" / "plan_throws.py"
-    arguments = [str(script), "--candidates", "1000", "-o", str(tmp_path)]
-    monkeypatch.setattr(sys, "argv", arguments)
-    with pytest.raises(SystemExit) as end:
-        runpy.run_path(str(script), run_name="__main__")
-    assert not end.value.code
-    table = capsys.readouterr().out.splitlines()
-    assert len(table) == 1 + 9
-    assert len(list(tmp_path.glob("*.png"))) == 9
-    success = np.array([int(row[26:36].strip("% ")) for row in table[1:]]).reshape(3, 3)
-    assert (np.diff(success, axis=1) <= 0).all()  # elite, champion, club
 
 
 def test_a_target_mid_sheet_is_questioned():

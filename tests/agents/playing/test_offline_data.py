@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing import DATASET, record_ends
-from agents.playing.offline_data import RECORDED
+from agents.playing import DATASET, RECORDED, record_ends
 from curling_env.errors import InputError
 from curling_env.game import player_named
 

@@ -10,20 +10,20 @@ import numpy as np
 import pytest
 
 from agents.playing import (
+    GreedyPlayer,
     Match,
     lines_of,
     outcome,
     page_of,
+    play_again,
     play_game,
     play_tournament,
+    ratings,
     read_record,
     wilson,
     write_record,
 )
-from agents.playing.players.greedy import GreedyPlayer
-from agents.playing.record import play_again
 from agents.playing.scoreboard import scoreboard
-from agents.playing.tournament import ratings
 from curling_env.errors import InputError
 from curling_env.game import (
     NO_EVOLUTION,

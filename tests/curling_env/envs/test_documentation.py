@@ -14,9 +14,7 @@ from PIL import Image as Picture
 from website import observations
 
 import curling_env
-from curling_env.envs import CurlingEndEnv, CurlingSheetEnv
-from curling_env.envs.game.reward import GameRewardParts
-from curling_env.envs.sheet.reward import RewardParts
+from curling_env.envs import CurlingEndEnv, CurlingSheetEnv, GameRewardParts, RewardParts
 
 DOCS = Path(__file__).parents[3] / "docs"
 PAGE = (DOCS / "environments.md").read_text(encoding="utf-8")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import curling_env
-from curling_env.envs.recording import RecordVideo
+from curling_env.envs import RecordVideo
 from curling_env.envs.sheet import rendering
 from curling_env.errors import InputError
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.game.rng import ThrowRng
+from curling_env.game import ThrowRng
 
 
 def test_randomness_is_that_of_the_seed_and_the_throw_in_any_order():

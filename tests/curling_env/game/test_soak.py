@@ -6,8 +6,7 @@ import os
 
 import numpy as np
 
-from curling_env.game import TYPICAL_EVOLUTION, Call, GameSimulator, Team
-from curling_env.game.rules import RULE_SETS
+from curling_env.game import RULE_SETS, TYPICAL_EVOLUTION, Call, GameSimulator, Team
 from curling_env.throw import Throw
 
 ENDS = int(os.environ.get("CURLING_SOAK_ENDS", "60"))

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from curling_env.game.sweepers import sweep_for
+from curling_env.game import sweep_for
 from curling_env.ice import ActiveEffect, load_ice
 from curling_env.sheet import Direction
 from curling_env.throw import Throw

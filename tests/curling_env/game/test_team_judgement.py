@@ -8,8 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game import NEVER_WRONG, Call, GameSimulator, Team, TeamJudgement
-from curling_env.game.sweepers import sweep_for
+from curling_env.game import NEVER_WRONG, Call, GameSimulator, Team, TeamJudgement, sweep_for
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
 from curling_env.throw import Throw

@@ -7,15 +7,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import pytest
-
 USE_KERNELS = """
 import numpy as np
 
-from curling_env.physics.effects import air_drag
+from curling_env.physics import catalogue
 from friction_estimation.appearance.kernels.fit_kernels import normal_equations  # other sources
 
-print(air_drag.CARD.kernel.address != 0)
+print(catalogue()["air_drag"].kernel.address != 0)
 normal_equations(np.ones((1, 3, 1)), np.ones((3, 1)), np.ones(1), np.ones((1, 1)), np.ones(1))
 """
 
@@ -40,9 +38,8 @@ def test_the_first_start_says_that_it_compiles_and_the_second_does_not(tmp_path)
     assert second.stderr == ""
 
 
-@pytest.mark.parametrize("place", ["/proc/nowhere", "/dev/null/nowhere"])
-def test_where_nothing_can_be_kept_it_runs_all_the_same(place):
-    found = start(Path(place))
+def test_where_nothing_can_be_kept_it_runs_all_the_same():
+    found = start(Path("/dev/null/nowhere"))
     assert found.returncode == 0, found.stderr
     assert found.stdout == "True\n"
     assert found.stderr.count("compiled code is not kept") == 1

@@ -10,11 +10,9 @@ import gymnasium
 import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs import task_named
-from curling_env.envs.sheet.tasks import TASK_GROUP, task_names
+from curling_env.envs import TASK_GROUP, task_named, task_names
 from curling_env.errors import InputError
-from curling_env.game import player_named, player_names
-from curling_env.game.players import PLAYER_GROUP
+from curling_env.game import PLAYER_GROUP, player_named, player_names
 
 MODULE = """
 from dataclasses import dataclass

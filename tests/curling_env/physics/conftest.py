@@ -33,7 +33,6 @@ from curling_env.physics import (
     compile_law,
 )
 from curling_env.physics.compiled import compiled
-from curling_env.physics.one_stone.slide import state_of
 from curling_env.throw import Release, Throw
 
 STEP = 1e-4
@@ -158,7 +157,7 @@ def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Re
     """Where a lone stone comes to rest, or leaves the bounds."""
     motion = np.zeros(MOTION_SIZE)
     motion[ORDER], motion[STONE] = release.order, release.stone
-    state = state_of(release)
+    state = np.array([release.x, release.y, release.vx, release.vy, release.theta, release.omega])
     time, rests = _slide(
         compile_law(ice),
         motion,

@@ -15,8 +15,15 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
-from curling_env.physics import EffectCard, acceleration, catalogue, compile_law, slide
-from curling_env.physics.effects import register, unregister
+from curling_env.physics import (
+    EffectCard,
+    acceleration,
+    catalogue,
+    compile_law,
+    register,
+    slide,
+    unregister,
+)
 from curling_env.throw import Throw
 
 NAMES = (
@@ -128,6 +135,23 @@ class TestEveryEffectThatAStoneFeels:
                 assert along == pytest.approx(0.0, abs=1e-12)
             if card.acts == "motion" and "turn" not in card.pushes:
                 assert change[2] == pytest.approx(0.0, abs=1e-12)
+
+    def test_depends_on_speed_and_spin_alone_if_and_only_if_it_says_so(
+        self, card: EffectCard
+    ) -> None:
+        """A law of speed and spin alone may be read from a table."""
+        felt = []
+        for place, travel, motion in (
+            ((0.5, 3.0), 0.4, MOTION),
+            ((-1.2, -9.0), 2.9, {"heading": 2.0, "t": 1.0, "clock": 90.0, "order": 2, "stone": 5}),
+        ):
+            ahead = np.array([np.sin(travel), np.cos(travel)])
+            left = np.array([-ahead[1], ahead[0]])
+            states = np.array([[*place, *(speed * ahead), 1.5] for speed in (0.4, 2.0)])
+            change = acceleration(with_only(card, typical(card)), states, **motion)
+            felt.append([change[:, :2] @ ahead, change[:, :2] @ left, change[:, 2]])
+        alike = np.allclose(felt[0], felt[1], rtol=1e-9, atol=1e-12)
+        assert alike is card.of_speed_and_spin
 
     def test_is_finite_everywhere_also_at_rest(self, card: EffectCard) -> None:
         states = np.vstack([STATES, np.zeros((1, 5)), [[0, 0, 0, 0, 2.0]]])

@@ -13,12 +13,13 @@ import pytest
 
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics import GRAVITY, acceleration
-from curling_env.physics.effects.speed_dependent_friction import SLOWEST_SLIP
 from curling_env.sheet import RULE_BOOK_STONE as STONE
 from curling_env.sheet import Stone
 from curling_env.typing import Floats
 
 MU = 0.0085
+SLOWEST_SLIP = 0.01
+"""Slip below which friction no longer rises [m/s]."""
 WEIGHT = STONE.mass * GRAVITY
 STATES = [((0.3, 2.0), 1.5), ((-0.02, 0.05), -1.5), ((0.0, 0.03), 3.0), ((0.5, -0.1), 0.0)]
 STATE = pytest.mark.parametrize(("velocity", "spin"), STATES)

@@ -10,7 +10,6 @@ import pytest
 from curling_env import simulate
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics import GRAVITY, IceInUse, acceleration, play_batch, slide
-from curling_env.physics.one_stone.slide import state_of
 from curling_env.throw import Release, Throw
 from curling_env.worn_tracks import WORN_WIDTH
 
@@ -77,8 +76,9 @@ def test_each_contact_has_the_friction_that_lies_under_it(spin):
 
 
 def test_a_stone_on_tracks_goes_where_the_sum_over_its_contacts_takes_it():
-    release = Release(x=0.0, y=-11.0, vx=0.0, vy=2.1, omega=1.6)
-    there = by_small_steps(state_of(release))
+    x, y, vx, vy, _, omega = HEAVY
+    release = Release(x=x, y=y, vx=vx, vy=vy, omega=omega)
+    there = by_small_steps(HEAVY)
     on_tracks, even = slide(worn(), release), slide(ICE, release)
     assert abs(even.y - there[1]) > 2.0
     assert abs(even.theta - there[4]) > 0.5

@@ -179,7 +179,7 @@ def test_a_ray_cluster_gives_the_same_numbers_after_a_worker_was_killed(knife, m
     knife.touch()
     ray.cloudpickle.register_pickle_by_value(sys.modules["deadly"])
     ray.init(
-        "local", num_cpus=2, include_dashboard=False, log_to_driver=False,
+        "local", num_cpus=1, include_dashboard=False, log_to_driver=False,
         object_store_memory=100_000_000, _node_ip_address="127.0.0.1",
     )  # fmt: skip
     try:

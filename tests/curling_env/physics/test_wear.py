@@ -18,9 +18,9 @@ from curling_env.physics import (
     wear_under_contacts,
     worn,
 )
-from curling_env.physics.wear import WORN_WIDTH
 from curling_env.sheet import Direction, Sheet
 from curling_env.throw import Throw
+from curling_env.worn_tracks import WORN_WIDTH
 
 ALONG = -0.01
 DRAW = Throw(speed=2.09, angle=-0.045, spin=1.5)

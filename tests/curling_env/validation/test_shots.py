@@ -8,8 +8,7 @@ import pytest
 
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import Stone
-from curling_env.validation import HOG_TO_FAR_TEE, Shots
-from curling_env.validation.shots import HOG_TO_HOG
+from curling_env.validation import HOG_TO_FAR_TEE, HOG_TO_HOG, Shots
 
 G = 9.80665
 MU = 0.01

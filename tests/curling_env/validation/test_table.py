@@ -15,8 +15,8 @@ from curling_env.validation import (
     in_words,
     preset_of,
 )
-from curling_env.validation.table import ROWS
 
+ROWS = (*ICE_ROWS, *OTHER_ROWS)
 PASS_ON_STANDARD = {
     "friction at 0.2 to 0.3 m/s",
     "friction at 2.1 to 2.2 m/s",

@@ -7,16 +7,17 @@ from dataclasses import replace
 import numpy as np
 
 from friction_estimation.appearance import (
+    REVERSIBLE,
     Appearance,
     Crop,
     ShapeDoubt,
+    ShapePrior,
     StoneModel,
     composite,
     coverage,
+    window_at,
 )
 from friction_estimation.appearance.ambiguity import sight_doubt
-from friction_estimation.appearance.model import window_at
-from friction_estimation.appearance.prior import REVERSIBLE, ShapePrior
 from friction_estimation.appearance.profile import fit_profile, shape_doubt
 from friction_estimation.camera import Camera
 

@@ -14,8 +14,8 @@ from friction_estimation.appearance import (
     composite,
     coverage,
     those_explained,
+    window_at,
 )
-from friction_estimation.appearance.model import window_at
 from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(

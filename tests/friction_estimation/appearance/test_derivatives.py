@@ -7,10 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.appearance import PARTS, Appearance, Crop, StoneModel, composite, coverage
+from friction_estimation.appearance import (
+    PARTS,
+    Appearance,
+    Crop,
+    StoneModel,
+    composite,
+    coverage,
+    window_at,
+)
 from friction_estimation.appearance.derivatives import TURN_STEP, picture_derivatives, step_of
 from friction_estimation.appearance.kernels.fit_kernels import normal_equations
-from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.shape import SHAPE_PARAMETERS
 from friction_estimation.camera import Camera
 

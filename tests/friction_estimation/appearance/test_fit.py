@@ -8,9 +8,15 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from friction_estimation.appearance import PARTS, Appearance, Crop, StoneModel, learn_appearance
+from friction_estimation.appearance import (
+    PARTS,
+    Appearance,
+    Crop,
+    StoneModel,
+    learn_appearance,
+    window_at,
+)
 from friction_estimation.appearance.fit import fit_stone
-from friction_estimation.appearance.model import window_at
 from friction_estimation.appearance.painting import shares
 from friction_estimation.appearance.shape import LIT, SIDE
 from friction_estimation.camera import Camera

@@ -12,18 +12,19 @@ from curling_env.ice import Ice
 from curling_env.physics import slide
 from curling_env.throw import Throw
 from friction_estimation.appearance import (
+    REVERSIBLE,
     Appearance,
     Crop,
+    ShapePrior,
     StoneModel,
     channels_of,
     composite,
     coverage,
     crops_at,
     learn_appearance,
+    window_at,
 )
 from friction_estimation.appearance.crops import fit_pose
-from friction_estimation.appearance.model import window_at
-from friction_estimation.appearance.prior import REVERSIBLE, ShapePrior
 from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.camera import Camera
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, all_on_film

@@ -7,8 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.appearance import PARTS, Appearance, StoneModel
-from friction_estimation.appearance.prior import TURNED_ALIKE, UPRIGHT, ShapePrior
+from friction_estimation.appearance import (
+    PARTS,
+    TURNED_ALIKE,
+    UPRIGHT,
+    Appearance,
+    ShapePrior,
+    StoneModel,
+)
 
 TYPICAL = StoneModel(radius=0.143, height=0.1143)
 

@@ -9,11 +9,16 @@ import cv2
 import numpy as np
 import pytest
 
-from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from friction_estimation import load_scene
-from friction_estimation.camera import Board, Camera, calibrate_lens, camera_from_scene, chessboard
-from friction_estimation.camera.chessboard import find_board
+from friction_estimation.camera import (
+    Board,
+    Camera,
+    calibrate_lens,
+    camera_from_scene,
+    chessboard,
+    find_board,
+)
 from friction_estimation.synthetic import scene_of
 
 SIZE = (640, 480)
@@ -138,11 +143,12 @@ def test_a_board_of_other_squares_is_not_found(chess):
     assert find_board(cv2.imread(str(chess[0])), Board(columns=12, rows=9, square=0.03)) is None
 
 
-def test_the_command_writes_a_camera_that_a_scene_accepts(chess, tmp_path, capsys, must_fit):
+def test_the_command_writes_a_camera_that_a_scene_accepts(chess, tmp_path, curling, must_fit):
     camera = tmp_path / "camera.json"
     arguments = ["--squares", "8x6", "--square-size", "0.022", "-o", str(camera)]
-    assert main(["calibrate", *map(str, chess), *arguments]) == 0
-    report = json.loads(capsys.readouterr().out)
+    done = curling("calibrate", *chess, *arguments)
+    assert done.status == 0, done.err
+    report = done.json()
     must_fit(camera, "lens-1")
     document = json.loads(camera.read_text())
     assert document["reprojection_px"] == report["reprojection_px"] < 0.3
@@ -187,16 +193,14 @@ def test_a_calibration_serves_a_resized_film_and_refuses_a_cropped_one():
         (["blank.png"], ["--board", "charuco", "--squares", "40x40"], "has only 250 markers"),
     ],
 )
-def test_bad_pictures_end_in_one_line(tmp_path, capsys, files, options, complaint):
+def test_bad_pictures_end_in_one_line(tmp_path, curling, files, options, complaint):
     cv2.imwrite(str(tmp_path / "blank.png"), np.full((480, 640), 128, dtype=np.uint8))
     cv2.imwrite(str(tmp_path / "small.png"), np.full((240, 320), 128, dtype=np.uint8))
     (tmp_path / "noise.png").write_bytes(b"no picture at all")
     output = tmp_path / "camera.json"
-    paths = [str(tmp_path / name) for name in files]
-    assert main(["calibrate", *paths, *options, "-o", str(output)]) == 2
-    lines = capsys.readouterr().err.strip().splitlines()
-    assert len(lines) == 1
-    assert complaint in lines[0]
+    paths = [tmp_path / name for name in files]
+    refused = curling("calibrate", *paths, *options, "-o", output)
+    assert complaint in refused.complaint
     assert not output.exists()
 
 

@@ -21,7 +21,7 @@ from friction_estimation.camera import (
     refine_at_focal,
 )
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, named_camera, scene_of
-from friction_estimation.tracking.path.uncertainty import camera_variance
+from friction_estimation.tracking import camera_variance
 
 BENT = (-0.12, 0.03, 0.002, -0.001, 0.004)
 FULL = FreeLens(focal=True, bends=True, minor=True, axis=True)

@@ -13,11 +13,13 @@ from curling_env.sheet import RING_RADII, TEE_Y, Sheet
 from friction_estimation.camera import (
     Camera,
     camera_from_scene,
+    grey_levels,
     log_height_prior,
+    markings_of,
+    measure_markings,
     refine,
     refine_at_focal,
 )
-from friction_estimation.camera.markings import grey_levels, markings_of, measure_markings
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 
 SIZES = {"end": (1280, 720), "gantry": (1280, 720), "side": (1280, 720), "ceiling": (1280, 960)}

@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import cv2
 import numpy as np
 import pytest
 
-from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
 from friction_estimation import load_scene
@@ -56,14 +53,15 @@ def test_a_height_that_was_measured_is_kept_and_places_the_tops_of_stones(club_p
 
 
 def test_the_command_writes_a_scene_that_reads_the_photo_and_a_picture(
-    club_photo, tmp_path, capsys
+    club_photo, tmp_path, curling
 ):
     photo, scene, drawn = (tmp_path / name for name in ("ice.png", "scene.json", "drawn.png"))
     cv2.imwrite(str(photo), club_photo.empty)
     marks = [f"{name}={u:.0f},{v:.0f}" for name, (u, v) in clicks(club_photo).items()]
     asked = ["--mark", marks[0], "--mark", marks[1], "-o", str(scene), "--picture", str(drawn)]
-    assert main(["locate", str(photo), *asked]) == 0
-    told = json.loads(capsys.readouterr().out)
+    done = curling("locate", photo, *asked)
+    assert done.status == 0, done.err
+    told = done.json()
     assert told["misses_px"]["hog line"] < 0.5
     size = (club_photo.empty.shape[1], club_photo.empty.shape[0])
     assert apart(camera_from_scene(load_scene(scene), size), club_photo) < 0.8

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.sheet import PAPER_SHEET
-from friction_estimation.camera import Camera, TopView
-from friction_estimation.camera.top_view import outside_masked, view_lengths
+from friction_estimation.camera import Camera, TopView, outside_masked, view_lengths
 
 
 def camera(**changes):

@@ -6,7 +6,6 @@ import json
 
 import numpy as np
 
-from curling_env.commands.cli import main
 from curling_env.trajectory import read_tracks
 from friction_estimation.film import film_writer
 
@@ -47,20 +46,20 @@ def test_films_are_added_to_the_tracks_of_the_evening(curling, tmp_path, monkeyp
     assert film.read_bytes() == before
 
 
-def test_a_file_of_another_kind_is_refused_before_any_film_is_looked_at(tmp_path, capsys):
+def test_a_file_of_another_kind_is_refused_before_any_film_is_looked_at(curling, tmp_path):
     kept = tmp_path / "notes.json"
     kept.write_text('{"mine": 1}')
     film, scene = tmp_path / "missing.mp4", tmp_path / "missing.json"
-    assert main(["track", str(film), "--scene", str(scene), "-o", str(kept)]) == 2
-    assert "is not replaced by a table of tracks" in capsys.readouterr().err
+    refused = curling("track", film, "--scene", scene, "-o", kept)
+    assert "is not replaced by a table of tracks" in refused.complaint
     assert kept.read_text() == '{"mine": 1}'
 
 
-def test_an_overlay_is_a_film_by_name_and_replaces_no_film_of_ones_own(tmp_path, capsys):
+def test_an_overlay_is_a_film_by_name_and_replaces_no_film_of_ones_own(curling, tmp_path):
     own = tmp_path / "own.mp4"
     own.write_bytes(b"\0\0\0\x20ftypisom, and what a camera took")
-    words = ["track", str(tmp_path / "missing.mp4"), "--scene", str(tmp_path / "missing.json")]
-    assert main([*words, "--overlay", str(tmp_path / "seen.png")]) == 2
-    assert "expected a name that ends in .mp4 or .avi" in capsys.readouterr().err
-    assert main([*words, "--overlay", str(own)]) == 2
-    assert "is a film of your own and is not replaced" in capsys.readouterr().err
+    words = ("track", tmp_path / "missing.mp4", "--scene", tmp_path / "missing.json")
+    refused = curling(*words, "--overlay", tmp_path / "seen.png")
+    assert "expected a name that ends in .mp4 or .avi" in refused.complaint
+    refused = curling(*words, "--overlay", own)
+    assert "is a film of your own and is not replaced" in refused.complaint

@@ -13,8 +13,7 @@ from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.comparison import Comparison, compare_tracks
-from friction_estimation.comparison.rethrow import Rethrow
+from friction_estimation.comparison import Comparison, Rethrow, compare_tracks
 
 MU = 0.009
 

@@ -12,8 +12,7 @@ import pytest
 
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, save_ice
 from curling_env.trajectory import Trajectory, write_tracks
-from friction_estimation.comparison import Comparison, compare_tracks
-from friction_estimation.comparison.rethrow_spread import position_noise
+from friction_estimation.comparison import Comparison, compare_tracks, position_noise
 
 MU, CURL = 0.009, 0.0065
 

@@ -8,8 +8,7 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release, Throw
-from friction_estimation.design import uniform_bound
-from friction_estimation.design.cramer_rao import cell_bound, throw_response
+from friction_estimation.design import cell_bound, throw_response, uniform_bound
 
 G = 9.80665
 

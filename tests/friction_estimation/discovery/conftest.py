@@ -10,12 +10,11 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics import slide
-from curling_env.physics.effects import register, unregister
+from curling_env.physics import register, slide, unregister
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
-from friction_estimation.discovery.data.measurement import measurement_effects
+from friction_estimation.discovery import measurement_effects
 
 MakeSession = Callable[..., list[Trajectory]]
 

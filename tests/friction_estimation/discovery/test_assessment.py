@@ -8,7 +8,6 @@ import pytest
 
 from friction_estimation import discover
 from friction_estimation.discovery import assess, document
-from friction_estimation.discovery.assessment import models_in_question
 
 from .conftest import effect
 
@@ -20,20 +19,15 @@ def _clearly_worse(model: dict[str, Any]) -> bool:
 
 def test_models_of_two_effects_are_named_and_ranked(make_session):
     hidden = [effect("curl", strength=0.006), effect("slope", x=5e-4, y=3e-4)]
-    found = discover(make_session(hidden, throws=14, scatter=0.004))
+    found = discover(make_session(hidden, throws=12, scatter=0.004))
     assert {e.label for e in found.effects} == {"curl", "slope"}
-    fits = models_in_question(found)
-    assert {"baseline", "named", "named without curl", "named without slope"} <= set(fits)
-    # The baseline with curl is the improved model without the slope: it stands once.
-    assert "baseline + curl" not in fits
-    assert {len(fitted.session) for fitted in fits.values()} == {14}
-    assert len({fitted.noise for fitted in fits.values()}) == 1
-    added = [name for name in fits if name.startswith("named + ")]
-    assert 1 <= len(added) <= 3
-    assert all(fits[name].deviance < fits["named"].deviance + 3.0 for name in added)
-    base = fits["baseline"]
-    assert all(f.deviance < base.deviance + 100 for f in fits.values())
     models = document(found, assess(found))["models"]
+    names = [model["name"] for model in models]
+    assert {"baseline", "named", "named without curl", "named without slope"} <= set(names)
+    # The baseline with curl is the improved model without the slope: it stands once.
+    assert "baseline + curl" not in names
+    assert len(set(names)) == len(names)
+    assert 1 <= sum(name.startswith("named + ") for name in names) <= 3
     assert models[0]["name"].startswith("named")
     assert models[0]["difference"] == 0.0
     named = next(model for model in models if model["name"] == "named")

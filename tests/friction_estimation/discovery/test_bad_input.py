@@ -11,12 +11,14 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.trajectory import write_tracks
 from friction_estimation import discover
-from friction_estimation.discovery import document, open_session
-from friction_estimation.discovery.verdict import ONE_SPIN, ONE_WAY, OTHER_ICE, sentence
+from friction_estimation.discovery import document, open_session, sentence
 
 from .conftest import effect
 
 CURL = effect("curl", strength=0.006)
+ONE_WAY = "All throws went one way"
+ONE_SPIN = "All stones turned the same way"
+OTHER_ICE = "it is of other ice, or of another sheet"
 
 
 def names(found):

@@ -8,9 +8,7 @@ import numpy as np
 import pytest
 
 from friction_estimation import discover
-from friction_estimation.discovery import naming
-from friction_estimation.discovery.evidence.unknown.nearby import Following
-from friction_estimation.discovery.model.fit import fit
+from friction_estimation.discovery import Following, fit, naming
 
 from .conftest import effect
 
@@ -42,7 +40,7 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
 
 
 def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_session):
-    found = discover(make_session([effect("curl", strength=0.005)], throws=10, scatter=0.03))
+    found = discover(make_session([effect("curl", strength=0.005)], throws=8, scatter=0.03))
     assert [e.label for e in found.effects] == ["curl"]
     assert found.unknown
 

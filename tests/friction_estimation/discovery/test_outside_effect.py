@@ -10,12 +10,11 @@ import pytest
 
 from curling_env.envs.known_ice import ice_features, ice_names
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics.effects import unregister
+from curling_env.physics import unregister
 from curling_env.sheet import Direction
 from friction_estimation import discover
 from friction_estimation.discovery import document
-from friction_estimation.reports import write_report_page
-from friction_estimation.reports.discovery_figures import residual_pictures
+from friction_estimation.reports import residual_pictures, write_report_page
 
 from .conftest import effect
 
@@ -68,7 +67,7 @@ def trough(tmp_path, monkeypatch):
 
 
 def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp_path):
-    found = discover(make_session([effect("trough", rate=0.002)]))
+    found = discover(make_session([effect("trough", rate=0.002)], throws=8))
     report = document(found)
     (named,) = report["effects"]
     assert named["name"] == "trough"

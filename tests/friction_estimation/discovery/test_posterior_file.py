@@ -11,13 +11,13 @@ import pytest
 
 from friction_estimation.discovery import (
     base_model,
+    candidates,
     draw_posterior,
     fit_with_noise,
+    left_out_densities,
     open_session,
     write_posterior,
 )
-from friction_estimation.discovery.evidence.predictive_density import left_out_densities
-from friction_estimation.discovery.model.candidates import candidates
 
 from .conftest import effect
 

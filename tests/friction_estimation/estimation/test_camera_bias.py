@@ -108,7 +108,7 @@ def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
     """Only the direction tells a bias of the camera from the ice: σ must say how badly."""
     rng = np.random.default_rng(31)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
-    starts = sliding.varied_starts(rng, 12)
+    starts = sliding.varied_starts(rng, 8)
     starts[:, 2:4] *= (2.1 / np.hypot(starts[:, 2], starts[:, 3]))[:, None]
     tracks = with_camera_bias(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 4.0, 1.0)
     found = friction_alone(tracks)
@@ -121,15 +121,15 @@ def test_sigma_of_cells_is_true_where_all_throws_have_one_speed(sliding):
 
 
 @pytest.mark.parametrize(
-    ("seed", "kind"),
-    [(32, "coloured"), (33, "rough"), (35, "follows the speed")],
+    ("seed", "kind", "fps"),
+    [(32, "coloured", 30), (33, "rough", 30), (35, "follows the speed", 15)],
 )
-def test_without_a_ripple_none_is_found(sliding, seed, kind):
+def test_without_a_ripple_none_is_found(sliding, seed, kind, fps):
     rng = np.random.default_rng(seed)
     field = sliding.random_field(rng, mu=0.009, spread=0.06, length=2.0, rough=kind == "rough")
     tracks = sliding.measured_throws(
         field, sliding.varied_starts(rng, 8), rng,
-        noise=0.002 if kind == "coloured" else 0.005,
+        noise=0.002 if kind == "coloured" else 0.005, fps=fps,
         exponent=0.1 if kind == "follows the speed" else 0.0,
     )  # fmt: skip
     if kind == "coloured":
@@ -172,9 +172,9 @@ def test_speeds_well_apart_tell_it_one_way(sliding):
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)
     starts = one_way(sliding, rng, 10)
     tracks = with_camera_bias(sliding.measured_throws(field, starts, rng, fps=15), 0.005, 6.0, 1.0)
-    found, without = friction_alone(tracks), friction_alone(tracks, camera_bias="off")
+    found = friction_alone(tracks)
     assert found.camera_bias.search.outcome == "found"
-    assert error(found.ice, field) < 0.5 * error(without.ice, field)
+    assert error(found.ice, field) < 0.015  # 0.054 without the bias
 
 
 def test_report_names_and_draws_the_bias(seen_badly, tmp_path, must_fit):

@@ -104,6 +104,10 @@ def test_command_updates_and_starts_from_yesterday(curling, session, tmp_path):
     together = estimate_ice([*session.tracks[:2], *session.tracks[10:]], uniform=True)
     # An update is the estimate from all throws: tracks in a file are rounded to 10 µm.
     assert result.json()["mu"] == pytest.approx(together.mu, rel=1e-5)
+    twice = curling("estimate", late, "--update", later, "-o", tmp_path / "twice.json")
+    assert twice.status == 0, twice.err
+    assert "counts once" in twice.err
+    assert twice.json()["mu"] == pytest.approx(together.mu, rel=1e-5)
     again = curling(
         "estimate", late, "--prior", ice, "--effects", "none", "-o", tmp_path / "t.json"
     )

@@ -13,8 +13,7 @@ from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from friction_estimation import estimate_ice
-from friction_estimation.design import uniform_bound
-from friction_estimation.design.cramer_rao import cell_bound
+from friction_estimation.design import cell_bound, uniform_bound
 from friction_estimation.estimation import estimate_by_paper
 
 HOG = 10.9725
@@ -35,20 +34,18 @@ def centres() -> tuple[np.ndarray, np.ndarray]:
 # --- one number ------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize(("pitches", "floor_percent"), [(1, 0.3), (5, 0.15)])
-def test_one_friction_at_the_papers_throws_reaches_the_bound(sliding, rng, pitches, floor_percent):
+def test_one_friction_at_the_papers_throws_reaches_the_bound(sliding, rng):
+    """One pitch a session; `make figures` measures sessions of five."""
     errors, normed = [], []
     for mu in np.linspace(0.00182, 0.002, 10):
-        tracks = sliding.measured_throws(
-            sliding.uniform(mu), straight(pitches, 1.6), rng, until=HOG
-        )
+        tracks = sliding.measured_throws(sliding.uniform(mu), straight(1, 1.6), rng, until=HOG)
         found = friction_alone(tracks, uniform=True)
-        bound = uniform_bound([1.6] * pitches, mu=mu, noise=0.005, fps=30, distance=2 * HOG)
+        bound = uniform_bound([1.6], mu=mu, noise=0.005, fps=30, distance=2 * HOG)
         errors.append(100 * abs(found.mu / mu - 1))
         normed.append((found.mu - mu) / bound)
         # A single throw says nothing of the scatter between throws, which counts in sigma.
         assert found.sigma < max(4.0 * bound, 0.01 * mu)
-    assert np.mean(errors) < floor_percent
+    assert np.mean(errors) < 0.3
     # The spread of ten errors of unit variance lies below 1.5 with 99.9 % probability.
     assert np.sqrt(np.mean(np.square(normed))) < 1.5
 

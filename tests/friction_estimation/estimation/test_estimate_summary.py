@@ -14,8 +14,7 @@ from curling_env.ice import ActiveEffect, FrictionMap, Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from friction_estimation import Estimate
-from friction_estimation.discovery import CoordinateNoise
-from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery import CoordinateNoise, SessionNoise
 from friction_estimation.tracks import FreeSlide
 
 

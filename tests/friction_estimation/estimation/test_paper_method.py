@@ -8,7 +8,7 @@ import pytest
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
-from friction_estimation.estimation.paper_method import average_cells
+from friction_estimation.estimation import average_cells
 from friction_estimation.tracks import FreeSlide
 
 G, MU = 9.80665, 0.008

@@ -20,21 +20,18 @@ from curling_env.infrastructure import write_table
 from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory, read_tracks
-from friction_estimation import load_scene
 from friction_estimation.camera import save_scene
 from friction_estimation.film import Film, brightness_of, is_stream
 from friction_estimation.live import (
+    LEAD_IN_SECONDS,
+    MAX_FILM_SECONDS,
     QUIET_SECONDS,
-    IceSoFar,
     Recorder,
-    TrackedClip,
     follow_stream,
     open_feed,
 )
-from friction_estimation.live.tuning import LEAD_IN_SECONDS, MAX_FILM_SECONDS
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import COMPARED_AFTER, MotionDetector
-from friction_estimation.tracking.cutting.tuning import LOOK_INTERVAL
 
 FPS = 20.0
 SESSION_FPS = 8.0
@@ -126,7 +123,7 @@ def test_every_motion_between_two_quiets_is_one_film(tmp_path):
     wanted = 6.0 - LEAD_IN_SECONDS
     assert wanted - KEY_EVERY / FPS <= clips[0].clock <= wanted
     end_of_motion = clips[0].clock + first.frame_count / FPS - QUIET_SECONDS
-    assert 9 < end_of_motion <= 9 + COMPARED_AFTER + 2 * LOOK_INTERVAL
+    assert 9 < end_of_motion <= 9 + COMPARED_AFTER + 0.2
 
 
 def test_a_film_holds_the_very_pictures_that_were_sent(tmp_path):
@@ -374,33 +371,6 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, t
         assert np.linalg.norm(track.xy - there, axis=1)[inside].max() < 0.03
 
 
-class Interrupted:
-    """A feed whose user presses Ctrl-C after some time."""
-
-    def __init__(self, feed, after):
-        self._feed, self._after = feed, after
-        self.size, self.fps = feed.size, feed.fps
-        self.add_to, self.close = feed.add_to, feed.close
-
-    def frames(self):
-        for moment in self._feed.frames():
-            if moment.t > self._after:
-                raise KeyboardInterrupt
-            yield moment
-
-
-@pytest.mark.slow
-def test_what_was_recorded_before_an_interruption_is_tracked(session, tmp_path):
-    amid = session.starts[1] + 0.7 * session.truths[1].t[-1]  # while the second stone slides
-    feed = Interrupted(open_feed(f"file://{session.film}"), after=amid)
-    news = list(follow_stream(feed, load_scene(session.scene), tmp_path))
-    seen = [k for k in news if isinstance(k, TrackedClip)]
-    assert [len(k.tracks) for k in seen] == [1, 1]
-    assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.5)
-    assert isinstance(news[-1], IceSoFar)
-    assert "from 2 throws" in news[-1].words
-
-
 @pytest.mark.slow
 def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
     renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
@@ -408,14 +378,14 @@ def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
     dark = empty.copy()
     dark[80:110, 100:200] = 0
     one = [
-        *[empty] * 40,
-        *[empty, dark] * 20,
+        *[empty] * 30,
+        *[empty, dark] * 15,
         *[empty] * int(FPS * SURELY_OVER),
     ]
-    feed = fed(tmp_path, one * 3)
+    feed = fed(tmp_path, one * 2)
     assert feed.fps == FPS
     seen = list(follow_stream(feed, scene_of(renderer.camera), tmp_path))
-    assert len(seen) == 3
+    assert len(seen) == 2
     assert all(not k.tracks and "no thrown stone" in k.reason for k in seen)
 
 

@@ -17,7 +17,7 @@ from friction_estimation.synthetic import (
     named_camera,
 )
 from friction_estimation.synthetic.sheet_drawing import PixelRays
-from friction_estimation.synthetic.stone_drawing import _schedule, draw_stones, stone_box
+from friction_estimation.synthetic.stone_drawing import draw_stones, stone_box
 
 from .conftest import EVEN, PLACES_SEEN, above
 
@@ -87,7 +87,8 @@ def silhouette(camera: Camera, stone: StoneOnIce, shape: StoneShape):
 
 
 @pytest.mark.parametrize(
-    ("name", "y"), [(name, y) for name in CAMERAS for y in PLACES_SEEN.get(name, (11.3, 16.9))]
+    ("name", "y"),
+    [(name, PLACES_SEEN.get(name, (11.3, 16.9))[k % 2]) for k, name in enumerate(CAMERAS)],
 )
 def test_a_stone_covers_its_true_outline(name, y):
     camera = named_camera(name)
@@ -132,11 +133,6 @@ def test_a_stone_of_another_size_is_drawn_in_its_size():
 
 
 def test_exposure_smears_a_stone_without_shifting_it():
-    for n in (4, 8):
-        moments = _schedule(n).reshape(n, n)
-        np.testing.assert_allclose(moments.mean(axis=0), 0, atol=1e-12)
-        np.testing.assert_allclose(moments.mean(axis=1), 0, atol=1e-12)
-        assert sorted(np.round(moments.ravel() * n * n + n * n / 2 - 0.5)) == list(range(n * n))
     camera = above(0.0, 0.0)
     still = StoneOnIce(x=0.013, y=0.02)
     moving = StoneOnIce(x=0.013, y=0.02, vx=-0.5, vy=3.0)

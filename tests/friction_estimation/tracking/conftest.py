@@ -1,4 +1,4 @@
-"""A practice film: three throws; one stone is picked up, one is carried back, one stays."""
+"""A practice film: three throws; one stone is slid back and picked up, and one stays."""
 
 from __future__ import annotations
 
@@ -56,8 +56,14 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> PracticeFilm:
     ]
     red, yellow, again = (k for k in throws if k is not None)
     yellow = replace(yellow, stone=1)
-    t = np.linspace(0.0, 7.0, 30)
-    carried = Trajectory(t=t, xy=np.column_stack([np.full(30, 0.4), 2.0 - 1.3 * t]))
+    t = np.arange(0.0, 9.5, 0.25)
+    slides = np.maximum(t - 2.0, 0.0)  # it is pushed for two seconds
+    way = 0.55 * np.minimum(t, 2.0) ** 2 + 2.2 * slides - 0.147 * slides**2
+    slid_back = Trajectory(
+        t=t,
+        xy=red.xy[-1] - np.column_stack([0.0 * t, way]),
+        theta=np.full(len(t), red.theta[-1]),
+    )
     lying = StoneOnIce(
         x=yellow.xy[-1, 0],
         y=yellow.xy[-1, 1],
@@ -75,14 +81,13 @@ def practice(tmp_path_factory: pytest.TempPathFactory) -> PracticeFilm:
         count = 0
         for renderer, path, after, rests in (
             (bare, None, 5.0, False),
-            (bare, red, 0.0, False),
-            (bare, None, 4.0, False),
-            (bare, carried, 3.0, False),
+            (bare, red, 4.0, True),
+            (bare, slid_back, 3.0, False),
             (bare, yellow, 4.0, True),
             (beside, again, 1.0, True),
         ):
             shown = [] if path is None else list(renderer.frames(path, seed=len(begins)))
-            if path is not None and path is not carried:
+            if path is not None and path is not slid_back:
                 begins.append(count / FPS)
             shown += [shown[-1] if rests else empty] * int(after * FPS)
             count += len(shown)

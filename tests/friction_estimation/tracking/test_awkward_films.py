@@ -1,6 +1,6 @@
-"""Difficult films: what can be corrected is, and the rest is refused in one line.
+"""Difficult films: what can be corrected is corrected, and the rest is refused in one line.
 
-The spoilt films are made from one that is clean, so that what the fault costs is seen.
+The spoilt films are made from a clean one of ten frames a second, to measure the cost of a fault.
 """
 
 from __future__ import annotations
@@ -14,11 +14,11 @@ from curling_env.ice import Ice
 from curling_env.physics import slide
 from curling_env.throw import Throw
 from friction_estimation.camera import camera_from_scene
-from friction_estimation.film import stabiliser_for
+from friction_estimation.film import film_writer, stabiliser_for
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of, write_film
 from friction_estimation.tracking import track_film
 
-FPS = 20.0
+FPS = 10.0
 SIZE = (800, 450)
 
 
@@ -41,13 +41,13 @@ def shifted(frame, right, down, scale=1.0, turn=0.0):
     )
 
 
-def error(clean, frames, path, fps=FPS):
-    """Root mean square error of the track [m], and the share of frames that have a row.
+def error(clean, frames, path, write=write_film):
+    """Return the track's root mean square error [m], and the share of frames that have a row.
 
-    Whatever is wrong with a film, its track says how far it may be off.
+    Whatever is wrong with a film, the errors that its track states must hold.
     """
     _, truth, scene = clean
-    write_film(path, frames, fps)
+    write(path, frames, FPS)
     track = track_film(path, scene).trajectory
     there = np.column_stack([np.interp(track.t, truth.t, truth.xy[:, i]) for i in (0, 1)])
     off = np.abs(track.xy - there)
@@ -57,21 +57,15 @@ def error(clean, frames, path, fps=FPS):
 
 
 def swaying(frames):
-    return [
-        shifted(f, 3 * np.sin(i / 9), 2 * np.cos(i / 13) - 2, turn=5e-4 * np.sin(i / 20))
-        for i, f in enumerate(frames)
-    ]
+    t = np.arange(len(frames)) / FPS
+    by = np.column_stack(
+        [3 * np.sin(2.2 * t), 2 * np.cos(1.5 * t) - 2, 1 + 0 * t, 5e-4 * np.sin(t)]
+    )
+    return [shifted(frame, *moved) for frame, moved in zip(frames, by, strict=True)]
 
 
 def knocked(frames):
     return [shifted(f, 6, 4) if i > len(frames) // 2 else f for i, f in enumerate(frames)]
-
-
-def flickering(frames):
-    return [
-        np.clip(f * (1 + 0.08 * np.sin(1.3 * i)), 0, 255).astype(np.uint8)
-        for i, f in enumerate(frames)
-    ]
 
 
 def bands_running_over_the_picture(frames):
@@ -100,7 +94,7 @@ def undisturbed(clean, tmp_path_factory):
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "fault", [swaying, knocked, flickering, bands_running_over_the_picture, half_the_lights_out]
+    "fault", [swaying, knocked, bands_running_over_the_picture, half_the_lights_out]
 )
 def test_faults_that_can_be_corrected_cost_a_few_millimetres(clean, undisturbed, tmp_path, fault):
     rms, share = error(clean, fault(clean[0]), tmp_path / "film.mp4")
@@ -108,24 +102,30 @@ def test_faults_that_can_be_corrected_cost_a_few_millimetres(clean, undisturbed,
     assert share > 0.97
 
 
-@pytest.mark.slow
-def test_ten_frames_a_second_are_enough(clean, undisturbed, tmp_path):
-    rms, share = error(clean, clean[0][::2], tmp_path / "film.mp4", fps=FPS / 2)
-    assert rms < undisturbed + 0.004
-    assert share > 0.95
-
-
 def test_repeated_frames_do_not_pull_the_track_back(clean, undisturbed, tmp_path):
-    """At 1.5 m/s a repeated frame shows the stone 75 mm behind where it is."""
+    """At 1.5 m/s a repeated frame shows the stone 150 mm behind where it is."""
     frames = [clean[0][i - (i % 5 == 4)] for i in range(len(clean[0]))]
     rms, _ = error(clean, frames, tmp_path / "film.mp4")
     assert rms < undisturbed + 0.006
 
 
+def write_coarsely(path, frames, fps):
+    with film_writer(path, SIZE, fps, quality=36, threads=1) as writer:
+        for frame in frames:
+            writer.write(frame)
+
+
+def test_a_coarse_copy_costs_a_centimetre(clean, undisturbed, tmp_path):
+    """What a codec drops of a slow stone shows it behind its place, and its σ allows for it."""
+    rms, share = error(clean, clean[0], tmp_path / "copy.mp4", write=write_coarsely)
+    assert rms < undisturbed + 0.01
+    assert share > 0.9
+
+
 @pytest.mark.parametrize(
     ("fault", "words"),
     [
-        (lambda f, i, n: shifted(f, min(i, 80) * 0.8, 0), "the camera has moved by"),
+        (lambda f, i, n: shifted(f, min(i, 40) * 1.6, 0), "the camera has moved by"),
         (lambda f, i, n: shifted(f, 0, 0, 1.05 if i > n // 2 else 1.0), "zoomed by +5."),
     ],
 )
@@ -204,12 +204,12 @@ def test_a_spot_on_the_ice_before_the_throw_is_not_the_stone(clean, tmp_path):
     camera = camera_from_scene(scene, SIZE)
     lies = truth.xy[0] - [0.0, 1.5]
     u, v = camera.project(np.array([[*lies, 0.0]]))[0].astype(int)
-    bare = np.median(frames[::8], axis=0)
+    bare = np.median(frames[::4], axis=0)
     spotted = bare.copy()
     spotted[v - 2 : v + 4, u - 3 : u + 3] -= 30
     noise = np.random.default_rng(0).normal(0, 1.5, bare.shape)
     before = [
-        (still + noise).clip(0, 255).astype(np.uint8) for still in [spotted] * 20 + [bare] * 10
+        (still + noise).clip(0, 255).astype(np.uint8) for still in [spotted] * 10 + [bare] * 5
     ]
     write_film(tmp_path / "film.mp4", before + frames, FPS)
     track = track_film(tmp_path / "film.mp4", scene).trajectory
@@ -223,8 +223,8 @@ def test_grain_of_twenty_grey_levels_hides_no_stone(clean, tmp_path):
     rng = np.random.default_rng(0)
     frames = [
         np.clip(frame + rng.normal(0, 20, (*frame.shape[:2], 1)), 0, 255).astype(np.uint8)
-        for frame in clean[0][::2]
+        for frame in clean[0]
     ]
-    rms, seen = error(clean, frames, tmp_path / "grain.mp4", FPS / 2)
+    rms, seen = error(clean, frames, tmp_path / "grain.mp4")
     assert seen > 0.9
     assert rms < 0.02

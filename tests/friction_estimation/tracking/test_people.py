@@ -1,7 +1,8 @@
-"""Tracking with people around the stone, on a few seconds of a rendered film."""
+"""Tracking with people around the stone, on a few seconds of rendered and of drawn film."""
 
 from __future__ import annotations
 
+import cv2
 import numpy as np
 import pytest
 
@@ -9,7 +10,7 @@ from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory
 from friction_estimation import Scene
 from friction_estimation.camera import Camera
-from friction_estimation.synthetic import FilmSpec, Light, render_film
+from friction_estimation.synthetic import FilmSpec, Light, render_film, write_film
 from friction_estimation.tracking import TrackingOptions, track_film
 
 FPS = 12.0
@@ -72,6 +73,13 @@ def test_people_shadows_and_reflections_do_not_move_the_stone(tracked):
     assert np.sqrt(np.mean(np.sum(error**2, axis=1))) < 0.004
 
 
+def test_speed_comes_from_the_smoother(tracked):
+    result, _ = tracked
+    at = np.searchsorted(result.trajectory.t, 2.2)  # two seconds after the release
+    assert result.velocity[at] == pytest.approx([0.06, 0.95], abs=0.03)
+    assert result.trajectory.t == pytest.approx(result.frame / FPS, abs=1e-6)
+
+
 def test_the_stone_is_followed_and_not_a_person(tracked):
     result, truth = tracked
     away = np.linalg.norm(result.trajectory.xy - truth.xy[result.frame], axis=1)
@@ -85,3 +93,63 @@ def test_people_without_a_stone_are_no_throw(tmp_path):
     render_film(path, still, spec)  # the stone lies out of the picture
     with pytest.raises(InputError, match=r"walk\.mp4: no thrown stone found"):
         track_film(path, scene())
+
+
+ABOVE = Camera.looking_at(
+    position=(0.3, 0.0, 9.0), target=(0.0, 0.1, 0.0), focal_px=420.0, size=(560, 300),
+    up=(-1.0, 0.0, 0.0),
+)  # fmt: skip
+CORNERS = np.array([[-2.0, -5.0], [2.0, -5.0], [2.0, 5.0], [-2.0, 5.0], [0.0, 0.0]])
+
+
+def place(t):
+    """Place of a drawn stone that slows down and curls a little, (2,) [m]."""
+    return np.array([0.1 - 0.004 * t**2, -4.0 + 1.5 * t - 0.05 * t**2])
+
+
+def disc(picture, x, y, z, radius, colour):
+    px = ABOVE.project(np.array([[x, y, z], [x + radius, y, z]]))
+    centre = np.round(16 * px[0]).astype(int).tolist()
+    size = round(16 * float(np.linalg.norm(px[1] - px[0])))
+    cv2.circle(picture, centre, size, colour, -1, cv2.LINE_AA, 4)
+
+
+def swept(t, clear_of_broom):
+    """A frame of a stone without a handle; a broom touches it except within these times [s]."""
+    picture = np.full((300, 560, 3), 225, dtype=np.uint8)
+    cv2.line(picture, (0, 150), (559, 150), (120, 120, 120), 1)
+    x, y = place(t)
+    for z, radius, colour in ((0.0, 0.11, 70), (0.05, 0.145, 90), (0.114, 0.12, 125)):
+        disc(picture, x, y, z, radius, (colour, colour, colour))
+    begin, end = clear_of_broom
+    broom = x + 0.09 * np.sin(15 * t), y + (0.6 if begin <= t <= end else 0.2)
+    for side in (-0.08, 0.0, 0.08):
+        disc(picture, broom[0] + side, broom[1], 0.02, 0.04, (40, 40, 40))
+    ends = ABOVE.project(np.array([[*broom, 0.05], [x + 0.7, y + 0.4, 1.0]])).round()
+    cv2.line(picture, *(tuple(map(int, end)) for end in ends), (40, 160, 200), 2, cv2.LINE_AA)
+    disc(picture, x + 0.8, y + 0.4, 0.9, 0.24, (40, 60, 150))
+    disc(picture, x + 0.7, y + 0.6, 1.2, 0.11, (60, 80, 110))
+    noise = np.random.default_rng(round(1000 * t)).normal(0, 1.5, picture.shape)
+    return np.clip(cv2.GaussianBlur(picture, (0, 0), 0.6) + noise, 0, 255).astype(np.uint8)
+
+
+@pytest.mark.parametrize(("clear_of_broom", "until"), [((0.0, 1.6), 5.0), ((1.5, 2.1), 2.9)])
+def test_a_stone_that_a_broom_touches_is_followed_all_its_way(tmp_path, clear_of_broom, until):
+    """The broom leaves it alone for eight frames, or for three in the middle of its way."""
+    frames = [swept(t, clear_of_broom) for t in np.arange(0.0, until, 0.2)]
+    write_film(tmp_path / "film.mp4", frames, 5.0)
+    scene = Scene(
+        sheet_points=CORNERS,
+        points_px=ABOVE.project(np.column_stack([CORNERS, np.zeros(5)])),
+        camera_matrix=ABOVE.lens.matrix,
+        distortion=ABOVE.lens.distortion,
+        stone_radius=0.145,
+        stone_height=0.114,
+    )
+    found = track_film(tmp_path / "film.mp4", scene, options=TrackingOptions(refine=False))
+    track = found.trajectory
+    assert len(track) >= len(frames) - 1
+    off = np.linalg.norm(track.xy - np.array([place(t) for t in track.t]), axis=1)
+    assert off.max() < 0.03  # a pixel is 21 mm
+    assert not np.isfinite(track.theta).any()  # it has no handle
+    assert found.others == ()

@@ -7,7 +7,6 @@ import pytest
 
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracking import StoneNumbers
-from friction_estimation.tracking.stone_numbers import handle_code, same_handle
 
 RED, YELLOW, BLUE = "#c81e28", "#e6d214", "#2040b4"
 
@@ -61,12 +60,6 @@ def test_stones_that_lay_there_from_the_beginning_come_after_the_first_thrown_on
     ],
 )
 def test_hue_tells_handles_apart(one, other, same):
-    assert same_handle(one, other) == same
-
-
-def test_a_colour_is_written_as_on_the_web_and_back():
-    blue, green, red = 40.0, 30.0, 200.0
-    light = 0.114 * blue + 0.587 * green + 0.299 * red
-    code = handle_code(np.array([light, 0.564 * (blue - light), 0.713 * (red - light)]))
-    assert code == "#c81e28"
-    assert handle_code(np.full(3, np.nan)) is None
+    numbers = StoneNumbers()
+    assert numbers.of([stone(HACK, (0.0, 5.0))], [one]) == [0]
+    assert numbers.of([stone(HACK, (0.3, 6.0))], [other]) == [0 if same else 1]

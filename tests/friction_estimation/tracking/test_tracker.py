@@ -15,7 +15,7 @@ from curling_env.ice import load_ice
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation import load_scene, tracking
 from friction_estimation.film import Film
-from friction_estimation.live import TrackedClip, follow_stream, open_feed
+from friction_estimation.live import IceSoFar, TrackedClip, follow_stream, open_feed
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of, write_film
 from friction_estimation.tracking import (
     Checkpoints,
@@ -31,7 +31,7 @@ import numpy as np
 
 from curling_env.errors import InputError, NoThrowError
 from curling_env.trajectory import Trajectory
-from friction_estimation.film.video import Film
+from friction_estimation.film import Film
 
 def track(film, scene, *, progress):
     """A dark square, as the stone; where it is in the picture tells where it is on the ice."""
@@ -103,20 +103,41 @@ def test_estimate_takes_a_strangers_tracker(club, curling):
     assert load_ice("ice.json").friction.mu.mean() == pytest.approx(0.01, rel=0.1)
 
 
-def test_live_takes_a_strangers_tracker(club):
+class Interrupted:
+    """A feed whose user presses Ctrl-C after some time."""
+
+    def __init__(self, feed, after):
+        self._feed, self._after = feed, after
+        self.size, self.fps = feed.size, feed.fps
+        self.add_to, self.close = feed.add_to, feed.close
+
+    def frames(self):
+        for moment in self._feed.frames():
+            if moment.t > self._after:
+                raise KeyboardInterrupt
+            yield moment
+
+
+def test_live_takes_a_strangers_tracker_and_tracks_what_came_before_an_interruption(club):
     """The function is found again in the process beside, in which films are tracked."""
     renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
     sliding = [
         cv2.copyMakeBorder(frame, 60, 60, 80, 80, cv2.BORDER_CONSTANT, value=(220, 220, 220))
-        for frame in pictures()
+        for frame in pictures()[::2]
     ]
-    write_film("sent.mp4", [*sliding[:1] * 60, *sliding, *sliding[-1:] * 140], 20.0)
-    feed = open_feed(f"file://{club}/sent.mp4")
+    first = [*sliding[:1] * 30, *sliding, *sliding[-1:] * 70]
+    write_film("sent.mp4", [*first, *sliding], 10.0)
+    amid = len(first) / 10 + 8.0  # while the second square slides
+    feed = Interrupted(open_feed(f"file://{club}/sent.mp4"), after=amid)
     scene = scene_of(renderer.camera)
     news = list(follow_stream(feed, scene, club, tracker=load_tracker("our_tracker:track")))
-    (seen,) = [one for one in news if isinstance(one, TrackedClip)]
-    assert seen.reason == ""
-    assert len(seen.tracks[0]) == Film.open(seen.clip.path).frame_count
+    seen = [told for told in news if isinstance(told, TrackedClip)]
+    assert [told.reason for told in seen] == ["", ""]
+    for told in seen:
+        assert len(told.tracks[0]) == Film.open(told.clip.path).frame_count
+    assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.5)
+    assert isinstance(news[-1], IceSoFar)
+    assert "from 2 throws" in news[-1].words
 
 
 def test_trackers_are_found_by_the_name_that_a_package_declares(club, monkeypatch):

@@ -4,14 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agents.app import Club
-from agents.app.club.films import (
-    add_piece,
-    begin_film,
-    films_there,
-    settle_films,
-    take_film,
-)
+from agents.app import Club, add_piece, begin_film, films_there, settle_films, take_film
 from curling_env.errors import InputError
 
 

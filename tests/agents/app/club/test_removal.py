@@ -5,15 +5,19 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.app.club.films import add_piece, begin_film, take_film
-from agents.app.club.removal import (
+from agents.app import (
+    Part,
+    add_piece,
+    begin_film,
     bring_back,
     delete_for_good,
+    keep_part,
     remove,
     removed_in,
     removed_sessions,
+    take_film,
+    write_files,
 )
-from agents.app.club.session_files import Part, keep_part, write_files
 from curling_env.trajectory import Trajectory, read_tracks
 
 

@@ -7,9 +7,8 @@ import csv
 import numpy as np
 import pytest
 
-from agents.app import Club
+from agents.app import Club, Part, finish_files, keep_part, write_files
 from agents.app.club.club import added
-from agents.app.club.session_files import Part, finish_files, keep_part, write_files
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.tracks import load_tracks
 

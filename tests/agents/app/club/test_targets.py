@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agents.app.club.targets import keep_target, remove_target, with_places
+from agents.app import keep_target, remove_target, with_places
 from agents.coaching import read_call
 from curling_env.errors import InputError
 

@@ -6,7 +6,7 @@ import re
 
 import pytest
 
-from agents.app.screens import SCREENS
+from agents.app import SCREENS
 
 NAMES = [screen.name for screen in SCREENS]
 

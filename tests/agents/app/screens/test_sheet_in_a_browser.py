@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import asyncio
 import json
 import re
-import threading
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
@@ -16,12 +14,8 @@ import pytest
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app import Club
-from agents.app.application import application
-from agents.app.work.queue import WorkQueue
 from curling_env.ice import load_ice, save_ice
-from curling_env.infrastructure import serving
 
-SECRET = "only-for-tests"
 STONES = "stones=r0.3_17.2*y-0.5_16.4"
 EFFECT = {
     "where": "paths bend to opposite sides for opposite spins, in both directions of play; "
@@ -45,7 +39,7 @@ LONG_REPORT = {
 
 
 @pytest.fixture(scope="module")
-def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
+def address(tmp_path_factory: pytest.TempPathFactory, serve_club: Any) -> Iterator[str]:
     """Where an app with six sessions on one sheet is served."""
     club = Club(tmp_path_factory.mktemp("club"))
     ice = load_ice("standard")
@@ -57,22 +51,8 @@ def address(tmp_path_factory: pytest.TempPathFactory) -> Iterator[str]:
         friction = replace(ice.friction, mu=mu, sigma=sigma, observed=x < 1.6)
         save_ice(replace(ice, friction=friction), club.ice_of(session))
     (club.folder_of(session) / "report.json").write_text(json.dumps(LONG_REPORT), "utf-8")
-    app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1"])
-    ready, port = threading.Event(), [0]
-    loop = asyncio.new_event_loop()
-    done = asyncio.Event()
-
-    async def serve() -> None:
-        async with serving(app, "127.0.0.1", 0) as port[0]:
-            ready.set()
-            await done.wait()
-
-    server = threading.Thread(target=loop.run_until_complete, args=(serve(),), daemon=True)
-    server.start()
-    assert ready.wait(10)
-    yield f"http://127.0.0.1:{port[0]}/{SECRET}/"
-    loop.call_soon_threadsafe(done.set)
-    server.join(10)
+    with serve_club(club) as address:
+        yield address
 
 
 @pytest.fixture(scope="module")

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.app.club.records import State
-from agents.app.club.session_files import Part, keep_part
+from agents.app import Part, State, keep_part
 from agents.app.take_in import add_film, take_in
 from agents.app.views.film_view import speeds
 from agents.app.views.told import rounded

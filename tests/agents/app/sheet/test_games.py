@@ -6,9 +6,7 @@ import json
 
 import pytest
 
-from agents.app import CallsForm, GameForm, asked
-from agents.app.sheet.calls import called
-from agents.app.sheet.games import advised, played
+from agents.app import CallsForm, GameForm, advised, asked, called, played
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import TEE_Y

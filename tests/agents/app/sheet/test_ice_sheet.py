@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.app.sheet.ice_sheet import EarlierIce, change_of_maps, ice_document
+from agents.app import EarlierIce, change_of_maps, ice_document
 from curling_env.ice import load_ice
 
 STANDARD = load_ice("standard")

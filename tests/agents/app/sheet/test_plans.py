@@ -7,8 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from agents.app import PlanForm, asked
-from agents.app.sheet.plans import planned
+from agents.app import PlanForm, asked, planned
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import TEE_Y

@@ -6,8 +6,7 @@ import json
 
 import pytest
 
-from agents.app import RunForm, asked
-from agents.app.sheet.runs import run
+from agents.app import RunForm, asked, run
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.physics import slide

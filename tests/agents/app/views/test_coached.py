@@ -11,9 +11,8 @@ import numpy as np
 import pytest
 import simulated_club as made
 
-from agents.app import Club
+from agents.app import Club, WorkQueue
 from agents.app.work.causes import prepare
-from agents.app.work.queue import WorkQueue
 from curling_env.ice import save_ice
 from curling_env.infrastructure import write_table
 from curling_env.trajectory import write_tracks

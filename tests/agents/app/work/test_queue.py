@@ -9,11 +9,9 @@ from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 
-from agents.app.club.films import begin_film
-from agents.app.club.records import State
-from agents.app.club.session_files import Part, keep_part
+from agents.app import Part, State, WorkQueue, begin_film, keep_part
 from agents.app.views.progress import events, time_left
-from agents.app.work.queue import MAX_LOSSES, MOST, WorkQueue
+from agents.app.work.queue import MAX_LOSSES, MOST
 from curling_env.trajectory import Trajectory
 
 

@@ -9,9 +9,7 @@ import pytest
 import simulated_club as club
 from simulated_ice import random_ice, seen_rests
 
-from agents.coaching import CAUSES, hand_or_ice
-from agents.coaching.misses.released import read_release
-from agents.coaching.runs import Place, rests
+from agents.coaching import CAUSES, Place, hand_or_ice, read_release, rests
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import ActiveEffect
 from curling_env.physics import slide

@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching import read_call
-from agents.coaching.misses.intended import intend
-from agents.coaching.runs import Place
+from agents.coaching import Place, intend, read_call
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.physics import shoot

@@ -16,13 +16,14 @@ from agents.digital_curling import (
     Point,
     Reader4,
     ShotMessage,
+    State4,
     doubles_of,
+    game_of,
+    placement_of,
+    request_of,
     shot_of,
     state_of,
 )
-from agents.digital_curling.conversion import game_of
-from agents.digital_curling.dc4 import web_host as web_host_module
-from agents.digital_curling.dc4.messages import State4, placement_of, request_of
 from agents.playing import Match, SearchPlayer
 from curling_env.errors import InputError
 from curling_env.game import DrawPlayer, GameSimulator, RuleBasedPlayer, Team, rule_set
@@ -47,7 +48,7 @@ ORDERS = ((0, 1, 2, 3), (0, 1, 2, 3))
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    monkeypatch.setattr(web_host_module, "FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
 
 
 class Leading(RuleBasedPlayer):

@@ -10,7 +10,6 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="make setup installs it")
 
-from agents.digital_curling.dc4 import web_host as web_host_module
 from curling_env.errors import InputError
 from curling_env.game import DrawPlayer
 from curling_env.infrastructure import Certificate
@@ -71,7 +70,7 @@ def test_certificate_and_key_may_stand_in_one_file(folder):
 def join(curling, monkeypatch):
     """Run `curling join` for anna's team in a host's match."""
     monkeypatch.setenv("CURLING_PASSWORD", PASSWORDS["anna"])
-    monkeypatch.setattr(web_host_module, "FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
 
     def run(host: WebHost, *words: str | Path, url: str | None = None):
         options = ["--match", host.hosting.game_id, "--user", "anna", "--player", "draw"]

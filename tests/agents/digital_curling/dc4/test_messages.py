@@ -16,12 +16,14 @@ from agents.digital_curling import (
     HostSetting,
     Point,
     Reader4,
+    Shot4,
     ShotMessage,
+    State4,
+    game_of,
+    move_from,
     shot_of,
     state_of,
 )
-from agents.digital_curling.conversion import game_of
-from agents.digital_curling.dc4.messages import Shot4, State4, move_from
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.infrastructure import checked

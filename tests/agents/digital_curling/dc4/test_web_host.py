@@ -8,12 +8,7 @@ import pytest
 
 pytest.importorskip("uvicorn", reason="make setup installs it")
 
-from agents.digital_curling import read_passwords
-from agents.digital_curling.dc4 import application as application_module
-from agents.digital_curling.dc4 import join as join_module
-from agents.digital_curling.dc4 import web_host as web_host_module
-from agents.digital_curling.dc4.application import Credentials, RateLimit
-from agents.digital_curling.dc4.match import RefusedError
+from agents.digital_curling import Connection4, Credentials, RateLimit, RefusedError, read_passwords
 from agents.playing import Match
 from curling_env.errors import InputError
 from curling_env.game import DrawPlayer, GameSimulator, RuleBasedPlayer, Team, rule_set
@@ -33,7 +28,7 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
     """Nobody watches the end of these games, but one page, which asks each second."""
-    monkeypatch.setattr(web_host_module, "FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
 
 
 # --- whole games ----------------------------------------------------------------------------------
@@ -179,7 +174,7 @@ def test_whose_time_is_up_has_lost():
 
 
 def test_a_flood_of_requests_is_stopped(monkeypatch):
-    monkeypatch.setattr(application_module, "REQUESTS", 30)
+    monkeypatch.setattr("agents.digital_curling.dc4.application.REQUESTS", 30)
     with WebHost(None, DrawPlayer(), thinking_time=1.0) as host:
         answers = [host.ask("/shots", {}, **host.match)[0] for _ in range(31)]
         assert answers == [422] * 30 + [429]
@@ -265,10 +260,10 @@ def test_a_password_that_is_refused_is_said(curling, monkeypatch):
 
 def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
     # Every break lasts longer than the other team thinks, so that all its shots fall into one.
-    monkeypatch.setattr(join_module, "PAUSE", 0.3)
+    monkeypatch.setattr("agents.digital_curling.dc4.join.PAUSE", 0.3)
     # The last break may come with the end of the game; the host must still be there then.
-    monkeypatch.setattr(web_host_module, "FAREWELL", 2.0)
-    real = join_module.Connection4.states
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 2.0)
+    real = Connection4.states
 
     def until_own_shot(self):
         for state, is_latest in real(self):
@@ -276,7 +271,7 @@ def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
             if is_latest and state.next_shot_team == "team0":
                 return
 
-    monkeypatch.setattr(join_module.Connection4, "states", until_own_shot)
+    monkeypatch.setattr("agents.digital_curling.dc4.join.Connection4.states", until_own_shot)
     with WebHost(None, DrawPlayer()) as host:
         client, thread = joined(host, "anna", "team0", DrawPlayer())
         thread.join(60)
@@ -288,7 +283,7 @@ def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
 
 
 def test_the_page_follows_the_game(page, monkeypatch):
-    monkeypatch.setattr(web_host_module, "FAREWELL", 3.0)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 3.0)
     with WebHost(None, DrawPlayer()) as host:
         page.goto(host.url)
         assert "when both teams are there" in page.inner_text("body")

@@ -14,7 +14,6 @@ pytest.importorskip("websockets", reason="make setup installs it")
 from websockets.exceptions import ConnectionClosed, InvalidStatus
 from websockets.sync.client import ClientConnection, connect
 
-from agents.digital_curling.dc4 import web_host as web_host_module
 from curling_env.game import DrawPlayer
 from tests.agents.digital_curling.dc4.web_hosting import PASSWORDS, Stream, WebHost
 
@@ -24,7 +23,7 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    monkeypatch.setattr(web_host_module, "FAREWELL", 0.3)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.3)
 
 
 @pytest.fixture

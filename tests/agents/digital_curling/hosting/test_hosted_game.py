@@ -14,13 +14,13 @@ from agents.digital_curling import (
     HostSetting,
     Point,
     ShotMessage,
+    Update,
     from_server,
+    game_of,
     throwers_from,
     write_line,
 )
-from agents.digital_curling.conversation import Update
-from agents.digital_curling.conversion import game_of
-from agents.playing.record_schema import check_lines
+from agents.playing import check_lines
 from curling_env.errors import InputError
 from curling_env.game import IceEvolution
 from curling_env.ice import load_ice

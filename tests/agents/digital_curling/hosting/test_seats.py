@@ -11,13 +11,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.digital_curling import (
+    MAX_BAD_LINES,
     ClientSeat,
     ConcedeMessage,
     OutOfTimeError,
     SeatLostError,
     ShotMessage,
+    Turn,
 )
-from agents.digital_curling.hosting.seats import MAX_BAD_LINES, Turn
 
 MOVES = [
     {"cmd": "move", "move": {"type": "concede"}},

@@ -18,6 +18,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from agents.digital_curling import (
+    MAX_BAD_LINES,
     Client,
     Hosting,
     HostSetting,
@@ -26,8 +27,6 @@ from agents.digital_curling import (
     host_game,
     play_on_server,
 )
-from agents.digital_curling.hosting import seats as seats_module
-from agents.digital_curling.hosting.seats import MAX_BAD_LINES
 from agents.playing import Match, SearchPlayer, read_record
 from curling_env.game import DrawPlayer, GameSimulator, Player, RuleBasedPlayer, Team, rule_set
 from curling_env.ice import load_ice
@@ -344,7 +343,7 @@ def test_a_clock_runs_only_for_the_team_to_throw():
 
 
 def test_a_client_that_is_none_makes_room(monkeypatch):
-    monkeypatch.setattr(seats_module, "GREETING_PATIENCE", 0.2)
+    monkeypatch.setattr("agents.digital_curling.hosting.seats.GREETING_PATIENCE", 0.2)
     with Host(None, DrawPlayer()) as host:
         for words in (b"GET / HTTP/1.1\r\n\r\n", b"", b'{"cmd":"ready_ok"}\n'):
             with Wire(host.ports[0], ready=False) as stranger:

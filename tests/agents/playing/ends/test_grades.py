@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.ends.grades import HIT_TYPES, SHOT_TYPES, grade, shot_type
+from agents.playing import SHOT_TYPES, grade, shot_type
+from agents.playing.ends.grades import HIT_TYPES
 from agents.playing.search.shots import KINDS
 
 OWN, THEIRS, SHOOTER = 0, 8, 3

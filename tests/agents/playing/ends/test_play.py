@@ -6,10 +6,14 @@ import json
 
 import pytest
 
-from agents.playing.ends.grades import SHOT_TYPES
-from agents.playing.ends.play import Conditions, GameRecord, play_games
-from agents.playing.ends.results import expected_before_an_end
-from agents.playing.search import CallingStyle
+from agents.playing import (
+    SHOT_TYPES,
+    CallingStyle,
+    Conditions,
+    GameRecord,
+    expected_before_an_end,
+    play_games,
+)
 from curling_env.game import TeamJudgement
 from curling_env.throw import SKILLS
 

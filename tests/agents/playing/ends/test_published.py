@@ -6,16 +6,14 @@ import numpy as np
 import pytest
 from scipy.stats import chi2_contingency
 
+from agents.playing import WinProbability, compared, score_shares
 from agents.playing.ends.published import (
     PUBLISHED_ENDS,
     PUBLISHED_NET,
     PUBLISHED_ODDS,
     PUBLISHED_SHARES,
     class_counts,
-    compared,
-    score_shares,
 )
-from agents.playing.search.win_probability import WinProbability
 from curling_env.game import rule_set
 
 RULES = rule_set("world_curling_2024")

@@ -7,11 +7,19 @@ import json
 import numpy as np
 import pytest
 
-from agents.playing import BY_THE_ODDS, CHAMPIONSHIP, FACTORS, kept_results, rows_of_ends
-from agents.playing.ends.published import CLASSES, compared, score_shares
-from agents.playing.ends.records import conditions_document
-from agents.playing.ends.results import expected_before_an_end
-from agents.playing.search.win_probability import WinProbability
+from agents.playing import (
+    BY_THE_ODDS,
+    CHAMPIONSHIP,
+    CLASSES,
+    FACTORS,
+    WinProbability,
+    compared,
+    conditions_document,
+    expected_before_an_end,
+    kept_results,
+    rows_of_ends,
+    score_shares,
+)
 from curling_env.game import rule_set
 from curling_env.ice import load_ice
 from curling_env.throw import SKILLS

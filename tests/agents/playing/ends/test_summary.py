@@ -9,7 +9,13 @@ import numpy as np
 import pytest
 
 from agents.playing import (
+    Conditions,
+    EndRecord,
+    GameRecord,
+    ShotRecord,
+    WinProbability,
     calibration,
+    conditions_document,
     draw_ends,
     games_in,
     kept_document,
@@ -17,8 +23,6 @@ from agents.playing import (
     summary,
     summary_text,
 )
-from agents.playing.ends.play import Conditions, EndRecord, GameRecord, ShotRecord
-from agents.playing.ends.records import conditions_document
 from agents.playing.ends.summary import (
     calls_calibration,
     course,
@@ -27,7 +31,6 @@ from agents.playing.ends.summary import (
     shares_won,
     table_calibration,
 )
-from agents.playing.search.win_probability import WinProbability
 from curling_env.errors import InputError
 from curling_env.game import rule_set
 

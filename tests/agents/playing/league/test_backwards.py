@@ -9,6 +9,7 @@ import pytest
 
 from agents.playing import (
     SCORES,
+    EndSimulator,
     Lesson,
     PlayedEnds,
     ValueNetwork,
@@ -17,7 +18,6 @@ from agents.playing import (
     load_network,
     skill_feature,
 )
-from agents.playing.search.positions import EndSimulator
 from curling_env.throw import skill_named
 
 ELITE = skill_named("elite")

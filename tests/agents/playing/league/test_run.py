@@ -12,17 +12,19 @@ pytest.importorskip("torch")
 
 from agents.learning import read_model, write_model
 from agents.playing import (
+    MAX_POINTS,
+    SLOTS,
+    LeagueSettings,
     PlayedEnds,
     ValueNetwork,
     fit_value_network,
     league_settings,
     play_game,
     player_from,
+    points_of,
     run_league,
 )
 from agents.playing.league.fit import lessons_of
-from agents.playing.league.settings import LeagueSettings
-from agents.playing.search.positions import MAX_POINTS, SLOTS, points_of
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator, Lines, player_named, rule_set
 

@@ -9,9 +9,8 @@ import gymnasium
 import numpy as np
 import pytest
 
+from agents.playing import ShotValues, views_of
 from agents.playing.learned.lessons import lessons_of
-from agents.playing.learned.values import ShotValues
-from agents.playing.learned.views import views_of
 from curling_env.envs import SHOTS
 from curling_env.game import RestingStone, Team
 

@@ -6,7 +6,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agents.playing.learned.views import views_of
+from agents.playing import views_of
 from curling_env.envs import mean_friction
 from curling_env.envs.known_ice import told, untold
 from curling_env.errors import InputError

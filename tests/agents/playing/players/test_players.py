@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing import SearchPlayer, play_game, play_tournament
-from agents.playing.players.greedy import GreedyPlayer
+from agents.playing import GreedyPlayer, SearchPlayer, play_game, play_tournament
 from curling_env.game import (
     NO_EVOLUTION,
     TYPICAL_EVOLUTION,

@@ -76,12 +76,13 @@ def test_an_end_can_be_shown_alone_and_faster(record, monkeypatch):
         deliveries_of(lines, [9])
 
 
-def test_the_command_writes_a_film_that_plays(record, curling, tmp_path):
+def test_the_command_writes_a_film_that_plays(record, curling, monkeypatch, tmp_path):
     path, lines, simulator = record
     film = tmp_path / "end.mp4"
     assert curling("replay", path, "--end", 1, "--speed", 100, "-o", film).status == 0
     capture = cv2.VideoCapture(str(film))
     count = int(capture.get(cv2.CAP_PROP_FRAME_COUNT))
+    monkeypatch.setattr(SheetRenderer, "draw", lambda self, scene: scene)
     assert count == sum(1 for _ in frames_of(lines, simulator.ice, ends=[1], speed=100))
     _, frame = capture.read()
     assert frame.shape[:2] == SheetRenderer.size[::-1]

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agents.playing.search.positions import SLOTS
+from agents.playing import SLOTS
 
 
 def positions(rng, n, delivered):

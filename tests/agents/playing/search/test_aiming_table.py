@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.playing.search.aiming_table import AimingTable
+from agents.playing import AimingTable
 from agents.playing.search.tuning import HIT_WEIGHTS
 from curling_env.ice import Ice, load_ice
 from curling_env.physics import Aim

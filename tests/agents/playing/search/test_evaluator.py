@@ -7,9 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from agents.playing import SCORES, load_network
-from agents.playing.search.evaluator import PositionEvaluator
-from agents.playing.search.positions import SLOTS
+from agents.playing import SCORES, SLOTS, PositionEvaluator, load_network
 from curling_env.game import Lines, rule_set
 from tests.agents.playing.search.random_positions import positions
 

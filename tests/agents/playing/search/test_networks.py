@@ -5,9 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing import NETWORKS, SCORES, SearchPlayer, load_network
-from agents.playing.search.networks import network_for
-from agents.playing.search.positions import SLOTS
+from agents.playing import NETWORKS, SCORES, SLOTS, SearchPlayer, load_network, network_for
 from curling_env.game import rule_set
 from curling_env.ice import load_ice
 

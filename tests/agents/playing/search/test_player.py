@@ -7,11 +7,17 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from agents.playing import SCORES, SearchPlayer, play_game, player_from
-from agents.playing.search import CallingStyle
-from agents.playing.search.aiming_table import AimingTable
+from agents.playing import (
+    SCORES,
+    AimingTable,
+    CallingStyle,
+    EndSimulator,
+    SearchPlayer,
+    play_game,
+    player_from,
+    position_of,
+)
 from agents.playing.search.calling_style import FOR_POINTS
-from agents.playing.search.positions import EndSimulator, position_of
 from agents.playing.search.shots import KINDS, shots_for
 from curling_env.errors import InputError
 from curling_env.game import (

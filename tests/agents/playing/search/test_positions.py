@@ -5,9 +5,18 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing.search.positions import SLOTS, EndSimulator, points_of
-from curling_env.game import Lines, RestingStone, Result, Team, count, rule_on, rule_set, score_of
-from curling_env.game.rules import RULE_SETS
+from agents.playing import SLOTS, EndSimulator, points_of
+from curling_env.game import (
+    RULE_SETS,
+    Lines,
+    RestingStone,
+    Result,
+    Team,
+    count,
+    rule_on,
+    rule_set,
+    score_of,
+)
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
 from tests.agents.playing.search.random_positions import positions

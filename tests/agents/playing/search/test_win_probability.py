@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.playing import SCORES
-from agents.playing.search.win_probability import WinProbability
+from agents.playing import SCORES, WinProbability
 from curling_env.game import rule_set
 
 FOURS = rule_set("world_curling_2024", ends=8)

@@ -19,8 +19,7 @@ from pettingzoo.test import (
 )
 
 import curling_env
-from curling_env.envs.game.action import TeamDecisions
-from curling_env.envs.game.reward import GameRewardWeights
+from curling_env.envs import GameRewardWeights, TeamDecisions
 from curling_env.errors import InputError
 from curling_env.game import TYPICAL_EVOLUTION, Call, Fault, GameState, Team
 from curling_env.physics import Aim
@@ -54,6 +53,8 @@ def test_render(monkeypatch):
     pygame = pytest.importorskip("pygame")
     monkeypatch.setattr(pygame.time, "Clock", lambda: SimpleNamespace(tick=lambda _: 0))
     monkeypatch.setattr("curling_env.envs.game.rendering.PLAYBACK_SPEED", 2000.0)
+    monkeypatch.setattr("curling_env.envs.game.rendering.RULED_FRAMES", 1)
+    monkeypatch.setattr("curling_env.render.playback.HOLD", 0.05)
     render_test(lambda render_mode=None: curling_v0.env(ends=1, render_mode=render_mode))
 
 

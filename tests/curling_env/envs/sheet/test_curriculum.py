@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.curriculum import (
+from curling_env.envs import (
     Curriculum,
     CurriculumProgress,
     CurriculumWrapper,

@@ -8,7 +8,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs.sheet.discrete import DiscreteThrows
+from curling_env.envs import DiscreteThrows
 from curling_env.errors import InputError
 
 

@@ -107,7 +107,7 @@ def test_a_step_throws_the_stone_and_reports_what_happened():
 
 
 def _parts(info):
-    from curling_env.envs.sheet.reward import RewardParts
+    from curling_env.envs import RewardParts
 
     return RewardParts(**info["reward_parts"])
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from dataclasses import fields
 
 import gymnasium
 import numpy as np
@@ -10,9 +11,7 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
-from curling_env.envs import RewardWeights
-from curling_env.envs.sheet.reward import PARTS
-from curling_env.envs.sheet.tasks import TASKS, TakeoutTask
+from curling_env.envs import TASKS, RewardParts, RewardWeights, TakeoutTask
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.physics import Aim
@@ -20,6 +19,7 @@ from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery
 from curling_env.throw import Throw
 
 SPIN = 1.5
+PARTS = tuple(part.name for part in fields(RewardParts))
 AIM = Aim(load_ice("standard"), Direction.AWAY)
 
 

@@ -6,8 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from curling_env.game import RuleSet
-from curling_env.game.rules import RULE_SETS
+from curling_env.game import RULE_SETS, RuleSet
 
 PAGE = (Path(__file__).parents[4] / "docs" / "rules.md").read_text(encoding="utf-8")
 

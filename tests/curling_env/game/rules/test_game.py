@@ -12,11 +12,11 @@ from curling_env.game import (
     Team,
     begin_end,
     concede,
+    deliver,
     may_concede,
     new_game,
     rule_set,
 )
-from curling_env.game.rules import deliver
 
 FOURS = rule_set("world_curling_2024")
 DOUBLES = rule_set("mixed_doubles_2024")

@@ -8,6 +8,7 @@ from hypothesis import strategies as st
 
 from curling_env.errors import InputError
 from curling_env.game import (
+    RULE_SETS,
     Fault,
     Lines,
     RestingStone,
@@ -16,6 +17,7 @@ from curling_env.game import (
     begin_end,
     concede,
     count,
+    deliver,
     may_concede,
     new_game,
     rule_on,
@@ -24,7 +26,6 @@ from curling_env.game import (
     shot_order,
     stones_left,
 )
-from curling_env.game.rules import RULE_SETS, deliver
 
 LINES = Lines()
 places = st.tuples(st.floats(-2.2, 2.2), st.floats(-6.5, 1.9))

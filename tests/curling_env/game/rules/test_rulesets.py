@@ -5,8 +5,7 @@ from __future__ import annotations
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game import rule_set
-from curling_env.game.rules import RULE_SETS
+from curling_env.game import RULE_SETS, rule_set
 
 
 def test_in_fours_each_player_throws_two_stones_in_turn():

@@ -16,6 +16,7 @@ from curling_env.game import (
     Team,
     begin_end,
     concede,
+    deliver,
     hammer_after,
     may_concede,
     new_game,
@@ -23,7 +24,6 @@ from curling_env.game import (
     rule_set,
     score_of,
 )
-from curling_env.game.rules import deliver
 
 SCENARIOS = yaml.safe_load((Path(__file__).parent / "scenarios.yaml").read_text())
 

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.ice import Ice, load_ice
+from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics import (
     FINE_TOLERANCE,
     QUICK_TOLERANCE,
@@ -19,13 +19,13 @@ from curling_env.physics import (
     BatchEngine,
     Engine,
     SlideEnd,
+    catalogue,
     play_batch,
     play_bounds,
     release_table,
     slide,
     throw_batch,
 )
-from curling_env.physics.one_stone.slide import is_beyond
 from curling_env.sheet import RULE_BOOK_STONE, TEE_Y, Direction
 from curling_env.throw import Release, Throw
 
@@ -180,7 +180,9 @@ def test_a_row_of_touching_stones_goes_on_together() -> None:
     assert (np.diff(after.xy[0, :5, 1]) >= 2 * R - 1e-4).all()
 
 
-CREEPING_OUT = (  # velocity and spin of stones that come to rest 40 and 11 µm past the back line
+ROUNDING = 1e-9
+"""Distance beyond a line that is rounding [m]."""
+CREEPING_OUT = (  # velocity and spin of stones that come to rest 40 and 11 µm past a line
     ((0.01909538582548148, 2.1637225522045886, 0.4245847929376072), True),
     ((0.11249791688802013, 1.7302909933092934, -1.1469223796361812), False),
 )
@@ -193,11 +195,15 @@ def test_a_stone_that_creeps_over_a_line_at_the_last_is_out(moves, tabulated) ->
     release = np.zeros(1, dtype=RELEASE_DTYPE)
     release["y"] = -10.9725
     release["vx"], release["vy"], release["omega"] = moves
+
+    def beyond(x: float, y: float) -> bool:
+        return abs(x) > bounds[1] + ROUNDING or y > bounds[3] + ROUNDING
+
     alone = throw_batch(ice, release, bounds=bounds)
-    assert alone.end[0] == SlideEnd.LEFT_BOUNDS or not is_beyond(alone.x, alone.y, bounds)[0]
+    assert alone.end[0] == SlideEnd.LEFT_BOUNDS or not beyond(alone.x[0], alone.y[0])
     aside = np.array([[[-1.0, 14.0]]])
     run = play_batch(ice, aside, release, bounds=bounds, tabulated=tabulated)
-    assert np.isnan(run.xy[0, 1, 0]) == is_beyond(*run.last[0, 1], bounds)
+    assert np.isnan(run.xy[0, 1, 0]) == beyond(*run.last[0, 1])
     play_batch(ice, run.xy, release, bounds=bounds, tabulated=tabulated)
 
 
@@ -238,3 +244,71 @@ def test_an_engine_takes_no_addresses_to_another_process(kind: type) -> None:
     assert copied.ice.effects == engine.ice.effects
     if kind is Aim:
         assert copied.draw(0.3, 0.1, 1.5) == engine.draw(0.3, 0.1, 1.5)
+
+
+# --- the law from a table -------------------------------------------------------------------------
+
+FRICTION_PATCH = {"x_min": -1.0, "x_max": 1.0, "y_min": -2.0, "y_max": 4.0, "factor": 1.2}
+BESIDE_THE_TABLE = (
+    ActiveEffect(name="friction_patch", parameters=FRICTION_PATCH),
+    ActiveEffect(name="slope", parameters={"x": 1e-4, "y": -1e-4}),
+    ActiveEffect(name="time_drift", parameters={"rate": 1e-4}),
+    ActiveEffect(name="sweeping"),
+)
+"""Effects that depend on more than speed and spin, before those of the table and after them."""
+TABLED = {
+    "standard": load_ice("standard"),
+    "fcv1": load_ice("fcv1"),
+    "mapped": mapped(np.random.default_rng(2)),
+    "effects of place": replace(
+        load_ice("standard"),
+        effects=(*BESIDE_THE_TABLE[:2], *load_ice("standard").effects, *BESIDE_THE_TABLE[2:]),
+    ),
+}
+
+
+@pytest.mark.parametrize("name", TABLED)
+def test_throws_by_a_table_of_the_law_end_where_small_steps_say(name):
+    rng = np.random.default_rng(3)
+    n, ice = 250, TABLED[name]
+    bounds = play_bounds(ice, Direction.AWAY)
+    stones = np.full((n, 3, 2), np.nan)
+    places = rng.uniform([-0.9, -1.2], [0.9, 0.6], (n, 2)) + np.array([0.0, TEE_Y])
+    stones[n // 4 :, 0] = places[n // 4 :]
+    stones[:, 1:] = [[1.6, TEE_Y + 1.2], [-1.6, TEE_Y + 1.2]]
+    speed, spin = rng.uniform(1.9, 3.2, n), rng.uniform(-2.5, 2.5, n)
+    spin[:3] = 9.0, -20.0, 0.0
+    angle = 0.04 * np.sign(spin) + rng.normal(0.0, 0.01, n)
+    throws = [Throw(speed=v, angle=a, spin=w) for v, a, w in zip(speed, angle, spin, strict=True)]
+    releases = release_table([throw.release(clock=100.0, sweep=(3.0, 9.0)) for throw in throws])
+    found, fine = (
+        BatchEngine(ice, tolerance=tolerance, tabulated=tabulated).play(
+            stones, releases, bounds=bounds
+        )
+        for tolerance, tabulated in ((1e-4, True), (1e-5, False))
+    )
+    assert (found.last != fine.last).any()  # the table was used
+    assert np.array_equal(np.isnan(found.xy), np.isnan(fine.xy))
+    assert np.array_equal(found.collisions, fine.collisions)
+    off = np.nanmax(np.hypot(*(found.last - fine.last).transpose(2, 0, 1)), axis=1)
+    turned = np.abs(found.theta - fine.theta)[:, -1]
+    alone, once = fine.collisions == 0, fine.collisions == 1
+    assert alone.sum() > 50
+    assert once.sum() > 30
+    assert off[alone].max() < 2e-4
+    assert np.nanmax(turned[alone]) < 2e-3
+    assert np.abs(found.time - fine.time)[alone].max() < 0.01
+    assert off[once].max() < 1e-3
+    assert np.median(off[once]) < 1e-4
+
+
+def test_a_law_of_the_contacts_that_depends_on_more_is_evaluated(monkeypatch) -> None:
+    card = catalogue()["speed_dependent_friction"]
+    cards = {**catalogue(), card.name: replace(card, of_speed_and_spin=False)}
+    monkeypatch.setattr("curling_env.physics.law.catalogue", lambda: cards)
+    ice, nobody = load_ice("standard"), np.empty((1, 0, 2))
+    release = [Throw(speed=2.05, angle=0.03, spin=1.5).release()]
+    tabled, exact = (
+        play_batch(ice, nobody, release, tolerance=1e-4, tabulated=t) for t in (True, False)
+    )
+    np.testing.assert_array_equal(tabled.last, exact.last)

@@ -8,24 +8,18 @@ import numpy as np
 import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
+from scipy.optimize import brentq
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics import (
-    FINE_TOLERANCE,
-    MOTION_SIZE,
     Engine,
-    SlideEnd,
+    Slide,
     Status,
     StoneState,
-    compile_law,
     play_bounds,
     slide,
 )
-from curling_env.physics.one_stone.integrate import Delivery, Sampling
-from curling_env.physics.one_stone.slide import slide_state
-from curling_env.physics.one_stone.step import new_workspace
-from curling_env.physics.one_stone.surroundings import Limits
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,
@@ -122,19 +116,17 @@ def test_a_hit_rolls_out_where_the_textbook_impulse_sends_it(ice, offset):
     outcome = Engine(ice).play(release, [target])
 
     # The same by hand: slide to the contact, apply the impulse, slide both on alone.
-    state = np.array([release.x, release.y, release.vx, release.vy, 0.0, release.omega])
-    here = np.array([[target.x, target.y]])
     bounds = play_bounds(ice, Direction.AWAY)
-    end, _, _ = slide_state(
-        compile_law(ice),
-        state,
-        np.zeros(MOTION_SIZE),
-        Delivery(0.0, 0.0, 0.0),
-        Limits(bounds, here, 2 * R),
-        Sampling(1.0, np.empty((0, 4))),
-        new_workspace(FINE_TOLERANCE),
-    )
-    assert end == SlideEnd.CONTACT
+
+    def at(y: float) -> Slide:
+        return slide(ice, release, bounds=np.array([*bounds[:3], y]))
+
+    def gap(y: float) -> float:
+        here = at(y)
+        return np.hypot(here.x - target.x, here.y - target.y) - 2 * R
+
+    touching = at(brentq(gap, TEE_Y - 2 * R - 0.1, TEE_Y, xtol=1e-9))
+    state = np.array([getattr(touching, name) for name in ("x", "y", "vx", "vy", "theta", "omega")])
     struck = np.array([target.x, target.y, 0, 0, target.theta, 0])
     after = impulse(state, struck, ice.stone)
     for mine, stone in zip(after, (outcome.delivered, outcome.stones[0]), strict=True):

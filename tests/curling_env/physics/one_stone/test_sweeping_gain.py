@@ -8,7 +8,6 @@ import pytest
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
 from curling_env.physics import sweeping_gain
-from curling_env.physics.one_stone.sweeping_gain import SweepingGain
 from curling_env.sheet import HOG_LINE_Y, RULE_BOOK_STONE, TEE_Y
 
 POINT = replace(RULE_BOOK_STONE, band_radius=0.0)
@@ -33,7 +32,7 @@ def test_on_even_ice_what_is_left_to_run_is_divided_by_the_factor(factor, mu):
 def test_the_standard_error_is_how_far_the_gain_moves_with_the_factor():
     ice = load_ice("standard")
 
-    def gain(sigma: float, factor: float) -> SweepingGain:
+    def gain(sigma: float, factor: float):
         found = sweeping_gain(swept(ice, sigma, friction_factor=factor))
         assert found is not None
         return found

@@ -10,10 +10,11 @@ import pytest
 from curling_env.errors import InputError
 from friction_estimation import discover
 from friction_estimation.camera import camera_from_scene
-from friction_estimation.discovery.data.measurement import measurement_effects_through
+from friction_estimation.discovery import measurement_effects_through, sentence
 from friction_estimation.synthetic import named_camera, scene_of
 
 SIZE = (1920, 1080)
+NO_SCENE = "The lens was judged without the camera's scene"
 
 
 def seen_through_a_wrong_lens(tracks, name, rng):
@@ -29,9 +30,9 @@ def seen_through_a_wrong_lens(tracks, name, rng):
     return out, scene, 0.5 * camera.lens.distortion
 
 
-@pytest.mark.parametrize("name", ["gantry", "side", "end"])
+@pytest.mark.parametrize("name", ["gantry", "end"])
 def test_a_wrong_lens_is_named_as_the_lens(make_session, rng, name):
-    true = make_session(throws=16, sigma=0.0)
+    true = make_session(throws=10, sigma=0.0)
     tracks, scene, missing = seen_through_a_wrong_lens(true, name, rng)
     found = discover(tracks, scene=scene)
     assert [effect.label for effect in found.effects] == ["lens_distortion"]
@@ -42,9 +43,10 @@ def test_a_wrong_lens_is_named_as_the_lens(make_session, rng, name):
 
 
 def test_without_a_scene_a_gantrys_lens_is_still_the_lens(make_session, rng):
-    tracks, _, _ = seen_through_a_wrong_lens(make_session(throws=16, sigma=0.0), "gantry", rng)
+    tracks, _, _ = seen_through_a_wrong_lens(make_session(throws=10, sigma=0.0), "gantry", rng)
     found = discover(tracks)
     assert [effect.label for effect in found.effects] == ["lens_distortion"]
+    assert NO_SCENE in sentence(found)  # every length may be off by some per cent
 
 
 def test_the_displacement_is_what_the_wrong_camera_reports():

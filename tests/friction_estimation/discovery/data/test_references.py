@@ -9,8 +9,13 @@ import pytest
 
 from curling_env.errors import InputError
 from friction_estimation import discover
-from friction_estimation.discovery import calibrate, document, read_reference
-from friction_estimation.discovery.data.references import calibrations_of, corrected
+from friction_estimation.discovery import (
+    calibrate,
+    calibrations_of,
+    corrected,
+    document,
+    read_reference,
+)
 
 from ..conftest import effect
 

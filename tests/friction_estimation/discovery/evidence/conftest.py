@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from friction_estimation.discovery import base_model, fit_with_noise, open_session
-from friction_estimation.discovery.model.candidates import candidates
+from friction_estimation.discovery import base_model, candidates, fit_with_noise, open_session
 
 from ..conftest import effect
 

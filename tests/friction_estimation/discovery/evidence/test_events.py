@@ -6,8 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 
-from friction_estimation.discovery import base_model, fit_with_noise, open_session
-from friction_estimation.discovery.evidence.events import exceptional_throws
+from friction_estimation.discovery import (
+    base_model,
+    exceptional_throws,
+    fit_with_noise,
+    open_session,
+)
 
 from ..conftest import effect
 

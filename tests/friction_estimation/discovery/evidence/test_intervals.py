@@ -6,25 +6,27 @@ import numpy as np
 import pytest
 from scipy.stats import norm
 
-from friction_estimation.discovery import ice_of, mixture
-from friction_estimation.discovery.evidence.intervals import _half_widths, common_errors
-from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery import (
+    candidates,
+    common_errors,
+    ice_of,
+    mixture,
+    refit,
+    standard_errors,
+)
 
 from ..conftest import effect
 
 
-def test_one_gaussian_has_its_own_standard_deviation():
-    widths = _half_widths(np.ones(1), np.zeros((1, 2)), np.array([[0.3, 2.0]]))
-    assert widths == pytest.approx([0.3, 2.0], rel=1e-9)
-
-
-def test_a_mixture_holds_95_per_cent():
-    weights = np.array([0.5, 0.3, 0.2])
-    steps, deviations = np.array([[0.0], [0.4], [-1.0]]), np.array([[0.5], [1.0], [0.2]])
-    half = 1.959964 * _half_widths(weights, steps, deviations)[0]
-    inside = norm.cdf((half - steps) / deviations) - norm.cdf((-half - steps) / deviations)
-    assert float(weights @ inside[:, 0]) == pytest.approx(0.95, abs=1e-6)
+def test_the_interval_of_a_parameter_holds_95_per_cent_of_its_mixture(fitted_to):
+    fitted = fitted_to(throws=8, scatter=0.01)
+    found, sigma = mixture(fitted), standard_errors(fitted)
+    assert (found.weights > 0.02).sum() > 3  # of several spreads, so that it is no Gaussian
+    for k, name in enumerate(fitted.model.names):
+        half = norm.ppf(0.975) * sigma[name]
+        step, deviation = found.steps[:, k], np.sqrt(found.covariances[:, k, k])
+        inside = norm.cdf((half - step) / deviation) - norm.cdf((-half - step) / deviation)
+        assert float(found.weights @ inside) == pytest.approx(0.95, abs=1e-6), name
 
 
 def test_an_ice_file_keeps_how_the_errors_of_effects_and_friction_go_together(fitted_to):

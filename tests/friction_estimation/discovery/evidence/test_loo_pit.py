@@ -7,9 +7,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.stats import kstest
 
-from friction_estimation.discovery import base_model
-from friction_estimation.discovery.evidence.loo_pit import loo_pit
-from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery import base_model, loo_pit, refit
 
 
 def test_of_a_true_model_the_transforms_are_even(curl_fit):

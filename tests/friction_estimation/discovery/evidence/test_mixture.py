@@ -5,12 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.evidence.mixture import (
-    gaussian,
-    levels_of,
-    weights_of,
-    widths,
-)
+from friction_estimation.discovery.evidence.mixture import gaussian, levels_of, weights_of, widths
 
 
 def test_a_spread_stands_for_the_axis_half_way_to_its_neighbours():

@@ -13,20 +13,22 @@ from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery import CARD as MAP_CARD
 from friction_estimation.discovery import (
+    SessionNoise,
     Term,
     base_model,
     crossed_by,
     draw_posterior,
     field_along,
     fit_with_noise,
+    linearise,
+    map_errors,
     open_session,
+    predict,
+    refit,
+    sensitivities,
+    standard_errors,
 )
-from friction_estimation.discovery.evidence.intervals import map_errors, standard_errors
 from friction_estimation.discovery.evidence.posterior import log_variances, throw_constants
-from friction_estimation.discovery.model.fit import linearise, refit
-from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import RELEASE_SIGMA, USUAL_SPREAD
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0,) * 3, memory=(0.1,) * 3)

@@ -7,21 +7,24 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.discovery import base_model
+from friction_estimation.discovery import (
+    SessionNoise,
+    base_model,
+    candidates,
+    compare_models,
+    fit,
+    left_out_densities,
+    linearise,
+    refit,
+    sensitivities,
+)
 from friction_estimation.discovery.evidence import predictive_density
 from friction_estimation.discovery.evidence.posterior import throw_constants
 from friction_estimation.discovery.evidence.predictive_density import (
     broad_prior,
-    compare_models,
-    left_out_densities,
     left_out_scores,
     unseen_scores,
 )
-from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.fit import fit, linearise
-from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.sensitivity import sensitivities
-from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, RELEASE_SIGMA
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.model.camera_ripple import ripple_over
+from friction_estimation.discovery import ripple_over
 
 
 @pytest.fixture

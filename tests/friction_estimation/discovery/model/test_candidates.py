@@ -7,14 +7,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.physics import catalogue
-from curling_env.physics.effects import register, unregister
-from friction_estimation.discovery import Term, open_session, way_of
-from friction_estimation.discovery.model.candidates import (
+from curling_env.physics import catalogue, register, unregister
+from friction_estimation.discovery import (
+    Term,
     candidates,
     effect_of,
     neutral_values,
-    variant_of,
+    open_session,
+    way_of,
 )
 
 
@@ -81,8 +81,6 @@ def test_the_curl_of_each_stone_is_asked_for_beside_its_friction_once_something_
     assert not own.between_throws
     assert effect_of(own.label) == "stone_bias[curl_factor]"
     assert effect_of(effect_of(own.label)) == "stone_bias[curl_factor]"
-    assert variant_of(own.label) is own.variant
-    assert variant_of("stone_bias[1]") is None
     assert way_of(own.label) is own.variant
     assert way_of("stone_bias[1]") is own.card
     assert way_of("unheard of") is None
@@ -105,7 +103,7 @@ def test_a_variant_has_a_name_a_scope_and_evidence_of_its_own(tracks):
     assert along.wears_map
     assert not both["pebble_wear[under_contacts]"].wears_map
     assert effect_of(along.label) == along.label
-    assert variant_of(along.label) is along.variant
+    assert way_of(along.label) is along.variant
     assert along.variant is not None
     assert "where stones have run" in along.variant.readable
 

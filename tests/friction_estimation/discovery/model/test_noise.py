@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from friction_estimation.discovery import open_session
-from friction_estimation.discovery.data.outliers import without_outliers
-from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise
-from friction_estimation.discovery.model.whitening import whiten_session
+from friction_estimation.discovery import (
+    SessionNoise,
+    estimate_noise,
+    open_session,
+    whiten_session,
+    without_outliers,
+)
 
 
 def coloured(t, sigma, memory, rng):

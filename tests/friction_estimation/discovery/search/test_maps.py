@@ -6,6 +6,7 @@ import numpy as np
 
 from friction_estimation.discovery import (
     CARD,
+    FrictionField,
     Model,
     Term,
     base_model,
@@ -13,14 +14,12 @@ from friction_estimation.discovery import (
     field_along,
     fit_with_noise,
     open_session,
+    refit,
     renew_map,
 )
-from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.search import maps
-from friction_estimation.discovery.search.selection import refit
 
 
-def test_a_map_of_the_wrong_length_is_renewed_and_nearer_to_the_truth(sliding, monkeypatch) -> None:
+def test_a_map_of_the_wrong_length_is_renewed_and_nearer_to_the_truth(sliding) -> None:
     rng = np.random.default_rng(11)
     truth = sliding.random_field(rng, mu=0.009, spread=0.06, length=5.0)
     tracks = sliding.measured_throws(truth, sliding.varied_starts(rng, 6), rng, fps=10)
@@ -29,8 +28,6 @@ def test_a_map_of_the_wrong_length_is_renewed_and_nearer_to_the_truth(sliding, m
     paths = [session.xy[session.rows(i)] for i in range(len(session))]
     short = field_along(sheet, crossed_by(sheet, paths), 1.0, np.inf)
     first = refit(base, base.model.with_terms(Term(card=CARD, map_field=short)))
-    begun: list[Model] = []
-    monkeypatch.setattr(maps, "refit", lambda fit, model: begun.append(model) or refit(fit, model))
     renewed = renew_map(first)
     wanted = np.log(truth(*np.meshgrid(sheet.x_centres, sheet.y_centres)) / 0.009)
 
@@ -42,8 +39,6 @@ def test_a_map_of_the_wrong_length_is_renewed_and_nearer_to_the_truth(sliding, m
         field = field_of(model)
         return float(np.std((field.ln_mu - wanted).ravel()[field.crossed]))
 
-    # The releases belong to the first map: from flat ice some fits never come back.
-    assert error(begun[0]) < 1.2 * error(first.model)
     assert field_of(renewed.model).length > 2.5
     assert renewed.deviance < first.deviance - 10.0
     assert error(renewed.model) < 0.8 * error(first.model)

@@ -11,11 +11,12 @@ from friction_estimation.discovery import (
     base_model,
     crossed_by,
     field_along,
+    find_patches,
     fit_with_noise,
     open_session,
+    refit,
 )
-from friction_estimation.discovery.search.patches import find_patches
-from friction_estimation.discovery.search.selection import patch_and_smoother_map, refit
+from friction_estimation.discovery.search.selection import patch_and_smoother_map
 
 FACTOR = 0.8
 SIDES = (5.0, 11.0)

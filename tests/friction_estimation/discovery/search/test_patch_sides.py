@@ -14,10 +14,11 @@ from friction_estimation.discovery import (
     field_along,
     fit_with_noise,
     open_session,
+    refit,
+    standard_errors,
 )
-from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
+from friction_estimation.discovery.evidence.intervals import with_sides
 from friction_estimation.discovery.model.candidates import known_effects
-from friction_estimation.discovery.model.fit import refit
 from friction_estimation.discovery.search.patch_sides import (
     foreseen_deviances,
     place_sides,

@@ -1,4 +1,4 @@
-"""The rectangle that promises most is the best of all rectangles."""
+"""The rectangle of other friction that promises most, and the cells that it consists of."""
 
 from __future__ import annotations
 
@@ -6,38 +6,36 @@ import numpy as np
 import pytest
 
 from curling_env.sheet import PAPER_SHEET
-from friction_estimation.discovery.search.patches import _best_rectangle, grid_over
+from friction_estimation.discovery import (
+    base_model,
+    find_patches,
+    fit_with_noise,
+    open_session,
+    score_candidates,
+)
+from friction_estimation.discovery.search.patches import grid_over
 from friction_estimation.discovery.tuning import MOST_CELLS_ACROSS
 
-
-def gain_of(information, right, rectangle):
-    i0, i1, j0, j1 = rectangle
-    inner = information[i0:i1, j0:j1, i0:i1, j0:j1].sum()
-    return right[i0:i1, j0:j1].sum() ** 2 / inner
+from ..conftest import effect
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_the_search_finds_the_best_of_all_rectangles(seed):
-    rng = np.random.default_rng(seed)
-    nx, ny = 4, 6
-    columns = rng.normal(size=(60, nx * ny))
-    information = (columns.T @ columns).reshape(nx, ny, nx, ny)
-    right = rng.normal(size=(nx, ny)) * 10
-    found, gain = _best_rectangle(information, right, 3)
-    every = [
-        (i0, i1, j0, j1)
-        for i0 in range(nx)
-        for i1 in range(i0 + 1, nx + 1)
-        for j0 in range(ny)
-        for j1 in range(j0 + 1, min(j0 + 3, ny) + 1)
-    ]
-    best = max(every, key=lambda r: gain_of(information, right, r))
-    assert found == best
-    assert gain == pytest.approx(gain_of(information, right, best))
+def test_no_rectangle_nearby_promises_more(make_session):
+    """The score test of a patch says so, which knows nothing of the cells."""
+    sides = {"x_min": -0.6, "x_max": 0.4, "y_min": -4.0, "y_max": 1.0}
+    session = open_session(make_session([effect("friction_patch", **sides, factor=1.1)], throws=8))
+    fitted = fit_with_noise(base_model(None, session), session)
+    (found,) = find_patches(fitted)
+    for side, place in sides.items():
+        assert found.values[side] == pytest.approx(place, abs=0.4 if side[0] == "x" else 1.1)
 
+    def gain(patch):
+        return score_candidates(fitted, [patch])[0].gain
 
-def test_nothing_is_found_where_nothing_was_crossed():
-    assert _best_rectangle(np.zeros((2, 3, 2, 3)), np.zeros((2, 3)), 3) is None
+    best = gain(found)
+    for side, place in sides.items():
+        for step in (-2, -1, 1, 2):
+            moved = found.values[side] + step * (0.25 if side[0] == "x" else 1.0)
+            assert gain(found.with_values(**{side: moved})) < 1.02 * best, (side, place, step)
 
 
 def test_a_cell_holds_the_points_between_its_sides(rng):

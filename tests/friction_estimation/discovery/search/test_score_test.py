@@ -5,11 +5,18 @@ import itertools
 import numpy as np
 import pytest
 
-from friction_estimation.discovery import base_model, fit_with_noise, open_session
-from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.patches import find_patches
-from friction_estimation.discovery.search.score_test import holm, score_candidates, sign_flip_p
-from friction_estimation.discovery.search.selection import refit, with_patches_sought_again
+from friction_estimation.discovery import (
+    base_model,
+    candidates,
+    find_patches,
+    fit_with_noise,
+    holm,
+    open_session,
+    refit,
+    score_candidates,
+    sign_flip_p,
+)
+from friction_estimation.discovery.search.selection import with_patches_sought_again
 
 from ..conftest import effect
 

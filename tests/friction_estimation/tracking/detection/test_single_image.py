@@ -2,13 +2,10 @@
 
 from __future__ import annotations
 
-import json
-
 import cv2
 import numpy as np
 import pytest
 
-from curling_env.commands.cli import main
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, PAPER_SHEET, TEE_Y
 from friction_estimation.appearance import StoneModel
@@ -53,7 +50,7 @@ def test_pictures_of_another_size_are_refused(club_photo, known):
 
 
 def test_the_command_writes_stones_that_the_planner_reads(
-    club_photo, known, tmp_path, capsys, must_fit
+    club_photo, known, tmp_path, curling, must_fit
 ):
     from agents.planning import read_stones
 
@@ -61,18 +58,14 @@ def test_the_command_writes_stones_that_the_planner_reads(
     cv2.imwrite(str(paths["now.png"]), club_photo.picture)
     cv2.imwrite(str(paths["empty.png"]), club_photo.empty)
     save_scene(known.scene, paths["scene.json"])
-    assert (
-        main(
-            [
-                *("stones", str(paths["now.png"]), "--empty", str(paths["empty.png"])),
-                *("--scene", str(paths["scene.json"]), "-o", str(paths["s.json"])),
-                *("--picture", str(tmp_path / "drawn.png"), "--own", "yellow"),
-            ]
-        )
-        == 0
+    done = curling(
+        *("stones", paths["now.png"], "--empty", paths["empty.png"]),
+        *("--scene", paths["scene.json"], "-o", paths["s.json"]),
+        *("--picture", tmp_path / "drawn.png", "--own", "yellow"),
     )
+    assert done.status == 0, done.err
     must_fit(paths["s.json"], "stones-1")
-    told = json.loads(capsys.readouterr().out)
+    told = done.json()
     places, own = read_stones(paths["s.json"], teams_needed=True)
     assert len(told) == len(places) >= 2
     # The one in the house has a yellow handle, the guard a red one.

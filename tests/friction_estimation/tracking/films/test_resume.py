@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,8 +12,8 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation import tracking
-from friction_estimation.tracking import Checkpoints, FilmTrack, track_each
-from friction_estimation.tracking.films.resume import digest
+from friction_estimation.synthetic import named_camera, scene_of
+from friction_estimation.tracking import Checkpoints, FilmTrack, track_each, track_films
 
 
 @pytest.fixture
@@ -41,35 +43,55 @@ def tracked_film(throw=0):
     )
 
 
-def test_kept_tracks_are_read_back_to_the_last_bit_until_they_are_deleted(tmp_path, film):
+def test_kept_tracks_are_read_back_to_the_last_bit_until_they_are_deleted(tmp_path):
     kept = track()
     kept.xy[:] += np.pi / 1e6
-    key = digest(film, flow="plain")
     before = Checkpoints(tmp_path / "tracks.csv")
-    assert before.load(0, key) is None
-    before.save(0, key, [kept], {"frames": 7})
+    assert before.load(0, "key") is None
+    before.save(0, "key", [kept], {"frames": 7})
     again = Checkpoints(tmp_path / "tracks.csv")
-    assert again.load(0, key) == ([kept], {"frames": 7})
+    assert again.load(0, "key") == ([kept], {"frames": 7})
+    assert again.load(1, "key") is None
+    assert Checkpoints(tmp_path / "other.csv").load(0, "key") is None
     again.delete()
-    assert again.load(0, key) is None
+    assert again.load(0, "key") is None
     assert not again.folder.exists()
 
 
-def test_tracks_of_another_film_or_with_other_options_are_not_used(tmp_path, film):
-    out = tmp_path / "tracks.csv"
-    key = digest(film, flow="plain", lens=np.zeros(5))
-    Checkpoints(out).save(0, key, [track()], {})
-    assert Checkpoints(out).load(0, digest(film, flow="plain", lens=np.zeros(5))) is not None
-    assert Checkpoints(out).load(0, digest(film, flow="plain", lens=np.full(5, 1e-12))) is None
-    assert Checkpoints(out).load(0, digest(film, flow="pyramidal", lens=np.zeros(5))) is None
-    assert Checkpoints(out).load(1, key) is None
-    assert Checkpoints(tmp_path / "other.csv").load(0, key) is None
-    film.write_bytes(b"another film")
-    assert Checkpoints(out).load(0, digest(film, flow="plain", lens=np.zeros(5))) is None
+@pytest.mark.parametrize("changed", ["nothing", "film", "scene", "options", "tracker"])
+def test_tracks_of_another_film_or_made_with_other_options_are_not_used(tmp_path, film, changed):
+    scene = scene_of(named_camera("gantry", (640, 360)))
+    tracked, missing = [], tmp_path / "later.mp4"
+
+    def made_with(path, scene, *, progress, flow):
+        if not path.exists():
+            raise InputError("no such film", source=path)
+        tracked.append(path.name)
+        return track()
+
+    def another(path, scene, *, progress, flow):
+        return made_with(path, scene, progress=progress, flow=flow)
+
+    def run(function=made_with, flow="plain"):
+        tracker = partial(function, flow=flow)
+        films = [film, missing]
+        return track_films(films, scene, tracker=tracker, resume_beside=tmp_path / "tracks.csv")
+
+    with pytest.raises(InputError, match="no such film"):
+        run()
+    missing.write_bytes(b"a film")
+    if changed == "film":
+        film.write_bytes(b"another film")
+    if changed == "scene":
+        scene = replace(scene, stone_radius=0.14 + 1e-12)
+    given = {"options": {"flow": "pyramidal"}, "tracker": {"function": another}}
+    assert len(run(**given.get(changed, {}))) == 2
+    again = [] if changed == "nothing" else ["end.mp4"]
+    assert tracked == ["end.mp4", *again, "later.mp4"]
 
 
 @pytest.mark.parametrize("keep", [0, 100])
-def test_a_half_written_file_is_not_used(tmp_path, film, keep):
+def test_a_half_written_file_is_not_used(tmp_path, keep):
     work = Checkpoints(tmp_path / "tracks.csv")
     work.save(0, "key", [track()], {})
     (file,) = work.folder.iterdir()

@@ -9,7 +9,7 @@ import pytest
 
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.units import Units
-from friction_estimation.tracking.overlay.numbers import RunningNumbers
+from friction_estimation.tracking import RunningNumbers
 
 
 @pytest.fixture

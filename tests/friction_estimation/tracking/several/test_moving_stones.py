@@ -25,14 +25,13 @@ from friction_estimation.synthetic import (
     write_film,
 )
 from friction_estimation.tracking import track_film
-from friction_estimation.tracks.contacts import contacts_of
-from friction_estimation.tracks.free_slide import free_slide
+from friction_estimation.tracks import free_slides
 
 MU = 0.02
 """Slow ice, so that films are short."""
 
 
-def filmed(folder, camera, size, throw, stones, *, people=False, fps=20.0):
+def filmed(folder, camera, size, throw, stones, *, people=False, fps=15.0):
     """A film of a throw among stones (x, y, theta, number), its scene, and the truth.
 
     Returns
@@ -64,8 +63,8 @@ def errors(track, truth):
 
 @pytest.fixture(scope="module")
 def hit(tmp_path_factory):
-    """A stone that is hit so that both go on, and one beside them; seen from above."""
-    stones = [(0.08, -6.0, 0.3, 1), (-1.0, 2.0, 2.0, 2)]
+    """A stone that is hit so that both go on, one beside them and one on the rings; from above."""
+    stones = [(0.08, -6.0, 0.3, 1), (-1.0, 2.0, 2.0, 2), (0.5, -16.6, 1.0, 3)]
     folder = tmp_path_factory.mktemp("hit")
     film, scene, truth, moments = filmed(
         folder, "gantry", (800, 450), Throw(speed=2.0, spin=1.2), stones
@@ -76,12 +75,14 @@ def hit(tmp_path_factory):
 
 def test_every_stone_keeps_its_number(hit):
     _, _, truth, _, found = hit
-    assert [track.stone for track in found.trajectories] == [0, 1, 2]
-    thrown, struck, still = found.trajectories
-    assert len(still) == 2
-    assert still.t[0] == 0.0
-    assert still.t[-1] == pytest.approx(truth[0].t[-1])
-    assert np.hypot(*(still.xy - [-1.0, 2.0]).T).max() < 0.012
+    assert [track.stone for track in found.trajectories] == [0, 1, 2, 3]
+    thrown, on_rings, struck, beside = found.trajectories
+    for still, place in ((on_rings, [0.5, -16.6]), (beside, [-1.0, 2.0])):
+        assert len(still) == 2
+        assert still.t[0] == 0.0
+        assert still.t[-1] == pytest.approx(truth[0].t[-1])
+        assert np.hypot(*(still.xy - place).T).max() < 0.012
+    assert found.unexplained == ()
     # Not once nearer to another stone's place than a quarter of a stone.
     assert errors(thrown, truth[0]).max() < 0.03
     assert errors(struck, truth[1]).max() < 0.03
@@ -92,21 +93,20 @@ def test_places_are_right_before_and_after_the_contact(hit):
     _, _, truth, moments, found = hit
     (moment,) = found.contacts
     assert moment == pytest.approx(moments[0], abs=0.02)
-    thrown, struck, _ = found.trajectories
-    assert struck.t[0] == pytest.approx(moments[0], abs=1.5 / 20)
+    thrown, _, struck, _ = found.trajectories
+    assert struck.t[0] == pytest.approx(moments[0], abs=1.5 / 15)
     assert np.sqrt(np.mean(errors(struck, truth[1]) ** 2)) < 0.012
     assert np.sqrt(np.mean(errors(thrown, truth[0]) ** 2)) < 0.012
     # A smoother that ran across the contact would round it off: 1.1 m/s are lost within a frame.
     about = np.abs(thrown.t - moments[0]) < 0.25
-    assert about.sum() > 8
+    assert about.sum() > 6
     assert errors(thrown, truth[0])[about].max() < 0.02
 
 
 def test_headings_hold_until_the_stones_rest(hit):
     """Fits that lose the handle after the contact do not lead the heading away."""
     *_, truth, _, found = hit
-    for track in found.trajectories[:2]:
-        path = truth[track.stone]
+    for track, path in ((found.trajectories[0], truth[0]), (found.trajectories[2], truth[1])):
         miss = np.angle(np.exp(1j * (track.theta - np.interp(track.t, path.t, path.theta))))
         assert np.isfinite(miss).mean() > 0.95
         assert np.nanmax(np.abs(miss)) < 0.45
@@ -116,14 +116,14 @@ def test_headings_hold_until_the_stones_rest(hit):
 
 def test_friction_is_estimated_on_either_side_of_the_contact(hit):
     """From the slide before it and that of the hit stone; a fit across it would be far off."""
-    thrown, struck, still = hit[-1].trajectories
-    found = estimate_ice([thrown, struck, still], uniform=True)
+    thrown = hit[-1].trajectory
+    found = estimate_ice(list(hit[-1].trajectories), uniform=True)
     assert found.ice.friction.mu.mean() == pytest.approx(MU, rel=0.02)
     assert not found.skipped
-    contacts = contacts_of([thrown, struck, still])
-    assert [len(times) for times in contacts] == [1, 0, 0]
-    slide = free_slide(thrown, contacts[0])
-    side = thrown.t[slide.rows] < contacts[0][0]
+    slides, _ = free_slides(list(hit[-1].trajectories))
+    assert len(slides) == 2
+    slide = slides[0]
+    side = thrown.t[slide.rows] < hit[-1].contacts[0]
     assert side.all() or not side.any()
 
 
@@ -134,55 +134,47 @@ def test_the_tracks_file_tells_the_stones_apart(hit, tmp_path, curling, monkeypa
     told = curling("track", film, "--scene", film.with_name("scene.json"), "-o", output)
     assert told.status == 0, told.err
     (about,) = told.json()
-    assert [other["struck"] for other in about["others"]] == [True, False]
+    assert [other["struck"] for other in about["others"]] == [False, True, False]
+    colours = [about["handle"], *(other["handle"] for other in about["others"])]
+    assert len(set(colours)) == 4
     tracks = read_tracks(output)
-    assert [(track.throw, track.stone) for track in tracks] == [(0, 0), (0, 1), (0, 2)]
+    assert [(track.throw, track.stone) for track in tracks] == [(0, 0), (0, 1), (0, 2), (0, 3)]
     assert [len(track) for track in tracks] == [len(t) for t in hit[-1].trajectories]
-
-
-@pytest.mark.slow
-def test_a_stone_passes_in_front_of_and_behind_others_in_a_low_view(tmp_path):
-    """Their pictures overlap; none is taken for another, and none for hit."""
-    stones = [(0.36, -7.0, 0.3, 1), (-0.37, -5.5, 1.0, 1)]
-    film, scene, truth, moments = filmed(
-        tmp_path, "end", (1280, 720), Throw(speed=1.7, spin=1.2), stones, fps=12.0
-    )
-    assert not moments
-    found = track_film(film, scene)
-    assert [track.stone for track in found.trajectories] == [0, 1, 2]
-    assert not found.contacts
-    thrown, *still = found.trajectories
-    for track, (x, y, *_) in zip(still, stones, strict=True):
-        assert len(track) == 2
-        assert np.hypot(*(track.xy - [x, y]).T).max() < 0.04
-    assert len(thrown) > 0.95 * len(truth[0])
-    assert errors(thrown, truth[0]).max() < 0.04
 
 
 @pytest.mark.slow
 def test_no_other_stones_are_found_where_there_are_none(tmp_path):
     """People stand and walk on the ice; those who stand still are part of the background."""
     film, scene, truth, _ = filmed(
-        tmp_path, "gantry", (960, 540), Throw(speed=1.3, spin=1.2), [], people=True, fps=12.0
+        tmp_path, "gantry", (960, 540), Throw(speed=1.3, spin=1.2), [], people=True, fps=8.0
     )
     found = track_film(film, scene)
     assert found.others == ()
+    assert found.unexplained == ()
     assert errors(found.trajectory, truth[0]).max() < 0.06
 
 
 @pytest.mark.slow
 def test_stones_that_overlap_in_a_low_view_are_told_apart(tmp_path):
-    """Three stones in one dark blob; the first is hit and turns on, the others stay."""
-    stones = [(-0.10, -6.0, 2.3, 1), (0.12, -5.6, 4.2, 2), (0.0, -4.7, 1.0, 1)]
+    """One is passed, and three are a dark blob; the first of these is hit, and the others stay."""
+    stones = [
+        (0.40, -8.2, 0.3, 1),
+        (-0.10, -6.0, 2.3, 1),
+        (0.12, -5.6, 4.2, 2),
+        (0.0, -4.7, 1.0, 1),
+    ]
     film, scene, truth, moments = filmed(
-        tmp_path, "end", (960, 540), Throw(speed=2.2, spin=2.0), stones, fps=12.0
+        tmp_path, "end", (1120, 630), Throw(speed=2.2, spin=2.0), stones, fps=9.0
     )
     found = track_film(film, scene)
-    thrown, struck, *still = found.trajectories
+    thrown, passed, struck, *behind = found.trajectories
     assert found.contacts == pytest.approx(moments, abs=0.04)
-    assert errors(thrown, truth[0]).max() < 0.06
+    assert len(thrown) > 0.95 * len(truth[0])
+    assert errors(thrown, truth[0]).max() < 0.04
     assert errors(struck, truth[1]).max() < 0.06
-    for track, (x, y, *_) in zip(still, stones[1:], strict=True):
+    places = [stones[0], *stones[2:]]
+    for track, (x, y, *_) in zip([passed, *behind], places, strict=True):
+        assert len(track) == 2
         assert np.hypot(*(track.xy - [x, y]).T).max() < 0.04
     turned = struck.theta - np.interp(struck.t, truth[1].t, truth[1].theta)
     known = np.isfinite(turned)

@@ -6,32 +6,26 @@ import numpy as np
 import pytest
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics import acceleration
-from curling_env.physics.effects.measurement import (
-    frame_rate_error,
-    lens_distortion,
-    scale_error,
-    tracking_offset,
-)
+from curling_env.physics import acceleration, catalogue
 
 XY = np.array([[0.0, 0.0], [1.0, -20.0], [-0.5, 15.0]])
 
 
 def test_a_point_beside_the_centre_turns_with_the_stone():
     theta = np.array([0.0, np.pi / 2, np.pi])
-    moved = tracking_offset.CARD.displacement(XY, theta, {"forward": 0.05, "left": 0.02})
+    moved = catalogue()["tracking_offset"].displacement(XY, theta, {"forward": 0.05, "left": 0.02})
     assert moved == pytest.approx(np.array([[0.05, 0.02], [-0.02, 0.05], [-0.05, -0.02]]))
 
 
 def test_a_lens_moves_places_away_from_its_axis():
     values = {"k1": 0.01, "k2": -0.004, "centre_x": 0.5, "centre_y": 2.0}
-    moved = lens_distortion.CARD.displacement(XY, np.zeros(3), values)
+    moved = catalogue()["lens_distortion"].displacement(XY, np.zeros(3), values)
     for place, found in zip(XY, moved, strict=True):
         out = place - [0.5, 2.0]
         q = (out @ out) / 20.0**2
         assert found == pytest.approx(out * (0.01 * q - 0.004 * q**2))
     # The strengths are displacement over radius at 20 m from the axis.
-    edge = lens_distortion.CARD.displacement(
+    edge = catalogue()["lens_distortion"].displacement(
         np.array([[12.0, 16.0]]), np.zeros(1), {"k1": 0.01, "k2": 0.0, "centre_x": 0, "centre_y": 0}
     )
     assert edge == pytest.approx(0.01 * np.array([[12.0, 16.0]]))
@@ -40,9 +34,9 @@ def test_a_lens_moves_places_away_from_its_axis():
 @pytest.mark.parametrize(
     ("card", "format_"),
     [
-        (tracking_offset.CARD, dict.fromkeys(("forward", "left"), (-0.2, 0.2, None))),
+        (catalogue()["tracking_offset"], dict.fromkeys(("forward", "left"), (-0.2, 0.2, None))),
         (
-            lens_distortion.CARD,
+            catalogue()["lens_distortion"],
             {
                 "k1": (-0.3, 0.3, None),
                 "k2": (-0.3, 0.3, 0.0),
@@ -50,8 +44,8 @@ def test_a_lens_moves_places_away_from_its_axis():
                 "centre_y": (-25.0, 25.0, 0.0),
             },
         ),
-        (scale_error.CARD, {"factor": (0.5, 2.0, None)}),
-        (frame_rate_error.CARD, {"factor": (0.5, 2.0, None)}),
+        (catalogue()["scale_error"], {"factor": (0.5, 2.0, None)}),
+        (catalogue()["frame_rate_error"], {"factor": (0.5, 2.0, None)}),
     ],
     ids=lambda value: getattr(value, "name", ""),
 )

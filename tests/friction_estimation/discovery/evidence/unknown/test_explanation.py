@@ -5,18 +5,24 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery import base_model, fit_with_noise, mixture, open_session
-from friction_estimation.discovery.evidence.intervals import standard_errors
-from friction_estimation.discovery.evidence.unknown.explanation import (
+from friction_estimation.discovery import (
+    Combination,
+    Following,
+    base_model,
+    candidates,
     explain,
     find_dependences,
+    find_map,
     fit_beside,
-    surviving,
+    fit_with_noise,
+    mixture,
+    nearby,
+    open_session,
+    refit,
+    standard_errors,
+    try_term,
 )
-from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
-from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.search.maps import find_map
-from friction_estimation.discovery.search.selection import refit, try_term
+from friction_estimation.discovery.evidence.unknown.explanation import surviving
 
 from ..conftest import effect
 

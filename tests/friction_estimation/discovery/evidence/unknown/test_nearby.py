@@ -8,10 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.physics import GRAVITY
-from friction_estimation.discovery.evidence.unknown.nearby import Combination, Following, nearby
-from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.fit import fit
-from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery import Combination, Following, candidates, fit, nearby, refit
 
 from ..conftest import effect
 
@@ -87,9 +84,9 @@ def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around)
     lost = np.diag(around.taken_over(made))
     names = around.fitted.model.names
     x, y = names.index(("slope", "x")), names.index(("slope", "y"))
-    whole = np.diag(around._total(made.spread)[0])
-    assert lost[x] > 0.9 * whole[x]
-    assert lost[y] < 0.2 * whole[y]
+    told = np.diag(around.quadratic(made).gram)
+    assert lost[x] > 0.9 * told[x]
+    assert lost[y] < 0.2 * told[y]
 
 
 def test_what_pushes_can_do_is_no_effect_besides(around):

@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 
 from curling_env.physics import GRAVITY
-from friction_estimation.discovery import MEASURED
+from friction_estimation.discovery import MEASURED, candidates, predict
 from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
-    _powers,
-    _tents,
     pushes_over_time,
     response_to,
     responses,
     variables,
 )
-from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.sensitivity import linearised_paths
 
 
@@ -33,20 +29,6 @@ def paths_of(fitted_to):
     return make
 
 
-def test_tents_share_every_value_between_two_neighbours():
-    values = np.linspace(3.0, 7.0, 33)
-    tents = _tents(values, 5)
-    assert tents.sum(axis=1) == pytest.approx(np.ones(33))
-    assert tents @ np.linspace(3.0, 7.0, 5) == pytest.approx(values)
-    assert (tents > 0).sum(axis=1).max() == 2
-
-
-def test_powers_are_of_the_standardised_value():
-    values = np.array([1.0, 2.0, 6.0])
-    unit = (values - 3.0) / values.std()
-    assert _powers(values, 3) == pytest.approx(np.column_stack([unit, unit**2, unit**3]))
-
-
 def test_variables_are_those_that_vary(paths_of):
     _, paths = paths_of(throws=6)
     functions = variables(paths)
@@ -58,6 +40,13 @@ def test_variables_are_those_that_vary(paths_of):
     assert functions["x"] == pytest.approx(np.column_stack([x, x**2, x**3]))
     assert functions["theta"] == pytest.approx(np.column_stack([np.sin(theta), np.cos(theta)]))
     assert functions["spin side"][:, 0] == pytest.approx(np.tanh(spin / 0.1))
+    unit = (np.abs(spin) - np.abs(spin).mean()) / np.abs(spin).std()
+    assert functions["spin"] == pytest.approx(np.column_stack([unit, unit**2]))
+    # Tents share every value between two neighbours.
+    speed, tents = np.hypot(paths.path[:, 2], paths.path[:, 3]), functions["speed"]
+    assert tents.sum(axis=1) == pytest.approx(np.ones(len(tents)))
+    assert tents @ np.linspace(speed.min(), speed.max(), 5) == pytest.approx(speed)
+    assert (tents > 0).sum(axis=1).max() == 2
     assert np.ptp(functions["swept"]) == 1.0
     moved = variables(paths, np.array([0.5, 0, 0, 0, 0, 0]))
     assert moved["x"][:, 0] == pytest.approx(x + 0.5)
