@@ -24,7 +24,7 @@ unexport PYTHONDONTWRITEBYTECODE
 help:  ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-setup: $(STAMP)  ## the environment in .venv, with everything development needs (2 GB)
+setup: $(STAMP)  ## the environment in .venv, with everything development needs (3 GB)
 
 # Dependencies of the package alone, checked against their hashes.
 $(CORE): pyproject.toml constraints-core.txt

@@ -62,6 +62,12 @@ class Job:
         return self.folder / "rows" / f"{self.task.name}.json"
 
 
+def make_folders(output: Path) -> None:
+    """Make the folders that sessions are written to."""
+    for folder in ("tracks", "sealed", "reports", "rows"):
+        make_directory(output / folder)
+
+
 def judge(job: Job) -> dict[str, Any]:
     """Make a session, search it, and only then open the truth; its scores, which are written."""
     task, name = job.task, job.task.name
@@ -176,8 +182,7 @@ def main() -> None:
     if settings_file.exists() and read_json(settings_file) != settings:
         parser.error(f"{arguments.output} holds sessions of other settings: give another folder")
     write_json(settings_file, settings)
-    for folder in ("tracks", "sealed", "reports", "rows"):
-        make_directory(arguments.output / folder)
+    make_folders(arguments.output)
     tasks = plan(
         arguments.kinds,
         arguments.sessions,

@@ -6,6 +6,7 @@ python scripts/club_study.py --evenings 0 -o runs/club    # the files of one eve
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
@@ -18,17 +19,87 @@ from agents.coaching.runs import HOG_TO_FAR_TEE
 from curling_env.ice import save_ice
 from curling_env.infrastructure.files.storage import make_directory, write_table
 from curling_env.trajectory import write_tracks
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 
 SET = 1 + 0.02 * (np.arange(6) - 2.5)
 """Friction of six stones, each 2 % from the next."""
 KNOWN, WELL_KNOWN, CURL_SIGMA = 0.004, 0.002, 0.01
 """How well the ice of the session is known: ln μ over two metres, and the curl. A draw then rests
 5 cm, or 3 cm, from where the ice file says."""
+NEAR, FAR = 0.15, 0.5
+"""Error of a cause over the miss below which it is right; a miss above which a throw is far [m]."""
 
 
-def causes_study(evenings: int, sigma: float) -> None:
-    """Causes of misses: how often within 15 % of the miss, and how often an interval holds."""
+@dataclass(frozen=True, kw_only=True)
+class CausesFound:
+    """Causes of misses that were found, compared with the true ones.
+
+    Parameters
+    ----------
+    miss : (n,) distance of each throw from its target [m]
+    worst : (n,) largest error of a cause of each throw [m]
+    if_known : (n, 2) the same if none, or half, of the error of the ice's part were left [m]
+    off : errors by cause [m]
+    held : whether each 95 % interval holds the truth, by cause
+    """
+
+    miss: Floats
+    worst: Floats
+    if_known: Floats
+    off: dict[str, list[float]]
+    held: dict[str, list[bool]]
+
+    @property
+    def right(self) -> Flags:
+        """Throws of which every cause is within 15 % of the miss, (n,)."""
+        return self.worst < NEAR * self.miss
+
+    @property
+    def far(self) -> Flags:
+        """Throws that missed by half a metre or more, (n,)."""
+        return self.miss > FAR
+
+    def typical(self, cause: str) -> float:
+        """Return the root mean square error of a cause [m]."""
+        return float(np.sqrt(np.mean(np.square(self.off[cause]))))
+
+
+@dataclass(frozen=True, kw_only=True)
+class AthletesFound:
+    """Bias and spread of athletes, compared with the true ones.
+
+    Parameters
+    ----------
+    ratio : (n, 3) estimated over true spread of speed, line and spin
+    held : whether each 95 % interval holds the truth, for the biases and the spreads
+    """
+
+    ratio: Floats
+    held: dict[str, list[bool]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class StonesFound:
+    """Friction and curl of stones, compared with the true ones.
+
+    Parameters
+    ----------
+    ordered : whether neighbours are in the right order
+    held : whether each 95 % interval holds the truth, for friction and curl
+    """
+
+    ordered: list[bool]
+    held: dict[str, list[bool]]
+
+
+def causes_found(evenings: int, sigma: float) -> CausesFound:
+    """Find the causes of the misses of simulated evenings.
+
+    Parameters
+    ----------
+    evenings : number of evenings of 16 throws
+    sigma : standard error of the ice of the session, of ln μ over two metres
+    """
     near: list[tuple[float, float]] = []
     if_known: list[tuple[float, float]] = []
     held: dict[str, list[bool]] = {}
@@ -57,38 +128,45 @@ def causes_study(evenings: int, sigma: float) -> None:
             near.append((worst, one.distance))
             if_known.append((_worst(errors, 0.0), _worst(errors, 0.5)))
     worst, miss = np.array(near).T
+    return CausesFound(miss=miss, worst=worst, if_known=np.array(if_known), off=off, held=held)
+
+
+def causes_study(evenings: int, sigma: float) -> None:
+    """Print the share of causes within 15 % of the miss, and the coverage of the intervals."""
+    found = causes_found(evenings, sigma)
     print(
-        f"causes, ice known to {100 * sigma:g} %: {len(miss)} throws, "
-        f"median miss {np.median(miss):.2f} m"
+        f"causes, ice known to {100 * sigma:g} %: {len(found.miss)} throws, "
+        f"median miss {np.median(found.miss):.2f} m"
     )
-    print(f"  every cause within 15 % of the miss: {100 * (worst < 0.15 * miss).mean():.0f} %")
-    far = miss > 0.5
-    share = 100 * (worst < 0.15 * miss)[far].mean()
-    print(f"  the same of the {far.sum()} that missed by half a metre or more: {share:.0f} %")
-    better = np.array(if_known)
-    exact, halved = (100 * (better < 0.15 * miss[:, None]).mean(axis=0)).tolist()
+    print(f"  every cause within 15 % of the miss: {100 * found.right.mean():.0f} %")
+    share = 100 * found.right[found.far].mean()
+    print(f"  the same of the {found.far.sum()} that missed by half a metre or more: {share:.0f} %")
+    better = (found.if_known < NEAR * found.miss[:, None]).mean(axis=0)
+    exact, halved = (100 * better).tolist()
     print(f"  if nothing, or half, were wrong in the ice's part: {exact:.0f} %, {halved:.0f} %")
-    for cause, flags in held.items():
-        typical = 100 * float(np.sqrt(np.mean(np.square(off[cause]))))
-        print(
-            f"  {cause:9} off by {typical:5.1f} cm rms; intervals hold {100 * np.mean(flags):.0f} %"
-        )
-    everything = [flag for flags in held.values() for flag in flags]
-    print(f"  all 95 % intervals that hold: {100 * np.mean(everything):.1f} %")
+    for cause, flags in found.held.items():
+        typical, share = 100 * found.typical(cause), 100 * np.mean(flags)
+        print(f"  {cause:9} off by {typical:5.1f} cm rms; intervals hold {share:.0f} %")
+    print(f"  all 95 % intervals that hold: {share_held(found.held):.1f} %")
+
+
+def share_held(held: dict[str, list[bool]]) -> float:
+    """Return the share of all intervals that hold the truth [%]."""
+    return 100 * float(np.mean([flag for flags in held.values() for flag in flags]))
 
 
 def _worst(errors: dict[str, Floats], left: float) -> float:
-    """The largest error of a cause [m] if only a share of that of the ice were left.
+    """Return the largest error of a cause [m] if only a share of that of the ice were left.
 
-    What is taken from the ice's part goes to what no cause explains: the miss is as it was.
+    The rest of the ice's error goes to the unexplained part: the miss is as it was.
     """
     moved = (1 - left) * errors["ice"]
     better = errors | {"ice": errors["ice"] - moved, "neither": errors["neither"] + moved}
     return max(float(np.hypot(*error)) for error in better.values())
 
 
-def athletes_study(evenings: int) -> None:
-    """Bias and spread of athletes over two sessions of ten throws each."""
+def athletes_found(evenings: int) -> AthletesFound:
+    """Estimate bias and spread of athletes, from two sessions of ten throws each."""
     held: dict[str, list[bool]] = {"bias": [], "spread": []}
     ratio: list[Floats] = []
     for seed in range(evenings):
@@ -115,16 +193,22 @@ def athletes_study(evenings: int) -> None:
                         bool(group.bias[k].low <= units[k] * bias[k] <= group.bias[k].high)
                     )
         ratio.append(np.array([one.value for one in found.overall.spread]) / np.abs(units * spread))
+    return AthletesFound(ratio=np.array(ratio), held=held)
+
+
+def athletes_study(evenings: int) -> None:
+    """Print the estimated spreads over the true ones, and the coverage of the intervals."""
+    found = athletes_found(evenings)
     print(f"athletes: {evenings} of 20 throws in two sessions, with their handles and shots")
-    mean = np.exp(np.log(ratio).mean(axis=0))
-    scatter = 100 * np.log(ratio).std(axis=0)
+    mean = np.exp(np.log(found.ratio).mean(axis=0))
+    scatter = 100 * np.log(found.ratio).std(axis=0)
     print(f"  spread over the true one: {mean.round(2)} (speed, line, spin), ± {scatter.round()} %")
-    for name, flags in held.items():
+    for name, flags in found.held.items():
         print(f"  95 % intervals of the {name} that hold: {100 * np.mean(flags):.1f} %")
 
 
-def stones_study(evenings: int) -> None:
-    """Six stones 2 % apart, thrown eight times each."""
+def stones_found(evenings: int) -> StonesFound:
+    """Estimate friction and curl of six stones 2 % apart, thrown eight times each."""
     ordered: list[bool] = []
     held: dict[str, list[bool]] = {"friction": [], "curl": []}
     for seed in range(evenings):
@@ -142,9 +226,15 @@ def stones_study(evenings: int) -> None:
             for k, name in enumerate(("friction", "curl")):
                 told = getattr(one, name)
                 held[name].append(bool(told.low <= against[one.number, k] <= told.high))
+    return StonesFound(ordered=ordered, held=held)
+
+
+def stones_study(evenings: int) -> None:
+    """Print the share of neighbours in the right order, and the coverage of the intervals."""
+    found = stones_found(evenings)
     print(f"stones: {evenings} sets of six, 2 % apart, eight throws each")
-    print(f"  neighbours in the right order: {100 * np.mean(ordered):.1f} %")
-    for name, flags in held.items():
+    print(f"  neighbours in the right order: {100 * np.mean(found.ordered):.1f} %")
+    for name, flags in found.held.items():
         print(f"  95 % intervals of the {name} that hold: {100 * np.mean(flags):.1f} %")
 
 

@@ -71,17 +71,26 @@ def _winner(state: dict[str, Any]) -> str | None:
 
 
 def lines_of(folder: Path) -> list[dict[str, Any]]:
-    """The server's lines in a folder.
+    """Return the server's lines in a folder.
 
     Raises
     ------
     InputError : the folder has no log, or a line of it is no message
     """
-    path = folder / "wire.jsonl"
     try:
-        log = path.read_text(encoding="utf-8").splitlines()
+        return read_log(folder / "wire.jsonl")
     except (OSError, UnicodeDecodeError) as error:
         raise InputError("expected a folder that `curling join -o` wrote", source=folder) from error
+
+
+def read_log(path: Path) -> list[dict[str, Any]]:
+    """Return the server's lines of a log.
+
+    Raises
+    ------
+    InputError : a line that is no message
+    """
+    log = path.read_text(encoding="utf-8").splitlines()
     return [
         _message(line[2:], path, row)
         for row, line in enumerate(log, start=1)
@@ -99,50 +108,82 @@ def _message(text: str, path: Path, row: int) -> dict[str, Any]:
     return cast("dict[str, Any]", message)
 
 
-def told(folders: list[Path]) -> str:
-    """What the games in these folders show.
+@dataclass
+class Games:
+    """Games on the server, and their moves played again.
 
-    Raises
-    ------
-    InputError : a folder without a log, or no game that was played out
+    Parameters
+    ----------
+    replay : the moves
+    won, games, broken : number of games won, played to the end, and broken off
+    extra, clocks : number of games with an extra end, and not ended by score
+    points : points of the team and of its opponents
+    used : time used of the team's clock in each game [s]
     """
-    replay, broken = Replay(), 0
-    won, clocks, extra, points, used = 0, 0, 0, [0, 0], []
-    games = 0
-    for folder in folders:
-        lines = lines_of(folder)
+
+    replay: Replay = field(default_factory=Replay)
+    won: int = 0
+    games: int = 0
+    broken: int = 0
+    extra: int = 0
+    clocks: int = 0
+    points: list[int] = field(default_factory=lambda: [0, 0])
+    used: list[float] = field(default_factory=list[float])
+
+    def add(self, lines: list[dict[str, Any]]) -> None:
+        """Count a game, and play its moves again."""
         ready = next((line for line in lines if line["cmd"] == "is_ready"), None)
         updates = [line for line in lines if line["cmd"] == "update"]
         if ready is None or not updates or updates[-1]["state"]["game_result"] is None:
-            broken += 1
-            continue
-        games += 1
+            self.broken += 1
+            return
+        self.games += 1
         own = ready["team"]
         result, setting = updates[-1]["state"], ready["game"]["setting"]
-        won += _winner(result) == own
-        clocks += result["game_result"]["reason"] != "score"
-        extra += result["end"] > setting["max_end"]
+        self.won += _winner(result) == own
+        self.clocks += result["game_result"]["reason"] != "score"
+        self.extra += result["end"] > setting["max_end"]
         for k, team in enumerate((own, TEAMS[own == "team0"])):
             ends = [*result["scores"][team], (result["extra_end_score"] or {}).get(team)]
-            points[k] += sum(end or 0 for end in ends)
+            self.points[k] += sum(end or 0 for end in ends)
         regular = [u["state"] for u in updates if u["state"]["end"] < setting["max_end"]]
         left = min(state["thinking_time_remaining"][own] for state in regular)
-        used.append(setting["thinking_time"][own] - left)
+        self.used.append(setting["thinking_time"][own] - left)
         for before, after in pairwise(updates):
-            replay.add(ready["game"], before, after)
-    if not games:
+            self.replay.add(ready["game"], before, after)
+
+    def off(self) -> tuple[float, float, float]:
+        """Return the distances of stones that moved from the server's: median, 99 %, max [mm]."""
+        apart = self.replay.apart or [0.0]
+        median, late, most = (1e3 * np.percentile(apart, (50, 99, 100))).tolist()
+        return median, late, most
+
+
+def told(folders: list[Path]) -> str:
+    """Return what the games in these folders show.
+
+    Raises
+    ------
+    InputError : a folder without a log, or no game that was played to its end
+    """
+    found = Games()
+    for folder in folders:
+        found.add(lines_of(folder))
+    if not found.games:
         raise InputError("expected a game that was played to its end")
-    low, high = wilson(won, games)
-    figures = 1e3 * np.percentile(replay.apart, (50, 99, 100)) if replay.apart else np.zeros(3)
+    low, high = wilson(found.won, found.games)
+    median, late, most = found.off()
+    replay, points, used = found.replay, found.points, found.used
     return "\n".join(
         [
-            f"won {won} of {games} (95 %: {low:.0%} to {high:.0%}), {points[0]} : {points[1]} "
-            f"points; {extra} with an extra end, {clocks} not ended by score, {broken} broken off",
+            f"won {found.won} of {found.games} (95 %: {low:.0%} to {high:.0%}), {points[0]} : "
+            f"{points[1]} points; {found.extra} with an extra end, {found.clocks} not ended by "
+            f"score, {found.broken} broken off",
             f"of its clock the team used {np.median(used):.1f} s in the median, "
             f"{max(used):.1f} s at most",
             f"{len(replay.other)} of {replay.moves} moves end otherwise here; {len(replay.apart)} "
-            f"stones that moved are {figures[0]:.2f} mm off in the median, {figures[1]:.1f} mm "
-            f"at 99 %, {figures[2]:.1f} mm at most",
+            f"stones that moved are {median:.2f} mm off in the median, {late:.1f} mm "
+            f"at 99 %, {most:.1f} mm at most",
             *replay.other,
         ]
     )

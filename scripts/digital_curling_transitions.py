@@ -12,17 +12,15 @@ from __future__ import annotations
 
 import argparse
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from agents.digital_curling import transition
-from agents.digital_curling.messages import HACK_TO_TEE, SPIN
+from agents.digital_curling import HACK_TO_TEE, SPIN, transition
 from curling_env import load_ice
-from curling_env.physics.many_stones.batch import play_batch
-from curling_env.physics.many_stones.engine import Engine, StoneState
-from curling_env.physics.one_stone.slide import play_bounds
+from curling_env.physics import Engine, StoneState, play_batch, play_bounds
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Release
 from curling_env.typing import Floats
@@ -87,27 +85,45 @@ def by_batch(shot: dict[str, Any]) -> Floats:
     )
 
 
+PLAYED = {"transition": by_transition, "engine": by_engine, "batch": by_batch}
+KINDS = ("nothing struck", "one stone struck", "several struck")
+
+
+def read_shots(path: Path) -> list[dict[str, Any]]:
+    """Return the shots of a file of transitions."""
+    return json.loads(path.read_text(encoding="utf-8"))["transitions"]
+
+
+def compare(
+    shots: list[dict[str, Any]], play: Callable[[dict[str, Any]], Floats]
+) -> tuple[int, dict[str, list[float]]]:
+    """Compare shots with the server.
+
+    Returns
+    -------
+    number of shots that leave the same stones in play, and the distances of stones that moved from
+    where the server has them [mm], by the kind of shot
+    """
+    off: dict[str, list[float]] = {kind: [] for kind in KINDS}
+    alike = 0
+    for shot in shots:
+        wanted = np.array([[np.nan] * 2 if xy is None else xy for xy in shot["after"]])
+        before = np.vstack([lying(shot) - [0.0, TEE_Y], [[np.nan] * 2]])
+        moved = ~(np.hypot(*(wanted - before).T) < MOVED)
+        found = play(shot)
+        alike += np.array_equal(np.isnan(found[:, 0]), np.isnan(wanted[:, 0]))
+        apart = 1e3 * np.hypot(*(found - wanted).T)
+        off[KINDS[min(int(moved[:-1].sum()), 2)]] += apart[moved & np.isfinite(apart)].tolist()
+    return alike, off
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
     parser.add_argument("file", type=Path)
-    shots = json.loads(parser.parse_args().file.read_text())["transitions"]
+    shots = read_shots(parser.parse_args().file)
     print(f"{'':<34}{'stones':>8}{'median':>9}{'90 %':>9}{'99 %':>9}{'max mm':>9}")
-    for name, play in (("transition", by_transition), ("engine", by_engine), ("batch", by_batch)):
-        off: dict[str, list[float]] = {
-            "nothing struck": [],
-            "one stone struck": [],
-            "several struck": [],
-        }
-        alike = 0
-        for shot in shots:
-            wanted = np.array([[np.nan] * 2 if xy is None else xy for xy in shot["after"]])
-            before = np.vstack([lying(shot) - [0.0, TEE_Y], [[np.nan] * 2]])
-            moved = ~(np.hypot(*(wanted - before).T) < MOVED)
-            found = play(shot)
-            alike += np.array_equal(np.isnan(found[:, 0]), np.isnan(wanted[:, 0]))
-            kind = tuple(off)[min(int(moved[:-1].sum()), 2)]
-            apart = 1e3 * np.hypot(*(found - wanted).T)
-            off[kind] += apart[moved & np.isfinite(apart)].tolist()
+    for name, play in PLAYED.items():
+        alike, off = compare(shots, play)
         print(f"{name}: the same stones in play in {alike} of {len(shots)} shots")
         every = [value for values in off.values() for value in values]
         for kind, values in (*off.items(), ("all that moved", every)):

@@ -65,6 +65,28 @@ def scaled(scene: dict[str, Any], wider: float, higher: float) -> dict[str, Any]
     return scene
 
 
+def copied_with_truth(
+    film: Path, output: Path, coded: Coding, *, lines: int, every: int = 1
+) -> Path:
+    """Write the copy of a film into another folder, with a scene that fits it and its truth.
+
+    Parameters
+    ----------
+    film : FOLDER/NAME-K.mp4
+    output : a folder that exists
+    coded : encoder and options, see `other_films.coding`
+    lines : height of the copy's picture
+    every : step between the frames that are kept
+    """
+    camera = film.stem.rpartition("-")[0]
+    factors = copied(film, output / film.name, lines, every, coded)
+    scene = json.loads((film.parent / f"{camera}.scene.json").read_text())
+    (output / f"{camera}.scene.json").write_text(json.dumps(scaled(scene, *factors)))
+    for truth in (f"{camera}.truth.json", f"{film.stem}.truth.csv"):
+        shutil.copyfile(film.parent / truth, output / truth)
+    return output / film.name
+
+
 def main(
     films_in: Annotated[Path, typer.Option(metavar="DIR", help="Films with scenes and truths.")],
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")],
@@ -90,14 +112,8 @@ def main(
         del options["crf"]
         options |= {"b": f"{kbit}k", "maxrate": f"{kbit}k", "bufsize": f"{2 * kbit}k"}
     for film in films:
-        camera = film.stem.rpartition("-")[0]
-        factors = copied(film, output / film.name, lines, every, (encoder, options))
-        scene = json.loads((films_in / f"{camera}.scene.json").read_text())
-        (output / f"{camera}.scene.json").write_text(json.dumps(scaled(scene, *factors)))
-        shutil.copyfile(films_in / f"{camera}.truth.json", output / f"{camera}.truth.json")
-        truth = film.with_suffix(".truth.csv")
-        shutil.copyfile(truth, output / truth.name)
-        print(output / film.name, flush=True)
+        copy = copied_with_truth(film, output, (encoder, options), lines=lines, every=every)
+        print(copy, flush=True)
 
 
 if __name__ == "__main__":

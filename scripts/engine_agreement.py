@@ -16,15 +16,22 @@ import time
 import numpy as np
 
 from curling_env import Ice, Throw, load_ice
-from curling_env.physics.many_stones.batch import play_batch
-from curling_env.physics.many_stones.engine import Engine, StoneState
-from curling_env.physics.one_stone.slide import play_bounds
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, QUICK_TOLERANCE
+from curling_env.physics import (
+    FINE_TOLERANCE,
+    QUICK_TOLERANCE,
+    Engine,
+    StoneState,
+    play_batch,
+    play_bounds,
+)
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.typing import Floats, Integers
 
 STONES = 8
 NUDGE = 1e-6
+NUDGED = "batch, stones nudged by 1 µm"
+HEAPS = (3, 6, 10, 15)
+"""Numbers of touching stones."""
 
 
 def position(rng: np.random.Generator, radius: float, frozen: bool) -> Floats:
@@ -101,30 +108,62 @@ def heap(rng: np.random.Generator, size: int, radius: float) -> Floats:
     return stones * (1 + 1e-9) + [0.0, TEE_Y] - stones.mean(0)
 
 
-def heaps(ice: Ice, seed: int, shots: int) -> None:
-    """Hard shots at heaps: whether all come to rest, apart, and how long that takes."""
+def shots_at_heap(ice: Ice, size: int, seed: int, shots: int) -> tuple[int, float, float]:
+    """Play hard shots at touching stones in the batch.
+
+    Returns
+    -------
+    number of shots after which stones never rest, largest overlap [mm], processor time each [ms]
+    """
     bounds = play_bounds(ice, Direction.AWAY)
     reach = 2 * ice.stone.radius
-    print()
-    print(f"{'shots at touching stones':<34} shots  no rest  overlap mm  ms each")
-    for size in (3, 6, 10, 15):
-        rng = np.random.default_rng(seed)
-        stones = np.array([heap(rng, size, ice.stone.radius) for _ in range(shots)])
-        beyond = (np.abs(stones[:, :, 0]) > bounds[1] - 0.01) | (stones[:, :, 1] > bounds[3] - 0.01)
-        stones[beyond] = np.nan
-        releases = [
-            Throw(speed=rng.uniform(2.3, 5.5), spin=1.0, x=rng.uniform(-0.3, 0.3)).release()
-            for _ in range(shots)
-        ]
-        play_batch(ice, stones[:1], releases[:1], bounds=bounds)  # compiles
-        begun = time.process_time()
-        after = play_batch(ice, stones, releases, bounds=bounds)
-        spent = 1e3 * (time.process_time() - begun) / shots
-        apart = np.hypot(*np.moveaxis(after.xy[:, :, None] - after.xy[:, None], -1, 0))
-        apart[:, np.arange(size + 1), np.arange(size + 1)] = np.nan
-        overlap = 1e3 * (reach - np.nanmin(apart))
-        never = int((after.collisions < 0).sum())
-        print(f"{size:<34}{shots:>6}{never:>9}{overlap:>12.3f}{spent:>9.3f}")
+    rng = np.random.default_rng(seed)
+    stones = np.array([heap(rng, size, ice.stone.radius) for _ in range(shots)])
+    beyond = (np.abs(stones[:, :, 0]) > bounds[1] - 0.01) | (stones[:, :, 1] > bounds[3] - 0.01)
+    stones[beyond] = np.nan
+    releases = [
+        Throw(speed=rng.uniform(2.3, 5.5), spin=1.0, x=rng.uniform(-0.3, 0.3)).release()
+        for _ in range(shots)
+    ]
+    play_batch(ice, stones[:1], releases[:1], bounds=bounds)  # compiles
+    begun = time.process_time()
+    after = play_batch(ice, stones, releases, bounds=bounds)
+    spent = 1e3 * (time.process_time() - begun) / shots
+    apart = np.hypot(*np.moveaxis(after.xy[:, :, None] - after.xy[:, None], -1, 0))
+    apart[:, np.arange(size + 1), np.arange(size + 1)] = np.nan
+    return int((after.collisions < 0).sum()), 1e3 * float(reach - np.nanmin(apart)), spent
+
+
+def differences(
+    ice: Ice, shots: int, seed: int, *, frozen: bool
+) -> tuple[dict[str, Floats], Integers]:
+    """Play random shots in both engines.
+
+    Parameters
+    ----------
+    ice, shots, seed : ice, number of shots and seed of stones and throws
+    frozen : whether two stones of each position touch each other
+
+    Returns
+    -------
+    largest difference of any stone in each shot [mm], by the pair that is compared, (n,) each;
+    and the numbers of contacts in the engine, (n,)
+    """
+    rng = np.random.default_rng(seed)
+    stones = np.array([position(rng, ice.stone.radius, frozen) for _ in range(shots)])
+    releases = [shot(rng, ice, lying).release() for lying in stones]
+    engine, contacts = in_engine(ice, stones, releases)
+    fine, _ = played(ice, stones, releases, FINE_TOLERANCE)
+    quick, _ = played(ice, stones, releases, QUICK_TOLERANCE)
+    tabled, _ = played(ice, stones, releases, QUICK_TOLERANCE, tabulated=True)
+    nudged, _ = played(ice, stones + np.array([NUDGE, 0.0]), releases, FINE_TOLERANCE)
+    found = {
+        "engine and batch, fine": furthest(engine, fine),
+        "engine and batch, quick": furthest(engine, quick),
+        "engine and batch, quick, law from a table": furthest(engine, tabled),
+        NUDGED: furthest(fine, nudged),
+    }
+    return found, contacts
 
 
 def line(name: str, off: Floats) -> str:
@@ -142,30 +181,21 @@ def main() -> None:
     print(f"{'largest difference of any stone [mm]':<44}{'shots':>6}"
           f"{'median':>10}{'90 %':>10}{'99 %':>10}{'max':>10}{'>20 mm %':>10}")  # fmt: skip
     for frozen in (False, True):
-        rng = np.random.default_rng(chosen.seed)
-        stones = np.array([position(rng, ice.stone.radius, frozen) for _ in range(chosen.shots)])
-        releases = [shot(rng, ice, lying).release() for lying in stones]
-        engine, contacts = in_engine(ice, stones, releases)
-        fine, _ = played(ice, stones, releases, FINE_TOLERANCE)
-        quick, _ = played(ice, stones, releases, QUICK_TOLERANCE)
-        tabled, _ = played(ice, stones, releases, QUICK_TOLERANCE, tabulated=True)
-        nudged, _ = played(ice, stones + np.array([NUDGE, 0.0]), releases, FINE_TOLERANCE)
+        found, contacts = differences(ice, chosen.shots, chosen.seed, frozen=frozen)
         kind = "frozen pair" if frozen else "loose"
-        for name, places in (
-            ("batch, fine", fine),
-            ("batch, quick", quick),
-            ("batch, quick, law from a table", tabled),
-        ):
-            print(line(f"{kind}: engine and {name}", furthest(engine, places)))
+        for name, off in found.items():
+            print(line(f"{kind}: {name}", off))
             for number, some in (
                 ("one contact", contacts == 1),
                 ("two", contacts == 2),
                 ("three or more", contacts > 2),
             ):
-                if some.any():
-                    print(line(f"  {number}", furthest(engine, places)[some]))
-        print(line(f"{kind}: batch, stones nudged by 1 µm", furthest(fine, nudged)))
-    heaps(ice, chosen.seed, chosen.shots)
+                if some.any() and name != NUDGED:
+                    print(line(f"  {number}", off[some]))
+    print(f"\n{'shots at touching stones':<34} shots  no rest  overlap mm  ms each")
+    for size in HEAPS:
+        never, overlap, spent = shots_at_heap(ice, size, chosen.seed, chosen.shots)
+        print(f"{size:<34}{chosen.shots:>6}{never:>9}{overlap:>12.3f}{spent:>9.3f}")
 
 
 if __name__ == "__main__":

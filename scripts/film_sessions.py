@@ -14,6 +14,7 @@ from __future__ import annotations
 import argparse
 import json
 import time
+from collections.abc import Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
 from dataclasses import dataclass, replace
 from multiprocessing import get_context
@@ -164,8 +165,51 @@ def make_films(folder: Path, workers: int) -> None:
                 tqdm.write(line)
 
 
-def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
-    """A row of the table for one session's tracks; None where they are not complete."""
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """Discovery of one session's tracks, beside the truth.
+
+    Parameters
+    ----------
+    session : name of the session
+    lens : right or wrong
+    with_scene : whether discovery knew the scene
+    named, hidden : effects that were named, and those that are there
+    sizes : parameter, value, standard error, and error in standard errors
+    map_error, map_size : error of ln μ in the crossed cells, and its standard deviation; NaN
+        without a map
+    seconds : processor time [s]
+    """
+
+    session: str
+    lens: str
+    with_scene: bool
+    named: tuple[str, ...]
+    hidden: tuple[str, ...]
+    sizes: tuple[tuple[str, float, float, float], ...]
+    map_error: float
+    map_size: float
+    seconds: float
+
+    @property
+    def row(self) -> str:
+        """Row of a table in Markdown."""
+        found = [f"{k} {v:.4g} ± {sd:.1g} ({off:+.1f} σ)" for k, v, sd, off in self.sizes]
+        if not np.isnan(self.map_error):
+            found.append(f"map off by {100 * self.map_error:.2f} % of {100 * self.map_size:.1f} %")
+        cells = (
+            self.session,
+            self.lens,
+            "yes" if self.with_scene else "no",
+            ", ".join(self.named) or "nothing",
+            "; ".join(found),
+            f"{self.seconds:.1f}",
+        )
+        return "| " + " | ".join(cells) + " |"
+
+
+def verdict_on(place: Path, lens: str, *, with_scene: bool) -> Verdict | None:
+    """Discover one session's tracks; None where they are not complete."""
     files = [place / f"{k}.{lens}.csv" for k in range(THROWS)]
     if not all(file.exists() for file in files):
         return None
@@ -177,8 +221,7 @@ def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
     report = document(found)
     sealed = json.loads((place / "truth.json").read_text())
     hidden = sealed["effects"]
-    named = [effect["name"] for effect in report["effects"]]
-    sizes: list[str] = []
+    sizes: list[tuple[str, float, float, float]] = []
     for effect in report["effects"]:
         for name, got in effect["parameters"].items():
             true = hidden.get(effect["name"], {}).get(name)
@@ -187,33 +230,42 @@ def verdict_on(place: Path, lens: str, *, with_scene: bool) -> str | None:
                 true = (1.0 - LENS_SHARE) * own.lens.distortion[TERMS.index(name[5:])]
             if true is not None and got["stderr"] > 0.0:
                 off = (got["value"] - true) / got["stderr"]
-                sizes.append(f"{name} {got['value']:.4g} ± {got['stderr']:.1g} ({off:+.1f} σ)")
+                sizes.append((name, got["value"], got["stderr"], off))
+    map_error = map_size = np.nan
     if "map" in sealed and found.final.model.map_field is not None:
         friction = found.improved_ice().friction
-        off = (np.log(friction.mu) - np.array(sealed["map"]))[friction.observed]
-        sd = np.array(sealed["map"])[friction.observed].std()
-        sizes.append(f"map off by {100 * off.std():.2f} % of {100 * sd:.1f} %")
-    row = (
-        place.name,
-        lens,
-        "yes" if with_scene else "no",
-        ", ".join(named) or "nothing",
-        "; ".join(sizes),
-        f"{seconds:.1f}",
+        true_map = np.array(sealed["map"])[friction.observed]
+        map_error = float((np.log(friction.mu)[friction.observed] - true_map).std())
+        map_size = float(true_map.std())
+    return Verdict(
+        session=place.name,
+        lens=lens,
+        with_scene=with_scene,
+        named=tuple(effect["name"] for effect in report["effects"]),
+        hidden=tuple(sorted(hidden) + ["lens_distortion"] * (lens == "wrong")),
+        sizes=tuple(sizes),
+        map_error=map_error,
+        map_size=map_size,
+        seconds=seconds,
     )
-    return "| " + " | ".join(row) + " |"
 
 
-def judge(folder: Path) -> None:
-    """Print what discovery says of every session's tracks, as Markdown."""
-    print("| hidden, camera, seed | lens | scene given | named | found (off by) | CPU s |")
-    print("|---|---|---|---|---|---|")
+def judged(folder: Path) -> Iterator[Verdict]:
+    """Discover all sessions that are filmed: right and wrong lens, with the scene and without."""
     for session in SESSIONS:
         for lens in ("right", "wrong"):
             for with_scene in (False, True):
-                row = verdict_on(folder / session.name, lens, with_scene=with_scene)
-                if row is not None:
-                    print(row, flush=True)
+                verdict = verdict_on(folder / session.name, lens, with_scene=with_scene)
+                if verdict is not None:
+                    yield verdict
+
+
+def judge(folder: Path) -> None:
+    """Print the verdicts on every session's tracks, as Markdown."""
+    print("| hidden, camera, seed | lens | scene given | named | found (off by) | CPU s |")
+    print("|---|---|---|---|---|---|")
+    for verdict in judged(folder):
+        print(verdict.row, flush=True)
 
 
 if __name__ == "__main__":

@@ -12,7 +12,8 @@ from __future__ import annotations
 
 import socket
 import time
-from collections.abc import Generator, Sequence
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass
 from fractions import Fraction
 from itertools import count
 from multiprocessing import get_context
@@ -30,6 +31,7 @@ from curling_env.infrastructure.files.storage import atomic_path, make_directory
 from curling_env.physics.one_stone.slide import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import Feed, LiveFrame, TrackedClip, follow_stream, open_feed
 from friction_estimation.live.tuning import QUIET_SECONDS
@@ -48,13 +50,36 @@ WEIGHTS = (2.15, 2.2, 2.18)
 """Speeds of the draws at the hog line [m/s]; no throw is in the picture for longer."""
 
 
-def main(
-    output: Annotated[
-        Path, typer.Option("-o", "--output", metavar="DIR", help="Keeps what was rendered.")
-    ] = Path("runs/live_pace"),
-) -> None:
-    """Play draws at the pace of a camera and see whether they are tracked as they come."""
-    folder = make_directory(output)
+@dataclass(frozen=True, kw_only=True)
+class Pace:
+    """Delays of live tracking.
+
+    Parameters
+    ----------
+    after : from the end of each throw until its track was known [s]
+    missing : number of frames that were lost
+    off : root mean square errors of the tracks [m]
+    untracked : number of throws that were not tracked
+    frame_seconds : processor time for a frame, tracking included [s]
+    lags : of the recording behind the camera, for each frame [s]
+    """
+
+    after: tuple[float, ...]
+    missing: int
+    off: tuple[float, ...]
+    untracked: int
+    frame_seconds: float
+    lags: Floats
+
+
+def played(folder: Path, tell: Callable[[str], object]) -> Pace:
+    """Play draws at the pace of a camera, and record and track them meanwhile.
+
+    Parameters
+    ----------
+    folder : keeps what was rendered
+    tell : called with a line of news
+    """
     thrown = [_draw(weight) for weight in WEIGHTS]
     sent = folder / "sent.mp4"
     if not sent.exists():
@@ -68,23 +93,50 @@ def main(
     camera.start()
     feed = Timed(open_feed(f"{address}?listen=1"))
     scene = load_scene(folder / f"{SPEC.name}.scene.json")
+    after: list[float] = []
+    off: list[float] = []
+    missing = untracked = 0
     used = time.process_time()
     for news in follow_stream(feed, scene, make_directory(folder / "kept"), report=folder):
         now = feed.since
-        if isinstance(news, TrackedClip):
-            over = news.clip.clock + news.clip.frames / SPEC.fps
-            print(
-                f"{now:6.1f} s  {news.clip.path.name}, {now - over:.1f} s after its end, "
-                f"{news.clip.missing} frames missing: "
-                + (_off(news, truths) if news.tracks else news.reason)
-            )
+        if not isinstance(news, TrackedClip):
+            tell(f"{now:6.1f} s  {news.words}")
+            continue
+        after.append(now - (news.clip.clock + news.clip.frames / SPEC.fps))
+        missing += news.clip.missing
+        words = news.reason
+        if news.tracks:
+            off.append(_off(news, truths))
+            words = f"{len(news.tracks[0])} rows, {1000 * off[-1]:.1f} mm off"
         else:
-            print(f"{now:6.1f} s  {news.words}")
+            untracked += 1
+        tell(
+            f"{now:6.1f} s  {news.clip.path.name}, {after[-1]:.1f} s after its end, "
+            f"{news.clip.missing} frames missing: {words}"
+        )
     used = time.process_time() - used
     camera.join()
-    lags = 1000 * (np.array(feed.lags) - min(feed.lags))
+    lags: Floats = np.array(feed.lags) - min(feed.lags)
+    return Pace(
+        after=tuple(after),
+        missing=missing,
+        off=tuple(off),
+        untracked=untracked,
+        frame_seconds=used / len(lags),
+        lags=lags,
+    )
+
+
+def main(
+    output: Annotated[
+        Path, typer.Option("-o", "--output", metavar="DIR", help="Keeps what was rendered.")
+    ] = Path("runs/live_pace"),
+) -> None:
+    """Play draws at the pace of a camera and see whether they are tracked as they come."""
+    pace = played(make_directory(output), print)
+    lags = 1000 * pace.lags
     print(
-        f"{len(lags)} frames; recording took {1000 * used / len(lags):.1f} ms of a core a frame; "
+        f"{len(lags)} frames; recording took {1000 * pace.frame_seconds:.1f} ms of a core a frame; "
         f"behind the camera by {np.median(lags):.0f} ms in the middle, by {lags.max():.0f} ms at "
         "most"
     )
@@ -98,15 +150,15 @@ def _draw(weight: float) -> Trajectory:
     return path
 
 
-def _off(seen: TrackedClip, truths: Sequence[Trajectory]) -> str:
-    """How far a track is from where its stone was, one second after the release and later."""
+def _off(seen: TrackedClip, truths: Sequence[Trajectory]) -> float:
+    """Root mean square error of a track from one second after the release on [m]."""
     track = seen.tracks[0]
     before = sum(len(truth) for truth in truths[: track.throw]) / SPEC.fps
     truth, t = truths[track.throw], track.t + seen.clip.clock - before
     late = t > SPEC.lead_in + 1
     there = np.column_stack([np.interp(t, truth.t, truth.xy[:, k]) for k in (0, 1)])
     miss = np.linalg.norm(track.xy - there, axis=1)[late]
-    return f"{len(track)} rows, {1000 * np.sqrt(np.mean(miss**2)):.1f} mm off"
+    return float(np.sqrt(np.mean(miss**2)))
 
 
 def _code(films: Sequence[Path], sent: Path) -> None:

@@ -62,6 +62,7 @@ AREAS = {
     ],
 }
 """Area -> patterns of its modules."""
+TABLE = "mutants.csv"
 STARTING_TIME = 60.0
 """Processor time that a mutant may take beside three times that of its tests [s]: to compile."""
 BUSY = 10
@@ -231,6 +232,44 @@ def read_table(path: Path) -> list[Mutant]:
         ]
 
 
+def judge_all(
+    root: Path,
+    out: Path,
+    mutants: list[Mutant],
+    *,
+    workers: int = 1,
+    tests: Sequence[str] = ("tests",),
+) -> list[Mutant]:
+    """Run mutants against the tests that touch their lines; those killed before are kept.
+
+    Parameters
+    ----------
+    root : the tree
+    out : folder of the table of mutants, and of what is kept between runs
+    mutants : the mutants
+    workers : number of copies of the tree
+    tests : folders of the tests
+    """
+    out.mkdir(parents=True, exist_ok=True)
+    trees = Trees(root, out, workers)
+    touched = record_all(root, trees, out / "recorded", workers, tests)
+
+    def judged(mutant: Mutant) -> Mutant:
+        if mutant.verdict in ("killed", "timeout"):
+            return mutant
+        with trees.one() as tree:
+            return tree.judge(mutant, touched)
+
+    done: list[Mutant] = []
+    with ThreadPoolExecutor(workers) as pool:
+        for mutant in tqdm(pool.map(judged, mutants), "mutants", len(mutants), unit="mutant"):
+            done.append(mutant)
+            write_table(out / TABLE, [*done, *mutants[len(done) :]])
+    done.sort(key=lambda mutant: (list(AREAS).index(mutant.area), mutant.path, mutant.start))
+    write_table(out / TABLE, done)
+    return done
+
+
 def summary(mutants: list[Mutant]) -> str:
     """Killed, timed out and survived, by area; then every survivor."""
     rows = [f"{'area':12} {'mutants':>8} {'killed':>8} {'timeout':>8} {'survived':>8} {'share':>6}"]
@@ -268,25 +307,9 @@ def main() -> None:
     root, out = Path.cwd(), args.out.resolve()
     if args.record:
         return record(args.record, [str(root / source) for source in args.sources], out)
-    out.mkdir(parents=True, exist_ok=True)
-    table = out / "mutants.csv"
-    mutants = read_table(table) if args.again else draw(root, args.n, args.seed, args.areas)
-    trees = Trees(root, out, args.workers)
-    touched = record_all(root, trees, out / "recorded", args.workers, args.tests)
-
-    def judged(mutant: Mutant) -> Mutant:
-        if args.again and mutant.verdict in ("killed", "timeout"):
-            return mutant
-        with trees.one() as tree:
-            return tree.judge(mutant, touched)
-
-    done: list[Mutant] = []
-    with ThreadPoolExecutor(args.workers) as pool:
-        for mutant in tqdm(pool.map(judged, mutants), "mutants", len(mutants), unit="mutant"):
-            done.append(mutant)
-            write_table(table, [*done, *mutants[len(done) :]])
-    done.sort(key=lambda mutant: (list(AREAS).index(mutant.area), mutant.path, mutant.start))
-    write_table(table, done)
+    again = read_table(out / TABLE) if args.again else None
+    mutants = again or draw(root, args.n, args.seed, args.areas)
+    done = judge_all(root, out, mutants, workers=args.workers, tests=args.tests)
     (out / "summary.txt").write_text(summary(done) + "\n", encoding="utf-8")
     print(summary(done))
 

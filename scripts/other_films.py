@@ -16,10 +16,11 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from fractions import Fraction
 from functools import partial
+from itertools import product
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -169,6 +170,66 @@ def opened(
         yield container, stream
 
 
+def rendered(
+    output: Path,
+    coded: Coding,
+    *,
+    cameras: Sequence[str],
+    sizes: Sequence[int],
+    rates: Sequence[int],
+    films: int = 1,
+    round_stones: bool = False,
+    people: str = "no",
+    seed: int = 0,
+) -> Iterator[Path]:
+    """Render films of known throws, with their scenes and truths; keep those that are there.
+
+    Parameters
+    ----------
+    coded : see `coding`
+    cameras, sizes, rates : names, lines of the picture, frames per second; each rate divides the
+        fastest
+    films : number of throws for each camera and size
+    round_stones, people, seed : see the options of this script
+
+    Yields
+    ------
+    the films, as soon as they are complete
+    """
+    output.mkdir(parents=True, exist_ok=True)
+    for camera, height in product(cameras, sizes):
+        names = {fps: f"{camera}{height}f{fps}" for fps in rates}
+        bases = [{fps: output / f"{name}-{k}" for fps, name in names.items()} for k in range(films)]
+        todo = [
+            k
+            for k, of_throw in enumerate(bases)
+            if not all(base.with_suffix(".truth.csv").exists() for base in of_throw.values())
+        ]
+        rink = rink_of(camera, height, seed, round_stones=round_stones) if todo else None
+        for k, of_throw in enumerate(bases):
+            if rink is not None and k in todo:
+                for fps, name in names.items():
+                    (output / f"{name}.scene.json").write_text(json.dumps(rink.scene))
+                    truth = {"mu": rink.mu, "released_at_s": LEAD, "fps": fps,
+                             "height": rink.view.place[2]}  # fmt: skip
+                    (output / f"{name}.truth.json").write_text(json.dumps(truth))
+                away = k % 2 == 0 or camera == "ceiling"
+                throw(of_throw, rink, k, coded, way=1 if away else -1, people=people)
+            yield from (base.with_suffix(".mp4") for base in of_throw.values())
+
+
+def throw(
+    bases: dict[int, Path], rink: Rink, k: int, coded: Coding, *, way: int, people: str
+) -> None:
+    """Render the k-th throw before a camera, away from home (way 1) or back (-1)."""
+    path = path_of(rink.mu, np.random.default_rng([*rink.key, 3 + k]), way)
+    on_ice = None
+    if people != "no":
+        sides = MIXED[k % len(MIXED)] if people == "mixed" else people
+        on_ice = other_people.People(sides, path, way, np.random.default_rng([*rink.key, k, 1]))
+    film(bases, rink, path, coded, np.random.default_rng([*rink.key, k]), on_ice)
+
+
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/other"),
     cameras: Annotated[str, typer.Option(help="Names, with commas.")] = "end,gantry,side,ceiling",
@@ -198,31 +259,19 @@ def main(
     fastest = max(map(int, rates.split(",")))
     if any(fastest % int(fps) for fps in rates.split(",")):
         raise typer.BadParameter("each must divide the fastest", param_hint="--rates")
-    output.mkdir(parents=True, exist_ok=True)
-    for camera in cameras.split(","):
-        for height in map(int, sizes.split(",")):
-            rink = rink_of(camera, height, seed, round_stones=round_stones)
-            names = {fps: f"{camera}{height}f{fps}" for fps in map(int, rates.split(","))}
-            for fps, name in names.items():
-                (output / f"{name}.scene.json").write_text(json.dumps(rink.scene))
-                truth = {"mu": rink.mu, "released_at_s": LEAD, "fps": fps,
-                         "height": rink.view.place[2]}  # fmt: skip
-                (output / f"{name}.truth.json").write_text(json.dumps(truth))
-            for k in range(films):
-                bases = {fps: output / f"{name}-{k}" for fps, name in names.items()}
-                if all(base.with_suffix(".truth.csv").exists() for base in bases.values()):
-                    continue
-                way = 1 if k % 2 == 0 or camera == "ceiling" else -1
-                path = path_of(rink.mu, np.random.default_rng([*rink.key, 3 + k]), way)
-                on_ice = None
-                if people != "no":
-                    sides = MIXED[k % len(MIXED)] if people == "mixed" else people
-                    on_ice = other_people.People(
-                        sides, path, way, np.random.default_rng([*rink.key, k, 1])
-                    )
-                rng = np.random.default_rng([*rink.key, k])
-                film(bases, rink, path, coded, rng, on_ice)
-                print(*(base.with_suffix(".mp4") for base in bases.values()), flush=True)
+    made = rendered(
+        output,
+        coded,
+        cameras=cameras.split(","),
+        sizes=[int(lines) for lines in sizes.split(",")],
+        rates=[int(fps) for fps in rates.split(",")],
+        films=films,
+        round_stones=round_stones,
+        people=people,
+        seed=seed,
+    )
+    for path in made:
+        print(path, flush=True)
 
 
 if __name__ == "__main__":

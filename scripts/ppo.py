@@ -14,6 +14,7 @@ import argparse
 import csv
 import json
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
@@ -203,18 +204,23 @@ def draw(rows: list[dict[str, float]], path: Path) -> None:
     plt.close(figure)
 
 
-def evaluate(agent: Agent, settings: Settings, episodes: int = 1000) -> float:
-    """The mean return of the best actions, in episodes that were not learnt from."""
+def evaluate(
+    predict: Callable[[Any], Any], settings: Settings, episodes: int = 1000
+) -> tuple[float, float]:
+    """Return the mean return and the mean miss [m] in episodes that were not learnt from."""
     envs = gymnasium.make_vec(
         settings.env, num_envs=episodes, autoreset_mode="NextStep", **json.loads(settings.options)
     )
     observation, _ = envs.reset(seed=settings.seed + 10**6)
-    returns, over = np.zeros(episodes), np.zeros(episodes, dtype=bool)
+    returns, misses = np.zeros(episodes), np.full(episodes, np.nan)
+    over = np.zeros(episodes, dtype=bool)
     while not over.all():
-        observation, reward, ended, _, _ = envs.step(agent.predict(observation))
+        observation, reward, ended, _, info = envs.step(predict(observation))
         returns += reward * ~over
+        last = ended & ~over
+        misses[last] = info.get("distance_m", misses)[last]
         over |= ended
-    return float(returns.mean())
+    return float(returns.mean()), float(misses.mean())
 
 
 def main() -> None:
@@ -231,7 +237,8 @@ def main() -> None:
         )
     settings = Settings(**vars(parser.parse_args()))
     agent = train(settings)
-    print(f"best actions, 1,000 new episodes: mean return {evaluate(agent, settings):.3f}")
+    mean, miss = evaluate(agent.predict, settings)
+    print(f"best actions, 1,000 new episodes: mean return {mean:.3f}, mean miss {miss:.3f} m")
 
 
 if __name__ == "__main__":

@@ -54,6 +54,7 @@ EDGE, FAR = 2.6, 19.5
 """Where a stone is pushed over the edge, and how far from the middle it is pushed back [m]."""
 OVERLAP = 4.0
 """A track that shows so much of a throw is that throw's [s]."""
+ENDINGS = ("mp4", "scene.json", "truth.json")
 NEAR_REST = 0.5
 """A track that ends no earlier before the stone rests reaches its rest [s]."""
 
@@ -373,6 +374,51 @@ def track(film: Path, scene: Path, output: Path) -> float:
     return resource.getrusage(resource.RUSAGE_CHILDREN).ru_utime - before
 
 
+def film_practice(
+    output: Path,
+    minutes: float = 60,
+    coded: tuple[int, int] = (15, 23),
+    *,
+    quick: bool = False,
+    camera: str = "gantry",
+    size: int = 480,
+    seed: int = 0,
+) -> None:
+    """Render the film of a practice, its scene and its truth, unless they are there.
+
+    Parameters
+    ----------
+    coded : frames per second and quality
+    quick : whether throws follow each other at once
+    """
+    output.mkdir(parents=True, exist_ok=True)
+    film, scene, truth = (output / f"practice.{end}" for end in ENDINGS)
+    if truth.exists():
+        return
+    cv2.setNumThreads(1)
+    (rate, quality), rink = coded, rink_of(camera, size, seed)
+    throws = [throw_clip(rink, k, rate, quick=quick) for k in range(KINDS)]
+    other = [] if quick else scenes(rate)
+    for clip in (*throws, *other):
+        render(clip, output / clip.name, rink, rate, quality)
+        print(f"{clip.name}: {clip.frames / rate:.0f} s", file=sys.stderr, flush=True)
+    clips = order_of(throws, other, minutes, rate, np.random.default_rng([*rink.key, 77]))
+    thrown = join(clips, output, film, rate)
+    scene.write_text(json.dumps(rink.scene))
+    truth.write_text(json.dumps(thrown))
+
+
+def score_practice(output: Path) -> Score:
+    """Score the tracks of a practice that was rendered; track it if they are not there."""
+    film, scene, truth = (output / f"practice.{end}" for end in ENDINGS)
+    if not (tracks := output / "tracks.csv").exists():
+        print(f"{track(film, scene, tracks):.0f} s of processor time", file=sys.stderr)
+    thrown = json.loads(truth.read_text())
+    files = {one["clip"]: output / f"{one['clip']}.truth.csv" for one in thrown}
+    truths = {clip: np.loadtxt(file, delimiter=",", skiprows=1) for clip, file in files.items()}
+    return score(read_tracks(tracks), thrown, truths)
+
+
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/practice"),
     minutes: Annotated[float, typer.Option(min=1, help="Of film, with a throw each.")] = 60,
@@ -388,41 +434,16 @@ def main(
 ) -> None:
     """Film a practice whose throws are known, track it, and say what was found and how well.
 
-    An hour takes about a minute to render and six to track. The film, its scene, the truth and the
-    tracks stay in the folder; what is there is not made again, so that only the score is told.
+    An hour takes about a minute to render and six to track. Files in the folder are kept.
     """
     if between not in ("people", "nothing"):
         raise typer.BadParameter("people or nothing", param_hint="--between")
     if camera not in PLACES:
         raise typer.BadParameter(", ".join(PLACES), param_hint="--camera")
-    output.mkdir(parents=True, exist_ok=True)
-    film, scene, told = (output / f"practice.{end}" for end in ("mp4", "scene.json", "truth.json"))
-    if not told.exists():
-        cv2.setNumThreads(1)
-        rink = rink_of(camera, size, seed)
-        quick = between == "nothing"
-        throws = [throw_clip(rink, k, rate, quick=quick) for k in range(KINDS)]
-        other = [] if quick else scenes(rate)
-        for clip in (*throws, *other):
-            render(clip, output / clip.name, rink, rate, quality)
-            print(f"{clip.name}: {clip.frames / rate:.0f} s", flush=True)
-        clips = order_of(throws, other, minutes, rate, np.random.default_rng([*rink.key, 77]))
-        thrown = join(clips, output, film, rate)
-        scene.write_text(json.dumps(rink.scene))
-        told.write_text(json.dumps(thrown))
-    else:
-        print(f"{film} was made before, and is kept; other choices need another folder (-o)")
-    if only_film:
-        return
-    thrown = json.loads(told.read_text())
-    tracks = output / "tracks.csv"
-    if not tracks.exists():
-        print(f"{track(film, scene, tracks):.0f} s of processor time")
-    names = {one["clip"] for one in thrown}
-    truths = {
-        name: np.loadtxt(output / f"{name}.truth.csv", delimiter=",", skiprows=1) for name in names
-    }
-    print(*score(read_tracks(tracks), thrown, truths).lines(), sep="\n")
+    quick, coded = between == "nothing", (rate, quality)
+    film_practice(output, minutes, coded, quick=quick, camera=camera, size=size, seed=seed)
+    if not only_film:
+        print(*score_practice(output).lines(), sep="\n")
 
 
 if __name__ == "__main__":

@@ -112,16 +112,27 @@ def discovered(task: Task, seed: int) -> tuple[Ice, dict[str, Any]]:
     return found.improved_ice(), json.loads(json.dumps(truth, default=float))
 
 
+def pooled(judged: list[dict[str, Floats]], name: str) -> tuple[Floats, Floats]:
+    """Errors and standard errors along the sheet of the draws of all sessions, (draws,) each [m].
+
+    Parameters
+    ----------
+    name : of the standard errors, `common` or `independent`
+    """
+    off, spread = (np.concatenate([one[k] for one in judged])[:, 1] for k in ("off", name))
+    return off, spread
+
+
 def table(judged: list[dict[str, Floats]]) -> str:
     """How often draws rest within the intervals along the sheet, and how large these are.
 
     Draws of one session share most of its errors: how sure a share is follows from the sessions'.
     """
-    off = np.concatenate([one["off"] for one in judged])[:, 1]
+    off, _ = pooled(judged, "common")
     sessions = "1 session" if len(judged) == 1 else f"{len(judged)} sessions"
     lines = [f"{len(off)} draws of {sessions}, off by {_rms(off):.1f} mm rms along"]
     for name in ("independent", "common"):
-        spread = np.concatenate([one[name] for one in judged])[:, 1]
+        _, spread = pooled(judged, name)
         inside = [np.abs(one["off"][:, 1]) < WITHIN * one[name][:, 1] for one in judged]
         error = ""
         if len(judged) > 1:

@@ -172,6 +172,48 @@ def told(rows: list[dict[str, Any]], names: tuple[str, str]) -> str:
     )
 
 
+def play(
+    names: tuple[str, str], simulator: GameSimulator, games: int, seed: int, path: Path
+) -> list[dict[str, Any]]:
+    """Play games between two players, with sides swapped, from those in a file on.
+
+    Parameters
+    ----------
+    names : the players, each perhaps with ``@commit``
+    simulator : ice, rules and skills
+    games, seed : number of games, and seed of the first two
+    path : file with a line for each game
+
+    Returns
+    -------
+    for each game whether the first player won, points, ends, and time and number of calls
+    """
+    rows = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    one_thread()
+    players = [player_of(name) for name in names]
+    for number in tqdm(range(len(rows), games), unit="game", disable=None):
+        first = number % 2  # the player at home
+        before = [(player.seconds, player.calls) for player in players]
+        game = play_game(
+            simulator,
+            (players[first], players[1 - first]),
+            seed=seed + 1000 * (number // 2),
+            last_stone=Team((number // 2) % 2),
+        ).game
+        own, other = Team(first), Team(1 - first)
+        row = {
+            "won": 0.5 if game.winner is None else float(game.winner is own),
+            "points": [game.score[own], game.score[other]],
+            "ends": len(game.line_score),
+            "seconds": [p.seconds - b[0] for p, b in zip(players, before, strict=True)],
+            "calls": [p.calls - b[1] for p, b in zip(players, before, strict=True)],
+        }
+        rows.append(row)
+        with path.open("a") as kept:
+            kept.write(json.dumps(row) + "\n")
+    return rows[:games]
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
     parser.add_argument("player", help="such as search:1000")
@@ -188,31 +230,8 @@ def main() -> None:
     file = f"{'-'.join(names)}-{chosen.setting}-{chosen.ends}-{chosen.seed}.jsonl".replace(":", "_")
     path: Path = chosen.keep or Path("runs/strength") / file.replace("/", "_")
     path.parent.mkdir(parents=True, exist_ok=True)
-    rows = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    simulator = simulator_of(chosen.setting, chosen.ends)
-    one_thread()
-    players = [player_of(name) for name in names]
-    for number in tqdm(range(len(rows), chosen.games), unit="game", disable=None):
-        first = number % 2  # the player at home
-        before = [(player.seconds, player.calls) for player in players]
-        game = play_game(
-            simulator,
-            (players[first], players[1 - first]),
-            seed=chosen.seed + 1000 * (number // 2),
-            last_stone=Team((number // 2) % 2),
-        ).game
-        own, other = Team(first), Team(1 - first)
-        row = {
-            "won": 0.5 if game.winner is None else float(game.winner is own),
-            "points": [game.score[own], game.score[other]],
-            "ends": len(game.line_score),
-            "seconds": [p.seconds - b[0] for p, b in zip(players, before, strict=True)],
-            "calls": [p.calls - b[1] for p, b in zip(players, before, strict=True)],
-        }
-        rows.append(row)
-        with path.open("a") as kept:
-            kept.write(json.dumps(row) + "\n")
-    print(told(rows[: chosen.games], names))
+    rows = play(names, simulator_of(chosen.setting, chosen.ends), chosen.games, chosen.seed, path)
+    print(told(rows, names))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ stone; the last line counts the stones that were found. What is in the folder is
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, NamedTuple
@@ -19,7 +19,6 @@ from typing import Annotated, Any, NamedTuple
 import cv2
 import numpy as np
 import typer
-from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
@@ -39,7 +38,6 @@ from friction_estimation.synthetic import (
 )
 from friction_estimation.synthetic.tuning import HANDLE_COLOURS
 from friction_estimation.tracking import track_film
-from friction_estimation.tracking.films.film_track import FilmTrack
 
 FPS = 15.0
 SIZES = {480: (854, 480), 720: (1280, 720), 1080: (1920, 1080)}
@@ -244,45 +242,91 @@ def seen_of(track: Trajectory, truth: dict[str, Any]) -> Seen:
     )
 
 
-def told(found: FilmTrack, truth: dict[str, Any], totals: NDArray[np.int_]) -> list[str]:
-    """What is to be said of one film.
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """Stones of one film beside their tracks.
 
     Parameters
     ----------
-    totals : (4,) counted on: stones that were hit and those found, those untouched and found
+    name : of the film
+    contact : time of the first contact [s]
+    hit, resting : number of stones that were hit, and of those that nothing touched
+    seen : tracks of the stones that moved
+    resting_off : errors of the untouched stones that were found [m]
+    notes : warnings of the tracker
+    refused : its error, if it refused the film
     """
+
+    name: str
+    contact: float
+    hit: int
+    resting: int
+    seen: tuple[Seen, ...] = ()
+    resting_off: tuple[float, ...] = ()
+    notes: tuple[str, ...] = ()
+    refused: str = ""
+
+    @property
+    def hit_found(self) -> int:
+        """Number of stones that were hit and have a track of their own."""
+        return len({one.stone for one in self.seen if one.right and not one.thrown})
+
+    @property
+    def wrong(self) -> bool:
+        """Whether the track of the thrown stone is on another stone or far from its own."""
+        return any(one.thrown and not one.right for one in self.seen)
+
+    def lines(self) -> Iterator[str]:
+        """The result in words, a line for each stone that moved."""
+        yield f"{self.name}: contact at {self.contact:.2f} s"
+        if self.refused:
+            yield f"   refused: {self.refused}"
+        yield from (one.line for one in self.seen)
+        yield from (f"   warning: {note}" for note in self.notes)
+
+
+def judged(one: Film, folder: Path, *, people: bool) -> Result:
+    """Render a film unless it is in the folder, track it, and score all its stones."""
+    files = {end: folder / f"{one.name}.{end}" for end in ("mp4", "scene.json", "truth.json")}
+    if not files["truth.json"].exists():
+        film(one, folder, people=people)
+    truth = read_json(files["truth.json"])
+    result = Result(
+        name=one.name,
+        contact=truth["contact"],
+        hit=len(truth["paths"]) - 1,
+        resting=len(truth["resting"]),
+    )
+    try:
+        found = track_film(files["mp4"], load_scene(files["scene.json"]))
+    except CurlingError as error:
+        return replace(result, refused=str(error))
     seen = [seen_of(track, truth) for track in found.trajectories if len(track) > 2]
     still = np.array([t.xy[0] for t in found.trajectories if len(t) == 2]).reshape(-1, 2)
-    lie = [np.hypot(*(still - xy).T).min(initial=np.inf) < SAME for xy in truth["resting"]]
-    hit = {one.stone for one in seen if one.right and not one.thrown}
-    totals += [len(truth["paths"]) - 1, len(hit), len(lie), sum(lie)]
-    return [*(one.line for one in seen), *(f"   said: {words}" for words in found.unexplained)]
+    off = [float(np.hypot(*(still - xy).T).min(initial=np.inf)) for xy in truth["resting"]]
+    return replace(
+        result,
+        seen=tuple(seen),
+        resting_off=tuple(away for away in off if away < SAME),
+        notes=found.unexplained,
+    )
 
 
 def main(
     output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/takeouts"),
     people: Annotated[bool, typer.Option("--people", help="With thrower, sweepers, skip.")] = False,
 ) -> None:
-    """Film takeouts, track them, and say how far every stone's track is off."""
+    """Film takeouts, track them, and report the error of every stone's track."""
     cv2.setNumThreads(1)
     make_directory(output)
-    totals = np.zeros(4, dtype=int)
+    results: list[Result] = []
     for one in WITH_PEOPLE if people else BARE:
-        files = {end: output / f"{one.name}.{end}" for end in ("mp4", "scene.json", "truth.json")}
-        if not files["truth.json"].exists():
-            film(one, output, people=people)
-        truth = read_json(files["truth.json"])
-        print(f"{one.name}: contact at {truth['contact']:.2f} s", flush=True)
-        try:
-            found = track_film(files["mp4"], load_scene(files["scene.json"]))
-        except CurlingError as error:
-            totals += [len(truth["paths"]) - 1, 0, len(truth["resting"]), 0]
-            print(f"   refused: {error}", flush=True)
-            continue
-        print(*told(found, truth, totals), sep="\n", flush=True)
-    hit, found_hit, untouched, found_untouched = totals
+        results.append(judged(one, output, people=people))
+        print(*results[-1].lines(), sep="\n", flush=True)
     print(
-        f"{found_hit} of {hit} stones found that were hit, {found_untouched} of {untouched} others"
+        f"{sum(one.hit_found for one in results)} of {sum(one.hit for one in results)} stones "
+        f"found that were hit, {sum(len(one.resting_off) for one in results)} of "
+        f"{sum(one.resting for one in results)} others"
     )
 
 

@@ -54,11 +54,13 @@ OUT_OF_HAND = 1.0
 """Rows from this long after the release are scored: before it the thrower is in the way [s]."""
 LEAST_SLIDE = 8.0
 """One throw must be seen for so long to tell a friction worth scoring [s]."""
+RESTS = 0.02
+"""A slower stone lies still [m/s]."""
 NORMAL_95 = 1.96
 TRUTH = ("t", "x", "y", "theta")
 COLUMNS = ("camera", "film", "lens", "clicks", "rows", "rms_mm", "worst_mm", "sigma_mm",
            "camera_mm", "within_95", "rms_sigmas", "worst_sigmas", "heading_rad",
-           "mu_error_percent", "mu_sigmas", "cpu_s", "said")  # fmt: skip
+           "mu_error_percent", "mu_sigmas", "short_s", "cpu_s", "said")  # fmt: skip
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -179,6 +181,7 @@ def score(case: Case) -> dict[str, Any]:
         "rms_sigmas": float(np.sqrt(np.mean((off / sigma[:, None]) ** 2))),
         "worst_sigmas": float(np.max(np.abs(off) / sigma[:, None])),
         "heading_rad": float(np.sqrt(np.mean(miss**2))) if len(miss) else np.nan,
+        "short_s": max(rest_of(truth) - float(t[-1]), 0.0),
     }
     if t[-1] - t[0] >= LEAST_SLIDE:
         try:
@@ -188,6 +191,12 @@ def score(case: Case) -> dict[str, Any]:
         except CurlingError as error:
             row["said"] = str(error)
     return row
+
+
+def rest_of(truth: dict[str, Floats]) -> float:
+    """Return the time from which the stone lies still, or that of the last frame [s]."""
+    paces = np.hypot(np.diff(truth["x"]), np.diff(truth["y"])) / np.diff(truth["t"])
+    return float(truth["t"][1:][paces > RESTS].max(initial=truth["t"][0]))
 
 
 def camera_error(case: Case, track: FilmTrack) -> Floats:

@@ -320,8 +320,7 @@ def _report_errors(
 ) -> None:
     """Negative log-likelihood of held-out ends: of the networks, and of the shares alone."""
     scores = np.concatenate([played.score for played in held_out])
-    shares = np.array([(np.clip(scores, SCORES[0], SCORES[-1]) == s).mean() for s in SCORES])
-    entropy = -float((shares[shares > 0] * np.log(shares[shares > 0])).sum())
+    entropy = shares_error(scores)
     ours = np.array([negative_log_likelihood(network, lines, played) for played in held_out])
     told = [f"this network {ours.mean():.4f}", f"shares alone {entropy:.4f}"]
     if begin is not None:
@@ -339,9 +338,32 @@ def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
 
     With them is kept which ends are level, by the usual players, and not random.
     """
-    learnt_for, n = batch.learnt_for, ENDS_SIDE_BY_SIDE
+    ends, level = played_ends(network, batch.learnt_for, batch.seed, batch.effort)
+    document = {"for": _document(batch), "level": level, "ends": ends_document(ends)}
+    write_model(batch.path, document)
+
+
+def played_ends(
+    network: ValueNetwork | None,
+    learnt_for: LearntFor,
+    seed: tuple[int, int, int],
+    effort: Effort = Effort(),
+) -> tuple[PlayedEnds, np.ndarray]:
+    """Play ends with players of many skills.
+
+    Parameters
+    ----------
+    network : values the positions for both teams; None for the heuristic
+    learnt_for : ice, rules, delivery and usual players
+    seed, effort : seed of everything random, and number of shots simulated before each delivery
+
+    Returns
+    -------
+    the ends, and which of them are level, by the usual players, and not random, (n,)
+    """
+    n = ENDS_SIDE_BY_SIDE
     simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
-    rng = np.random.default_rng(batch.seed)
+    rng = np.random.default_rng(seed)
     usual = skill_named(learnt_for.skill)
     other = np.where(rng.random(n) < 0.6, 0.0, rng.uniform(-0.7, 1.2, n))
     left = rng.integers(1, MAX_ENDS_LEFT + 1, n)
@@ -361,16 +383,17 @@ def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
         values,
         sigma,
         rng,
-        effort=batch.effort,
+        effort=effort,
         skill=skill,
         prefix=prefix,
     )
-    document = {
-        "for": _document(batch),
-        "level": level & (other == 0) & (until == 0),
-        "ends": ends_document(ends),
-    }
-    write_model(batch.path, document)
+    return ends, level & (other == 0) & (until == 0)
+
+
+def shares_error(scores: np.ndarray) -> float:
+    """Return minus the mean log-probability of scores, if only their shares are known."""
+    shares = np.array([(np.clip(scores, SCORES[0], SCORES[-1]) == s).mean() for s in SCORES])
+    return -float((shares[shares > 0] * np.log(shares[shares > 0])).sum())
 
 
 def _read(batch: Batch) -> tuple[PlayedEnds, np.ndarray]:

@@ -12,8 +12,7 @@ from __future__ import annotations
 import numpy as np
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
-from curling_env.physics.one_stone.slide import Slide, slide
-from curling_env.physics.wear import IceInUse
+from curling_env.physics import IceInUse, Slide, slide
 from curling_env.throw import Release, Throw
 
 SESSIONS = 6
@@ -41,30 +40,47 @@ def worn_by(ice: Ice, felt: str, wear: float) -> IceInUse:
     return IceInUse(ice.with_effect(ActiveEffect(name="pebble_wear", parameters={felt: wear})))
 
 
-def main() -> None:
+def moved(wear: float, before: int, sessions: int = SESSIONS) -> dict[str, np.ndarray]:
+    """Compare rests on ice that each contact feels with those on ice felt otherwise.
+
+    Parameters
+    ----------
+    wear : change of friction by one pass
+    before : number of draws before those that are judged
+    sessions : number of sessions, each with its own draws
+
+    Returns
+    -------
+    differences across and along the sheet [cm] and of the heading [degrees], (draws, 3), by how
+    the wear is felt
+    """
     standard = load_ice("standard")
+    apart: dict[str, list[np.ndarray]] = {}
+    for seed in range(sessions):
+        true = worn_by(standard, "under_contacts", wear)
+        others = {
+            "unworn": IceInUse(standard),
+            "under the centre, 0.1 m": worn_by(standard.refined(5), "along_path", wear),
+            "under the centre, 0.5 m": worn_by(standard, "along_path", wear),
+        }
+        for k, release in enumerate(draws(np.random.default_rng(seed), before + JUDGED)):
+            here = slide(true.now, release, fps=30.0)
+            if k >= before:
+                for name, ice in others.items():
+                    there = slide(ice.now, release)
+                    apart.setdefault(name, []).append(_apart(there, here))
+            assert here.trajectory is not None  # a rate was given
+            for ice in (true, *others.values()):
+                ice.ran(here.trajectory.xy)
+    return {name: np.array(rows) for name, rows in apart.items()}
+
+
+def main() -> None:
     print(
         "wear, draws before | otherwise | rest across, along [cm], turned [degrees]: median | most"
     )
     for wear, before in SETTINGS:
-        apart: dict[str, list[np.ndarray]] = {}
-        for seed in range(SESSIONS):
-            true = worn_by(standard, "under_contacts", wear)
-            others = {
-                "unworn": IceInUse(standard),
-                "under the centre, 0.1 m": worn_by(standard.refined(5), "along_path", wear),
-                "under the centre, 0.5 m": worn_by(standard, "along_path", wear),
-            }
-            for k, release in enumerate(draws(np.random.default_rng(seed), before + JUDGED)):
-                here = slide(true.now, release, fps=30.0)
-                if k >= before:
-                    for name, ice in others.items():
-                        there = slide(ice.now, release)
-                        apart.setdefault(name, []).append(_apart(there, here))
-                assert here.trajectory is not None  # a rate was given
-                for ice in (true, *others.values()):
-                    ice.ran(here.trajectory.xy)
-        for name, rows in apart.items():
+        for name, rows in moved(wear, before).items():
             middle, most = np.median(rows, axis=0), np.max(rows, axis=0)
             print(f"{wear:+.1%}, {before} | {name} | {_row(middle)} | {_row(most)}")
 

@@ -17,6 +17,7 @@ import argparse
 import contextlib
 import io
 import time
+from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -75,6 +76,37 @@ def compare(model: Any, options: dict[str, Any]) -> tuple[float, float]:
     return mean_miss(learnt), mean_miss(best)
 
 
+@dataclass(frozen=True, kw_only=True)
+class Result:
+    """A training and its mean misses.
+
+    Parameters
+    ----------
+    throws : number of throws that it learnt from
+    seconds : processor time [s]
+    miss, best : mean miss of the learnt throw, and of the best possible one [m]
+    """
+
+    throws: int
+    seconds: float
+    miss: float
+    best: float
+
+
+def measure(algorithm: str, seed: int = 0, logs: Path | None = None) -> Result:
+    """Train by an algorithm, and compare the learnt throw with the best possible one."""
+    torch.set_num_threads(1)
+    env = gymnasium.make("CurlingSheet-v0")
+    env.reset(seed=0)
+    env.step(env.action_space.sample())  # compiled before the clock starts
+    with TemporaryDirectory() as scratch:
+        began = time.process_time()
+        model, options = trained(algorithm, seed, str(logs or scratch))
+        seconds = time.process_time() - began
+    miss, best = compare(model, options)
+    return Result(throws=model.num_timesteps, seconds=seconds, miss=miss, best=best)
+
+
 def main() -> None:
     parser = argparse.ArgumentParser(
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
@@ -83,19 +115,11 @@ def main() -> None:
     parser.add_argument("--seed", type=int, default=0)
     parser.add_argument("-o", "--output", type=Path, help="keep RL Zoo's logs in this folder")
     given = parser.parse_args()
-    torch.set_num_threads(1)
-    env = gymnasium.make("CurlingSheet-v0")
-    env.reset(seed=0)
-    env.step(env.action_space.sample())  # compiled before the clock starts
     for algorithm in given.algorithms:
-        with TemporaryDirectory() as scratch:
-            began = time.process_time()
-            model, options = trained(algorithm, given.seed, str(given.output or scratch))
-            seconds = time.process_time() - began
-        own, best = compare(model, options)
+        found = measure(algorithm, given.seed, given.output)
         print(
-            f"{algorithm}: {model.num_timesteps} throws, {seconds:.0f} s; mean miss {own:.3f} m, "
-            f"best possible {best:.3f} m: {own / best:.3f}",
+            f"{algorithm}: {found.throws} throws, {found.seconds:.0f} s; mean miss "
+            f"{found.miss:.3f} m, best possible {found.best:.3f} m: {found.miss / found.best:.3f}",
             flush=True,
         )
 

@@ -15,7 +15,7 @@ import sys
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
-SOURCES, KEPT = ROOT / "runs/website/pages", ROOT / "runs/website/doctrees"
+KEPT = ROOT / "runs/website"
 
 
 def main() -> int:
@@ -27,16 +27,24 @@ def main() -> int:
     return serve(given.folder, given.port) if given.serve else build(given.folder)
 
 
-def build(folder: Path) -> int:
-    """Gather the pages and let Sphinx make the site of them; every warning is an error."""
+def build(folder: Path, kept: Path = KEPT) -> int:
+    """Gather the pages and let Sphinx make the site of them; every warning is an error.
+
+    Parameters
+    ----------
+    folder : folder of the site
+    kept : folder of the gathered pages, and of what Sphinx keeps for the next time
+    """
     from sphinx.cmd.build import build_main
 
     from website.assets import remote_assets
     from website.pages import gather
 
-    gather(ROOT, SOURCES)
-    words = ["-b", "html", "-W", "--keep-going", "-n", "-q", "-j", "auto", "-d", str(KEPT)]
-    status = build_main([*words, "-c", str(Path(__file__).parent), str(SOURCES), str(folder)])
+    sources = kept / "pages"
+    gather(ROOT, sources)
+    words = ["-b", "html", "-W", "--keep-going", "-n", "-q", "-j", "auto"]
+    words += ["-d", str(kept / "doctrees"), "-c", str(Path(__file__).parent)]
+    status = build_main([*words, str(sources), str(folder)])
     for where in remote_assets(folder):
         print(f"loads something from elsewhere: {where}", file=sys.stderr)
         status = 1

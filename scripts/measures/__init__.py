@@ -1,0 +1,1 @@
+"""The measures behind figures.json: one module for each group."""

@@ -1,0 +1,168 @@
+"""Measures of the app, of coaching, and of the project: set-up, size, tests and documents."""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import time
+from collections.abc import Iterable
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import club_study
+import mutation
+import newcomer
+import numpy as np
+from release import artefacts, inventory
+from release import pages as release_pages
+from website.__main__ import build
+
+from agents.commands.page_benchmarks import page_measures
+from curling_env.commands.benchmarks import import_time
+from curling_env.typing import Flags
+
+MEASURES = (
+    *("latency", "causes", "athletes", "stones"),
+    *("size", "import_of_package", "first_map", "tests", "faults_noticed", "site"),
+)
+EVENINGS = 20
+MUTANTS, MUTANTS_SEED = 300, 0
+EXTRAS = ("train", "app")
+"""Extras whose size is recorded."""
+NUMPY = "import time; begun = time.process_time(); import numpy; print(time.process_time() - begun)"
+
+
+def latency() -> dict[str, float]:
+    """Measure the latency of the app's sheet endpoints, from JSON to JSON."""
+    return {found.name.removeprefix("page_"): found.value for found in page_measures()}
+
+
+def causes() -> dict[str, float]:
+    """Compare the causes of misses that are found with the true ones of simulated evenings."""
+    values: dict[str, float] = {}
+    for name, sigma in (("well", club_study.WELL_KNOWN), ("less", club_study.KNOWN)):
+        found = club_study.causes_found(EVENINGS, sigma)
+        values |= {
+            f"{name}_right": 100 * found.right.mean(),
+            f"{name}_right_far": 100 * found.right[found.far].mean(),
+            f"{name}_held": club_study.share_held(found.held),
+            f"{name}_ice_cm": 100 * found.typical("ice"),
+        }
+    return values
+
+
+def athletes() -> dict[str, float]:
+    """Compare the estimated bias and spread of athletes with the true ones."""
+    found = club_study.athletes_found(EVENINGS)
+    return {
+        "bias_held": 100 * float(np.mean(found.held["bias"])),
+        "spread_held": 100 * float(np.mean(found.held["spread"])),
+        "spread_ratio": float(np.exp(np.log(found.ratio).mean())),
+    }
+
+
+def stones() -> dict[str, float]:
+    """Compare the estimated friction and curl of stones with the true ones."""
+    found = club_study.stones_found(EVENINGS)
+    return {
+        "ordered": 100 * float(np.mean(found.ordered)),
+        "friction_held": 100 * float(np.mean(found.held["friction"])),
+        "curl_held": 100 * float(np.mean(found.held["curl"])),
+    }
+
+
+def size() -> dict[str, float]:
+    """Measure the size of an installation on disk, without compiled bytecode [MB]."""
+    rows = inventory.inventory()
+    asked = release_pages.PROJECT["optional-dependencies"]
+    core = release_pages.closure(rows, release_pages.PROJECT["dependencies"])
+    own = 1e-6 * sum((artefacts.ROOT / name).stat().st_size for name in artefacts.tracked_files())
+    extras = {name: release_pages.closure(rows, asked[name]) - core for name in EXTRAS}
+    return {
+        "own_mb": own,
+        "core_mb": own + _megabytes(rows, core),
+        **{f"{name}_mb": _megabytes(rows, added) for name, added in extras.items()},
+        "all_mb": own + _megabytes(rows, {release_pages.key(row) for row in rows}),
+    }
+
+
+def _megabytes(rows: Iterable[dict[str, Any]], names: set[str]) -> float:
+    return 1e-6 * sum(row["size"] for row in rows if release_pages.key(row) in names)
+
+
+def import_of_package() -> dict[str, float]:
+    """Compare the time to import the package with that to import NumPy alone."""
+    program = [sys.executable, "-c", NUMPY]
+    numpy_alone = 1e3 * min(float(subprocess.check_output(program)) for _ in range(3))
+    package = import_time()
+    return {"ms": package, "over_numpy": package / numpy_alone}
+
+
+def first_map() -> dict[str, float]:
+    """Measure the time from the clone to a first map, by the commands of docs/start.md."""
+    with TemporaryDirectory() as folder:
+        spent = [block.seconds for block in newcomer.run_page(Path(folder) / "newcomer")]
+    return {"demo_min": spent[0] / 60, "map_s": sum(spent[1:])}
+
+
+def tests() -> dict[str, float]:
+    """Measure the time that all tests take on two cores [min]."""
+    return {"minutes": tests_run("tests") / 60}
+
+
+def tests_run(folder: str) -> float:
+    """Run the tests of a folder on two cores, and return the time by the clock [s].
+
+    Raises
+    ------
+    CalledProcessError : a test failed
+    """
+    words = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", folder]
+    begun = time.monotonic()
+    subprocess.run(words, cwd=artefacts.ROOT, check=True, stdout=sys.stderr)
+    return time.monotonic() - begun
+
+
+def faults_noticed() -> dict[str, float]:
+    """Measure the share of small faults in the code that the tests notice [%]."""
+    return noticed(MUTANTS, list(mutation.AREAS), ["tests"])
+
+
+def noticed(mutants: int, areas: list[str], folders: list[str]) -> dict[str, float]:
+    """Return the share of drawn mutants that the tests of some folders notice [%].
+
+    Parameters
+    ----------
+    mutants : number of mutants
+    areas : areas of the code
+    folders : folders of the tests
+    """
+    root = artefacts.ROOT
+    drawn = mutation.draw(root, mutants, MUTANTS_SEED, areas)
+    with TemporaryDirectory() as out:
+        judged = mutation.judge_all(root, Path(out), drawn, tests=folders)
+    found: dict[str, Flags] = {
+        area: np.array([m.verdict != "survived" for m in judged if area in (m.area, "all")])
+        for area in (*areas, "all")
+    }
+    return {area: 100 * float(flags.mean()) for area, flags in found.items()}
+
+
+def site() -> dict[str, float]:
+    """Build the site with every warning as an error, and measure its size.
+
+    Raises
+    ------
+    RuntimeError : the site has warnings
+    """
+    with TemporaryDirectory() as kept, contextlib.redirect_stdout(sys.stderr):
+        folder = Path(kept) / "site"
+        if build(folder, Path(kept)):
+            raise RuntimeError("the site has warnings")
+        files = [path for path in folder.rglob("*") if path.is_file()]
+        return {
+            "pages": sum(path.suffix == ".html" for path in files),
+            "mb": 1e-6 * sum(path.stat().st_size for path in files),
+        }

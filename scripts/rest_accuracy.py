@@ -1,0 +1,117 @@
+"""Compare the rests of lone stones with a fine reference, on ices that vary in every respect.
+
+    python scripts/rest_accuracy.py              rests beside the stored reference
+    python scripts/rest_accuracy.py --integrate  the stored reference beside a new integration
+    python scripts/rest_accuracy.py --write      store a new reference
+
+The reference integrates the law in Runge-Kutta steps of 0.1 ms, cut at every line of the map
+(`tests/curling_env/physics/conftest.py`). Its rests are stored, so that they also hold an
+implementation that replaces the law itself. Ices have friction that varies by up to a tenth from
+cell to cell or over 1 m, patches, slopes, sweeping and drift; or they are presets.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+from collections.abc import Iterator
+from importlib.util import module_from_spec, spec_from_file_location
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from tqdm import tqdm
+
+from curling_env import Ice, Release, load_ice
+from curling_env.physics import FINE_TOLERANCE, NO_BOUNDS, QUICK_TOLERANCE, slide
+from curling_env.typing import Floats
+
+ROOT = Path(__file__).parents[1]
+REFERENCE = ROOT / "tests" / "curling_env" / "physics" / "conftest.py"
+STORED = Path(__file__).parent / "measures" / "rests.json"
+ROUGH_ICES = 300
+"""Number of ices that are drawn at random, with a throw on each."""
+PRESETS = ("standard", "fitted", "club", "fcv1", "paper")
+THROWS_ON_PRESET = 12
+DIGITS = 8
+"""Decimal places of a stored rest: 10 nm, 10 nrad, 10 ns."""
+
+
+def reference() -> Any:
+    """Return the module with the fine reference and the distributions of ices and throws."""
+    spec = spec_from_file_location("physics_reference", REFERENCE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def throws(module: Any) -> Iterator[tuple[Ice, Release]]:
+    """Yield every ice with its release, the same in each call."""
+    for seed in range(ROUGH_ICES):
+        rng = np.random.default_rng([20, seed])
+        yield module._draw_ice(rng), module._draw_release(rng)
+    for k, name in enumerate(PRESETS):
+        rng = np.random.default_rng([21, k])
+        ice = load_ice(name)
+        for _ in range(THROWS_ON_PRESET):
+            yield ice, module._draw_release(rng)
+
+
+def integrated() -> Floats:
+    """Return the rests by the fine reference: x, y [m], heading [rad], time [s]; (n, 4)."""
+    module = reference()
+    rows: list[list[float]] = []
+    for ice, release in tqdm([*throws(module)], unit="throw", disable=None):
+        rest = module._slide_finely(ice, release, NO_BOUNDS)
+        assert rest.rests
+        rows.append([rest.x, rest.y, rest.theta, rest.time])
+    return np.array(rows)
+
+
+def simulated(tolerance: float) -> Floats:
+    """Return the rests by `slide` at a tolerance [m], in the same form as `integrated`."""
+    rows: list[list[float]] = []
+    for ice, release in throws(reference()):
+        path = slide(ice, release, bounds=NO_BOUNDS, tolerance=tolerance)
+        rows.append([path.x, path.y, path.theta, path.time])
+    return np.array(rows)
+
+
+def stored() -> Floats:
+    """Return the stored rests of the reference, in the same form as `integrated`."""
+    return np.array(json.loads(STORED.read_text(encoding="utf-8")))
+
+
+def differences(rests: Floats, expected: Floats) -> dict[str, Floats]:
+    """Return the distances [mm], turns [degrees] and times [ms] between rests, (n,) each."""
+    apart = np.abs(rests - expected)
+    return {
+        "mm": 1e3 * np.hypot(apart[:, 0], apart[:, 1]),
+        "degrees": np.degrees(apart[:, 2]),
+        "ms": 1e3 * apart[:, 3],
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    parser.add_argument("--integrate", action="store_true")
+    parser.add_argument("--write", action="store_true")
+    chosen = parser.parse_args()
+    if chosen.write:
+        rows = [json.dumps(row) for row in integrated().round(DIGITS).tolist()]
+        STORED.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")
+        return
+    if chosen.integrate:
+        found = {"reference": integrated()}
+    else:
+        tolerances = {"quick": QUICK_TOLERANCE, "fine": FINE_TOLERANCE}
+        found = {name: simulated(tolerance) for name, tolerance in tolerances.items()}
+    for name, rests in found.items():
+        for unit, off in differences(rests, stored()).items():
+            print(f"{name:10} median {np.median(off):.3g}, largest {off.max():.3g} {unit}")
+
+
+if __name__ == "__main__":
+    main()
