@@ -17,6 +17,7 @@ from friction_estimation.discovery import (
     refit,
 )
 from friction_estimation.discovery.evidence.significance import (
+    _correlations,
     add_effects_between_throws,
     own_values,
     throw_covariates,
@@ -33,6 +34,21 @@ def fitted_to(make_session):
         return fit_with_noise(base_model(None, session), session)
 
     return make
+
+
+def test_correlations_are_pearsons(rng):
+    columns = rng.normal(size=(12, 3))
+    columns = (columns - columns.mean(axis=0)) / columns.std(axis=0)
+    values = rng.normal(size=(5, 12)) + 7.0
+    expected = [[abs(np.corrcoef(v, c)[0, 1]) for c in columns.T] for v in values]
+    assert _correlations(columns, values) == pytest.approx(np.array(expected))
+
+
+def test_weights_count_a_throw_as_often_as_they_say(rng):
+    columns, values = rng.normal(size=(6, 2)), rng.normal(size=6)
+    times = np.array([1, 3, 0, 2, 1, 4])
+    repeated = _correlations(np.repeat(columns, times, axis=0), np.repeat(values, times))
+    assert _correlations(columns, values, times.astype(float)) == pytest.approx(repeated)
 
 
 def test_the_curl_of_each_throw_is_told_with_its_error(fitted_to):
