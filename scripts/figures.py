@@ -214,8 +214,9 @@ def compare(
 
 
 def shown(value: float) -> str:
-    """A number as the page and the terminal show it: four digits at most, none lost in integers."""
-    return f"{value:.0f}" if value == round(value) else f"{value:.4g}"
+    """Format a number with four digits, and whole from a thousand on."""
+    whole = value == round(value) or abs(value) >= 1000
+    return f"{value:.0f}" if whole else f"{value:.4g}"
 
 
 INTRODUCTION = """\
