@@ -67,7 +67,7 @@ class Figure(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     alone: bool = False
     """Whether nothing else may run beside the command, because it times something."""
     needs: str = ""
-    """What the command needs that the repository does not hold; empty if nothing."""
+    """Path, from the root, that the command needs and the repository does not hold."""
     date: str
     commit: str
 
@@ -331,7 +331,7 @@ def check(
 
 
 def _missing(needs: str) -> bool:
-    """Whether something that a command needs is not here; a path is looked for, a name is not."""
+    """Return whether a path that a command needs does not exist."""
     return bool(needs) and not (ROOT / needs).exists()
 
 

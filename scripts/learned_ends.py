@@ -59,10 +59,10 @@ def games(player: str | Path, count: int = 60) -> dict[str, float]:
     count : number of games
     """
     words = ["tournament", str(player), "greedy", "--ends", "2", "--seed", "11", "--json"]
-    told = subprocess.check_output(
+    printed = subprocess.check_output(
         [sys.executable, "-m", "curling", *words, "--games", str(count)], cwd=ROOT
     )
-    standings = {standing["name"]: standing for standing in json.loads(told)["standings"]}
+    standings = {standing["name"]: standing for standing in json.loads(printed)["standings"]}
     other = standings["greedy"]
     return {
         "won": 100 * (1 - other["share"]),

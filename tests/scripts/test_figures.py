@@ -94,8 +94,16 @@ def test_what_needs_missing_files_is_skipped_and_reported(project, capsys):
     project(needs="films")
     with pytest.raises(figures.FigureError, match="no figure matches"):
         check()
+    rows = json.loads(figures.FIGURES.read_text())
+    rows[1] |= {"command": rows[1]["command"] + " again", "needs": ""}
+    figures.FIGURES.write_text(json.dumps(rows))
+    assert check() == 0
+    said = capsys.readouterr().out
+    assert "not measured: figures that need films" in said
+    assert "1 figures: 1 same" in said
     (figures.ROOT / "films").mkdir()
     assert check() == 0
+    assert "2 figures: 2 same" in capsys.readouterr().out
 
 
 def test_new_values_are_written_with_their_commit_and_the_page(project, capsys):
