@@ -13,7 +13,6 @@ from agents.closed_loop import (
     draw_practice,
     filming,
     find_areas,
-    find_missing_effect,
     patchy_ice,
     run_demo,
 )
@@ -105,26 +104,6 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
     assert len(areas) >= 3
     for area in areas:
         assert true[area.cells].mean() == pytest.approx(area.difference, abs=0.02)
-
-
-def test_a_hidden_curl_is_named_and_the_draw_lands(tmp_path: Path, as_filmed) -> None:
-    target = np.array([0.0, TEE_Y])
-    # Of this practice, the given effects fitted without the curl end where no step leads on.
-    truth = patchy_ice(np.random.default_rng(9))
-    releases = draw_practice(8, np.random.default_rng(10))
-    paths = [slide(truth, r, fps=5, throw=k).trajectory for k, r in enumerate(releases)]
-    law = load_ice("standard")
-    without_curl = replace(
-        law, stone=truth.stone, effects=tuple(e for e in law.effects if e.name != "curl")
-    )
-    missing, named = find_missing_effect(
-        tmp_path / "discovery", truth, as_filmed(paths, 11), without_curl, target, seed=3
-    )
-    assert named == ["curl"]
-    assert missing.other_miss > 0.5
-    assert missing.miss < 0.25
-    for name in ("report.json", "report.html", "ice.json"):
-        assert (tmp_path / "discovery" / name).stat().st_size > 100
 
 
 @pytest.mark.slow

@@ -164,19 +164,6 @@ def test_a_small_stone_without_a_handle_gets_none():
     assert not learn_appearance(crops, MODEL, 1.5, doubted=False).has_handle
 
 
-def test_what_noisy_pictures_leave_open_of_a_shape_is_in_the_error():
-    """Stones that cannot be turned over were taken for such that can, two to five errors off."""
-    ratios = []
-    for seed in (1, 2, 3):
-        crops, poses = painted(seed, focal_px=1500.0, position=BEHIND, noise=6.0)
-        doubt = learn_appearance(crops, MODEL, 6.0).doubt
-        assert doubt is not None
-        assert len(doubt.places) == len(poses)
-        off = doubt.places + doubt.shift - poses[:, :2]
-        ratios.append(np.sqrt(np.mean(off[:, 1] ** 2 / doubt.sigma[:, 1] ** 2)))
-    assert np.sqrt(np.mean(np.square(ratios))) < 1.5
-
-
 @pytest.mark.parametrize("model", [CHAMFERED, REVERSIBLE_STONE], ids=["chamfered", "reversible"])
 def test_the_pictures_are_placed_by_the_look_that_is_returned(model):
     """Poses were left where the other kind of stone had them, and whole films were refused."""
