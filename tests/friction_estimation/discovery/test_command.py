@@ -12,14 +12,21 @@ from friction_estimation.discovery import can_write_posterior
 from .conftest import effect
 
 
-def test_report_ice_and_page(curling, make_session, tmp_path, must_fit):
-    hidden = effect("curl", strength=0.006)
-    write_tracks(tmp_path / "tracks.csv", make_session([hidden]))
-    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
-    assert result.status == 0, result.err
-    report = json.loads((tmp_path / "found" / "report.json").read_text())
-    must_fit(tmp_path / "found" / "report.json", "report-1")
-    must_fit(tmp_path / "found" / "ice.json", "ice-1")
+@pytest.fixture
+def twice(curling, make_session, tmp_path):
+    """Two folders of results from the same tracks with the same seed, and what was printed."""
+    write_tracks(tmp_path / "tracks.csv", make_session([effect("curl", strength=0.006)], throws=9))
+    for folder in ("one", "two"):
+        result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / folder, "--seed", 5)
+        assert result.status == 0, result.err
+    return tmp_path / "one", tmp_path / "two", result.json()
+
+
+def test_report_ice_and_page(twice, must_fit, request):
+    found, again, printed = twice
+    report = json.loads((found / "report.json").read_text())
+    must_fit(found / "report.json", "report-1")
+    must_fit(found / "ice.json", "ice-1")
     (curl,) = report["effects"]
     assert curl["name"] == "curl"
     assert curl["kind"] == "physics"
@@ -28,7 +35,7 @@ def test_report_ice_and_page(curling, make_session, tmp_path, must_fit):
     for when in ("before", "after", "noise_floor"):
         assert set(report["gap"][when]) == {"path_rms_m", "rest_error_m"}
     assert report["gap"]["held_out_throws"]
-    assert result.json()["verdict"] == report["verdict"]
+    assert printed["verdict"] == report["verdict"]
     best, *others = report["models"]
     assert best["name"].startswith("named")
     assert set(best) == {"name", "elpd", "se", "difference", "difference_se"}
@@ -38,16 +45,39 @@ def test_report_ice_and_page(curling, make_session, tmp_path, must_fit):
     assert len(report["next_throws"]) == 3
     assert report["next_throws"][0]["words"] in report["verdict"]
     assert {"curl", "friction"} == set(report["next_throws"][0]["teaches"])
-    assert result.json()["next_throws"] == report["next_throws"]
+    assert printed["next_throws"] == report["next_throws"]
     assert len(report["loo_pit"]["along"]) == len(report["loo_pit"]["throws"]) > 8
-    assert load_ice(tmp_path / "found" / "ice.json").effect("curl") is not None
-    assert not load_ice(tmp_path / "found" / "baseline.json").effects
-    page = (tmp_path / "found" / "report.html").read_text()
-    assert report["verdict"] in page
-    assert "curl of a draw" in page
-    assert "hog to hog" in page
-    assert "http://" not in page
-    assert "https://" not in page
+    assert load_ice(found / "ice.json").effect("curl") is not None
+    assert not load_ice(found / "baseline.json").effects
+    text = (found / "report.html").read_text()
+    assert report["verdict"] in text
+    assert "curl of a draw" in text
+    assert "hog to hog" in text
+    assert "http://" not in text
+    assert "https://" not in text
+    posterior = ["posterior.nc"] if can_write_posterior() else []
+    for name in ("report.json", "ice.json", "baseline.json", "report.html", *posterior):
+        content = (found / name).read_bytes()
+        assert content == (again / name).read_bytes(), name
+        assert str(found.parent).encode() not in content
+    origin = report["provenance"]
+    assert origin["command"] == "curling discover tracks.csv --seed 5"
+    assert origin["seed"] == 5
+    assert [entry["file"] for entry in origin["inputs"]] == ["tracks.csv"]
+    assert load_ice(found / "ice.json").provenance == origin
+    assert origin["inputs"][0]["sha256"] in text
+    page = request.getfixturevalue("page")  # without a browser, the rest has been tested
+    page.goto((found / "report.html").as_uri())
+    assert page.inner_text("h1") == printed["verdict"]
+    widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
+    assert len(widths) == 5  # the gap, the draw, where curl shows, the forecasts, their check
+    assert min(widths) > 300
+    assert all(page.evaluate("[...document.images].map(image => image.alt)"))
+    draw = page.locator("figcaption").nth(1).inner_text()
+    assert "to the left" in draw
+    for width in (1280, 390):
+        page.set_viewport_size({"width": width, "height": 800})
+        assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
@@ -70,40 +100,6 @@ def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
         in (tmp_path / "found" / "report.html").read_text()
     )
     assert result.json()["verdict"] == report["verdict"]
-
-
-def test_results_say_where_they_come_from_and_not_where_they_lie(curling, make_session, tmp_path):
-    write_tracks(tmp_path / "tracks.csv", make_session(throws=8))
-    posterior = ["posterior.nc"] if can_write_posterior() else []
-    for folder in ("one", "two"):
-        result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / folder, "--seed", 5)
-        assert result.status == 0, result.err
-    for name in ("report.json", "ice.json", "baseline.json", "report.html", *posterior):
-        first, second = ((tmp_path / folder / name).read_bytes() for folder in ("one", "two"))
-        assert first == second, name
-        assert str(tmp_path).encode() not in first
-    origin = json.loads((tmp_path / "one" / "report.json").read_text())["provenance"]
-    assert origin["command"] == "curling discover tracks.csv --seed 5"
-    assert origin["seed"] == 5
-    assert [entry["file"] for entry in origin["inputs"]] == ["tracks.csv"]
-    assert load_ice(tmp_path / "one" / "ice.json").provenance == origin
-    assert origin["inputs"][0]["sha256"] in (tmp_path / "one" / "report.html").read_text()
-
-
-def test_the_page_in_a_browser(curling, make_session, page, tmp_path):
-    write_tracks(tmp_path / "tracks.csv", make_session([effect("curl", strength=0.006)], throws=8))
-    result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
-    page.goto((tmp_path / "found" / "report.html").as_uri())
-    assert page.inner_text("h1") == result.json()["verdict"]
-    widths = page.evaluate("[...document.images].map(image => image.naturalWidth)")
-    assert len(widths) == 5  # the gap, the draw, where curl shows, the forecasts, their check
-    assert min(widths) > 300
-    assert all(page.evaluate("[...document.images].map(image => image.alt)"))
-    draw = page.locator("figcaption").nth(1).inner_text()
-    assert "to the left" in draw
-    for width in (1280, 390):
-        page.set_viewport_size({"width": width, "height": 800})
-        assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
 def test_what_cannot_be_read_is_one_line(curling, tmp_path):

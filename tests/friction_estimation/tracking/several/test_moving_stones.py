@@ -152,31 +152,3 @@ def test_no_other_stones_are_found_where_there_are_none(tmp_path):
     assert found.others == ()
     assert found.unexplained == ()
     assert errors(found.trajectory, truth[0]).max() < 0.06
-
-
-@pytest.mark.slow
-def test_stones_that_overlap_in_a_low_view_are_told_apart(tmp_path):
-    """One is passed, and three are a dark blob; the first of these is hit, and the others stay."""
-    stones = [
-        (0.40, -8.2, 0.3, 1),
-        (-0.10, -6.0, 2.3, 1),
-        (0.12, -5.6, 4.2, 2),
-        (0.0, -4.7, 1.0, 1),
-    ]
-    film, scene, truth, moments = filmed(
-        tmp_path, "end", (1120, 630), Throw(speed=2.2, spin=2.0), stones, fps=9.0
-    )
-    found = track_film(film, scene)
-    thrown, passed, struck, *behind = found.trajectories
-    assert found.contacts == pytest.approx(moments, abs=0.04)
-    assert len(thrown) > 0.95 * len(truth[0])
-    assert errors(thrown, truth[0]).max() < 0.04
-    assert errors(struck, truth[1]).max() < 0.06
-    places = [stones[0], *stones[2:]]
-    for track, (x, y, *_) in zip([passed, *behind], places, strict=True):
-        assert len(track) == 2
-        assert np.hypot(*(track.xy - [x, y]).T).max() < 0.04
-    turned = struck.theta - np.interp(struck.t, truth[1].t, truth[1].theta)
-    known = np.isfinite(turned)
-    assert known.mean() > 0.9
-    assert np.sqrt(np.mean(np.angle(np.exp(1j * turned[known])) ** 2)) < 0.4
