@@ -13,8 +13,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from curling_env.physics import State, law_terms, mu_of_map, quintic
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.law import law_terms, mu_of_map
 from curling_env.physics.motion import (
     CLOCK,
     HEADING,
@@ -26,8 +26,6 @@ from curling_env.physics.motion import (
     SWEPT,
     T,
 )
-from curling_env.physics.one_stone.map_path import quintic
-from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 

@@ -21,7 +21,7 @@ event.register("numba:run_pass", passes)
 from curling_env.ice import load_ice
 from curling_env.physics import Engine, StoneState, play_batch, slide, throw_batch
 from curling_env.physics.compiled import CACHE_FOLDER
-from curling_env.physics.one_stone.integrate import integrate
+from curling_env.physics.integrator import integrate
 from curling_env.throw import Throw
 ice, release = load_ice("standard"), Throw(speed=2.6, spin=1.0).release()
 def files():

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.physics.compiled import inlined, part
+from curling_env.physics.compiled import compiled, inlined, part
 from curling_env.physics.law import Law, patch_of
 from curling_env.physics.state import Node, State
 
@@ -301,3 +301,39 @@ def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
         h,
         tau / h,
     )
+
+
+@compiled
+def sample_path(
+    path: Any, length: int, dt: float, first: int, until: float, probe: Any, rows: Any
+) -> int:
+    """Fill in x, y and heading of a path at the times k·dt, from k = first up to a time.
+
+    Parameters
+    ----------
+    path : (m, NODE_SIZE), of which `length` nodes are given
+    until : last time [s]; beyond its end the path stays where it ended
+    probe : (6,) work array
+    rows : (samples, 3) filled in
+
+    Returns
+    -------
+    the number k of the first sample after `until`
+    """
+    node = 0
+    k = first
+    while k < rows.shape[0] and k * dt <= until:
+        t = k * dt
+        while node < length - 2 and path[node + 1, Node.T] <= t:
+            node += 1
+        if t < path[length - 1, Node.T]:
+            between_nodes(path, node, max(t - path[node, Node.T], 0.0), probe)
+            rows[k, 0] = probe[State.X]
+            rows[k, 1] = probe[State.Y]
+            rows[k, 2] = probe[State.THETA]
+        else:
+            rows[k, 0] = path[length - 1, Node.X]
+            rows[k, 1] = path[length - 1, Node.Y]
+            rows[k, 2] = path[length - 1, Node.THETA]
+        k += 1
+    return k

@@ -18,9 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.compiled import inlined, part
-from curling_env.physics.law import Law
-from curling_env.physics.many_stones.contacts import (
+from curling_env.physics.compiled import compiled, inlined, part
+from curling_env.physics.contacts import (
     GONE,
     ContactLaw,
     Contacts,
@@ -31,19 +30,24 @@ from curling_env.physics.many_stones.contacts import (
     set_apart,
     solve_contacts,
 )
-from curling_env.physics.many_stones.tuning import (
-    APPROACH,
-    CONTACT_GAP,
-    MAX_COLLISIONS,
-)
+from curling_env.physics.integrator import Delivery, SlideEnd, append_state, integrate
+from curling_env.physics.law import Law
+from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, STONE
-from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
-from curling_env.physics.one_stone.slide_table import slide_from_table
-from curling_env.physics.one_stone.step import Workspace, new_workspace
-from curling_env.physics.one_stone.surroundings import Limits, free_time, greatest_acceleration
-from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, StepControl, step_control
 from curling_env.physics.state import NODE_SIZE, Node, State
-from curling_env.physics.tuning import CREEP, CREEP_TIME, MAX_ROUNDS
+from curling_env.physics.step import Workspace, new_workspace
+from curling_env.physics.surroundings import Limits, free_time, greatest_acceleration
+from curling_env.physics.tuning import (
+    APPROACH,
+    CREEP,
+    CREEP_TIME,
+    MAX_COLLISIONS,
+    MAX_ROUNDS,
+    MEETING_GAP,
+    QUICK_TOLERANCE,
+    StepControl,
+    step_control,
+)
 from curling_env.typing import Floats, Integers
 
 REST, MOVING = 0, 1
@@ -62,8 +66,8 @@ class PlayWorkspace(NamedTuple):
     paths : (n, nodes, NODE_SIZE) of the moving stones
     lengths : (n,) number of nodes of each path; 0 for one that is not known
     ends : (n,) `SlideEnd` of each path
+    finished : (n,) times at which stones came to rest or left play [s]; 0 for one that never moved
     motion : (MOTION_SIZE,)
-    sampling : without samples
     work : of one slide
     approach : of the delivered stone among others up to its first contact, which is finer
     """
@@ -75,8 +79,8 @@ class PlayWorkspace(NamedTuple):
     paths: Floats
     lengths: Integers
     ends: Integers
+    finished: Floats
     motion: Floats
-    sampling: Sampling
     work: Workspace
     approach: Workspace
 
@@ -94,8 +98,8 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
         paths=np.zeros((stones, nodes, NODE_SIZE)),
         lengths=np.zeros(stones, dtype=np.int64),
         ends=np.zeros(stones, dtype=np.int64),
+        finished=np.zeros(stones),
         motion=np.zeros(MOTION_SIZE),
-        sampling=Sampling(1.0, np.zeros((0, 4))),
         work=work,
         approach=work._replace(control=_approach_control(tolerance)),
     )
@@ -168,10 +172,10 @@ def _meeting_time(
         gap = math.sqrt(dx * dx + dy * dy) - reach
         closing = -(dx * dvx + dy * dvy) / (gap + reach)
         least = 0.0
-        if gap < CONTACT_GAP:
+        if gap < MEETING_GAP:
             if collides(gap, closing):
                 return t
-            gap = CONTACT_GAP
+            gap = MEETING_GAP
             least = CREEP_TIME if closing > -CREEP else 0.0
         t += max(least, free_time(gap, closing, most))
     return np.inf
@@ -200,14 +204,177 @@ def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
     return MOVING
 
 
+@part
+def advance(
+    law: Law,
+    reach: float,
+    position: PlayWorkspace,
+    count: int,
+    identity: Any,
+    delivery: Delivery,
+    bounds: Any,
+    start: float,
+    work: Workspace,
+    traced: bool,
+) -> Any:
+    """Let stones slide until two of them touch, or all are at rest or out of play.
+
+    Each moving stone has a path of its own, as if alone among the resting ones. A path that
+    nothing has disturbed since the last contact goes on.
+
+    Parameters
+    ----------
+    law : the ice
+    reach : distance between two centres in contact [m]
+    position, count, identity, delivery, bounds : as in `play`
+    start : time since release [s]
+    work : of the slides
+    traced : whether the path of a stone that moves alone is kept as well
+
+    Returns
+    -------
+    pause : CONTACT, REST, or NEVER_STOPS
+    t : time of the pause [s]
+    """
+    paths, lengths, ends = position.paths, position.lengths, position.ends
+    stones, status = position.stones, position.status
+    resting = 0
+    moving = 0
+    for s in range(count):
+        if status[s] == REST:
+            position.resting[resting, 0] = stones[s, State.X]
+            position.resting[resting, 1] = stones[s, State.Y]
+            resting += 1
+        elif status[s] == MOVING:
+            moving += 1
+    if moving == 0:
+        return SlideEnd.REST, start
+    limits = Limits(bounds, position.resting[:resting], reach)
+    until = np.inf
+    latest = start
+    thrown = count - 1
+    for s in range(count):
+        if status[s] != MOVING:
+            continue
+        if lengths[s] > 0:
+            latest = max(latest, paths[s, lengths[s] - 1, Node.T])
+            continue
+        for c in range(6):
+            work.states[2, c] = stones[s, c]
+        position.motion[STONE] = identity[s]
+        sweep_start = delivery.sweep_start if s == thrown else 0.0
+        sweep_end = delivery.sweep_end if s == thrown else 0.0
+        own = Delivery(delivery.clock, sweep_start, sweep_end)
+        path = paths[s] if moving > 1 or traced else paths[s, :0]
+        end, at, length = integrate(law, position.motion, own, limits, path, start, work)
+        if end == SlideEnd.NEVER_STOPS or length > paths.shape[1]:
+            return SlideEnd.NEVER_STOPS, at
+        if length == 0:
+            append_state(paths[s], 0, work.states[2], at, (0.0, 0.0, 0.0))
+            length = 1
+        ends[s] = end
+        lengths[s] = length
+        latest = max(latest, at)
+        if end == SlideEnd.CONTACT:
+            until = min(until, at)
+    if moving > 1:
+        for a in range(count):
+            for b in range(a + 1, count):
+                if status[a] == MOVING and status[b] == MOVING:
+                    met = _meeting_time(paths, lengths, ends, a, b, reach, (start, until))
+                    until = min(until, met)
+    t = min(until, latest)
+    for s in range(count):
+        if status[s] == MOVING:
+            n = lengths[s]
+            status[s] = _advance(stones[s], paths[s], n, ends[s], t)
+            if status[s] != MOVING:
+                position.finished[s] = paths[s, n - 1, Node.T]
+    return (SlideEnd.REST if until == np.inf else SlideEnd.CONTACT), t
+
+
+@part
+def _go_on(position: PlayWorkspace, count: int) -> None:
+    """Note after contacts which stones move, and which paths do not go on as they were.
+
+    The path of a stone that nothing pushes goes on, unless what it would meet is other now.
+    """
+    status, stones, finished = position.status, position.stones, position.finished
+    rested = False
+    for s in range(count):
+        rested = rested or (status[s] == REST and position.lengths[s] > 0)
+    for s in range(count):
+        if rested or position.ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
+            position.lengths[s] = 0
+        moves = (
+            stones[s, State.VX] != 0.0
+            or stones[s, State.VY] != 0.0
+            or stones[s, State.OMEGA] != 0.0
+        )
+        if status[s] == REST and moves:
+            status[s] = MOVING
+            finished[s] = 0.0
+
+
+@compiled
+def go_on(position: PlayWorkspace) -> None:
+    """Note after contacts which stones move, and which paths do not go on as they were."""
+    _go_on(position, position.stones.shape[0])
+
+
+@compiled
+def advance_and_sample(
+    law: Law,
+    reach: float,
+    position: PlayWorkspace,
+    identity: Any,
+    delivery: Delivery,
+    bounds: Any,
+    start: float,
+    work: Workspace,
+    dt: float,
+    count: int,
+    samples: Any,
+) -> Any:
+    """What `advance` does with all stones of a position, and samples of their paths.
+
+    Parameters
+    ----------
+    law, reach, position, identity, delivery, bounds, start, work : as in `advance`
+    dt : time between samples [s]
+    count : number of samples that are filled in already
+    samples : (stones, m, 3) filled in with x, y and heading at the times k·dt; m = 0 for none
+
+    Returns
+    -------
+    pause, t : as in `advance`
+    count : number of samples that are filled in
+    """
+    stones = position.stones
+    n = stones.shape[0]
+    traced = samples.shape[1] > 0
+    pause, t = advance(law, reach, position, n, identity, delivery, bounds, start, work, traced)
+    first = count
+    while count < samples.shape[1] and count * dt <= t:
+        for s in range(n):
+            samples[s, count, 0] = stones[s, State.X]
+            samples[s, count, 1] = stones[s, State.Y]
+            samples[s, count, 2] = stones[s, State.THETA]
+        count += 1
+    for s in range(n):
+        length = position.lengths[s]
+        if length > 0 and traced:
+            sample_path(position.paths[s], length, dt, first, t, work.probe, samples[s])
+    return pause, t, count
+
+
 @inlined
-def _resolve(
-    contact: ContactLaw, stones: Any, status: Any, contacts: Contacts, lengths: Any
-) -> int:
+def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
     """Solve the contacts of touching stones until none closes; returns how many pushed."""
+    stones, contacts, lengths = position.stones, position.contacts, position.lengths
     pushes = 0
     for _ in range(MAX_ROUNDS):
-        count = find_contacts(contact, stones, status, contacts)
+        count = find_contacts(contact, stones, position.status, contacts)
         if count == 0:
             break
         pushes += solve_contacts(contact, stones, contacts, count)
@@ -217,14 +384,6 @@ def _resolve(
             if contacts.table[row, Entry.PUSH] > 0.0:
                 lengths[contacts.pairs[row, 0]] = 0
                 lengths[contacts.pairs[row, 1]] = 0
-    for s in range(stones.shape[0]):
-        moves = (
-            stones[s, State.VX] != 0.0
-            or stones[s, State.VY] != 0.0
-            or stones[s, State.OMEGA] != 0.0
-        )
-        if status[s] == REST and moves:
-            status[s] = MOVING
     return pushes
 
 
@@ -237,7 +396,6 @@ def play(
     identity: Any,
     delivery: Delivery,
     bounds: Any,
-    slides: Any,
 ) -> Any:
     """Let a throw among other stones run until all are at rest.
 
@@ -250,7 +408,6 @@ def play(
     identity : (count,) identifiers of the stones, for effects that depend on them
     delivery : clock, and sweep of the thrown stone
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]; a stone beyond is out of play
-    slides : the table of slides, see `slide_table`; None to follow each step by step
 
     Returns
     -------
@@ -260,85 +417,20 @@ def play(
     t = 0.0
     collisions = 0
     work = position.work
-    paths, lengths, ends = position.paths, position.lengths, position.ends
     for s in range(count):
         position.lengths[s] = 0
+        position.finished[s] = 0.0
         if position.status[s] == REST:
             work = position.approach
-    thrown = count - 1
-    while True:
-        resting = 0
-        moving = 0
-        for s in range(count):
-            if position.status[s] == REST:
-                position.resting[resting, 0] = position.stones[s, State.X]
-                position.resting[resting, 1] = position.stones[s, State.Y]
-                resting += 1
-            elif position.status[s] == MOVING:
-                moving += 1
-        if moving == 0:
-            return t, collisions
-        limits = Limits(bounds, position.resting[:resting], contact.reach)
-        until = np.inf
-        latest = t
-        for s in range(count):
-            if position.status[s] != MOVING:
-                continue
-            if position.lengths[s] > 0:
-                latest = max(latest, position.paths[s, position.lengths[s] - 1, Node.T])
-                continue
-            for c in range(6):
-                position.work.states[2, c] = position.stones[s, c]
-            position.motion[STONE] = identity[s]
-            sweep_start = delivery.sweep_start if s == thrown else 0.0
-            sweep_end = delivery.sweep_end if s == thrown else 0.0
-            own = Delivery(delivery.clock, sweep_start, sweep_end)
-            # Where only one stone moves, its path is not needed.
-            path = position.paths[s] if moving > 1 else position.paths[s, :0]
-            if slides is None:
-                end, at, _, length = integrate(
-                    law, position.motion, own, limits, position.sampling, path, t, work
-                )
-            else:
-                end, at, _, length = slide_from_table(
-                    slides, law, position.motion, own, limits, position.sampling, path, t, work
-                )
-            if end == SlideEnd.NEVER_STOPS or length > position.paths.shape[1]:
-                return at, MAX_COLLISIONS + 1
-            if length == 0:
-                position.paths[s, 0, Node.T] = at
-                for c in range(6):
-                    position.paths[s, 0, Node.X + c] = position.work.states[2, c]
-                for c in (Node.AX, Node.AY, Node.ALPHA):
-                    position.paths[s, 0, c] = 0.0
-                length = 1
-            position.ends[s] = end
-            position.lengths[s] = length
-            latest = max(latest, at)
-            if end == SlideEnd.CONTACT:
-                until = min(until, at)
-        if moving > 1:
-            for a in range(count):
-                for b in range(a + 1, count):
-                    if position.status[a] == MOVING and position.status[b] == MOVING:
-                        met = _meeting_time(paths, lengths, ends, a, b, contact.reach, (t, until))
-                        until = min(until, met)
-        t = min(until, latest)
-        rested = False
-        for s in range(count):
-            if position.status[s] == MOVING:
-                stone, path = position.stones[s], position.paths[s]
-                position.status[s] = _advance(stone, path, lengths[s], ends[s], t)
-                rested = rested or position.status[s] == REST
-        if until == np.inf:
-            continue
-        # The path of a stone that nothing pushes goes on, unless what it would meet is other now.
-        for s in range(count):
-            if rested or position.ends[s] == SlideEnd.CONTACT:
-                position.lengths[s] = 0
-        stones, status = position.stones, position.status
-        pushes = _resolve(contact, stones, status, position.contacts, lengths)
-        collisions += max(pushes, 1)
+    while collisions <= MAX_COLLISIONS:
+        pause, t = advance(
+            law, contact.reach, position, count, identity, delivery, bounds, t, work, False
+        )
+        if pause == SlideEnd.REST:
+            break
+        if pause == SlideEnd.NEVER_STOPS:
+            return t, MAX_COLLISIONS + 1
+        collisions += max(_resolve(contact, position), 1)
+        _go_on(position, count)
         work = position.work
-        if collisions > MAX_COLLISIONS:
-            return t, collisions
+    return t, collisions
