@@ -27,7 +27,7 @@ import numba
 
 KNOWN = numba.version_info[:2] in {(0, 68)}
 """Whether this numba's inside is known here."""
-_OPTIONS: dict[str, Any] = {"nopython": True, "nogil": True, "error_model": "numpy"}
+_OPTIONS: dict[str, Any] = {"nopython": True, "nogil": True, "error_model": "numpy", "fastmath": {"contract"}}
 _NO_WRAPPERS: dict[str, Any] = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 

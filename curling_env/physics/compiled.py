@@ -94,7 +94,7 @@ def compiled(
     """
     if function is None:
         return partial(compiled, allocates=allocates, fastmath=fastmath)
-    made = kernel(function, _nrt=allocates, fastmath=fastmath)
+    made = kernel(function, _nrt=allocates, **({"fastmath": fastmath} if fastmath else {}))
     if hasattr(made, "_cache"):  # not where numba is switched off
         made._cache = _cache_of(function)
     return made

@@ -270,7 +270,8 @@ def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int)
             largest = max(largest, abs(push), abs(rub))
         if count == 1 or largest <= SOLVED * fastest:
             break
-    add_no_energy(law, before, stones)
+    if count > 1:  # one contact alone adds none
+        add_no_energy(law, before, stones)
     pushes = 0
     for place in range(count):
         if table[order[place], Entry.PUSH] > 0.0:

@@ -66,6 +66,7 @@ class PlayWorkspace(NamedTuple):
     paths : (n, nodes, NODE_SIZE) of the moving stones
     lengths : (n,) number of nodes of each path; 0 for one that is not known
     ends : (n,) `SlideEnd` of each path
+    accelerations : (n,) bounds of the acceleration on each path [m/s²]
     finished : (n,) times at which stones came to rest or left play [s]; 0 for one that never moved
     motion : (MOTION_SIZE,)
     work : of one slide
@@ -79,6 +80,7 @@ class PlayWorkspace(NamedTuple):
     paths: Floats
     lengths: Integers
     ends: Integers
+    accelerations: Floats
     finished: Floats
     motion: Floats
     work: Workspace
@@ -98,6 +100,7 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
         paths=np.zeros((stones, nodes, NODE_SIZE)),
         lengths=np.zeros(stones, dtype=np.int64),
         ends=np.zeros(stones, dtype=np.int64),
+        accelerations=np.zeros(stones),
         finished=np.zeros(stones),
         motion=np.zeros(MOTION_SIZE),
         work=work,
@@ -142,19 +145,20 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 @inlined
 def _meeting_time(
-    paths: Any, lengths: Any, ends: Any, a: int, b: int, reach: float, within: Any
+    position: PlayWorkspace, a: int, b: int, reach: float, within: Any
 ) -> float:
     """When two moving stones first touch while approaching, infinite if they do not [s].
 
     Parameters
     ----------
-    paths, lengths, ends : as in `PlayWorkspace`
+    position : with the paths of both
     within : the times between which to look [s]
     """
     start, until = within
-    first, second = paths[a], paths[b]
-    n, m = lengths[a], lengths[b]
-    most = greatest_acceleration(first, n) + greatest_acceleration(second, m)
+    ends = position.ends
+    first, second = position.paths[a], position.paths[b]
+    n, m = position.lengths[a], position.lengths[b]
+    most = position.accelerations[a] + position.accelerations[b]
     t = start
     if ends[a] == SlideEnd.LEFT_BOUNDS:
         until = min(until, first[n - 1, Node.T])
@@ -204,7 +208,7 @@ def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
     return MOVING
 
 
-@part
+@inlined
 def advance(
     law: Law,
     reach: float,
@@ -274,6 +278,8 @@ def advance(
             length = 1
         ends[s] = end
         lengths[s] = length
+        if moving > 1:
+            position.accelerations[s] = greatest_acceleration(paths[s], length)
         latest = max(latest, at)
         if end == SlideEnd.CONTACT:
             until = min(until, at)
@@ -281,7 +287,7 @@ def advance(
         for a in range(count):
             for b in range(a + 1, count):
                 if status[a] == MOVING and status[b] == MOVING:
-                    met = _meeting_time(paths, lengths, ends, a, b, reach, (start, until))
+                    met = _meeting_time(position, a, b, reach, (start, until))
                     until = min(until, met)
     t = min(until, latest)
     for s in range(count):
@@ -293,7 +299,7 @@ def advance(
     return (SlideEnd.REST if until == np.inf else SlideEnd.CONTACT), t
 
 
-@part
+@inlined
 def _go_on(position: PlayWorkspace, count: int) -> None:
     """Note after contacts which stones move, and which paths do not go on as they were.
 
@@ -387,7 +393,7 @@ def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
     return pushes
 
 
-@part
+@inlined
 def play(
     law: Law,
     contact: ContactLaw,

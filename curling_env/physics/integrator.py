@@ -28,6 +28,7 @@ from curling_env.physics.surroundings import (
     ALL,
     Limits,
     first_touch,
+    is_stuck,
     look_around,
     may_leave,
     nearby,
@@ -192,9 +193,10 @@ def integrate(
     now = states[2]
     t = start
     length = 0
-    gap, contact, _ = look_around(now, limits, ALL, 1.0)
-    if gap < 0.0:
-        return (CONTACT if contact else LEFT_BOUNDS), t, length
+    if is_stuck(now, limits):
+        gap, contact, _ = look_around(now, limits, ALL, 1.0)
+        if gap < 0.0:
+            return (CONTACT if contact else LEFT_BOUNDS), t, length
     watched = path.shape[0] > 0
     traced = work.nodes if watched else work.nodes[:0]
     motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0

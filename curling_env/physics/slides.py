@@ -158,7 +158,8 @@ def slide(
         dt = 1.0 / fps
         rows = np.empty((int(time / dt) + 1, 3))
         count = sample_path(path, length, dt, 0, time, work.probe, rows) if length else 0
-        t, rows = dt * np.arange(count), rows[:count]
+        t: Floats = dt * np.arange(count, dtype=np.float64)
+        rows = rows[:count]
         if count == 0 or time > t[-1] + 1e-9:
             t = np.append(t, time)
             rows = np.vstack([rows, state[[State.X, State.Y, State.THETA]]])

@@ -117,6 +117,17 @@ def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
 
 
 @inlined
+def is_stuck(s: Any, limits: Limits) -> bool:
+    """Whether a stone lies beyond a bound or within reach of an obstacle."""
+    stuck = room(s, limits.bounds) < 0.0
+    obstacles = limits.obstacles
+    for k in range(obstacles.shape[0]):
+        dx, dy = s[State.X] - obstacles[k, 0], s[State.Y] - obstacles[k, 1]
+        stuck = stuck or dx * dx + dy * dy < limits.reach * limits.reach
+    return stuck
+
+
+@inlined
 def _square_from(x: float, y: float, a: Any, b: Any) -> float:
     """Square of the distance of a point from the straight line between two states [m²]."""
     ax, ay = x - a[State.X], y - a[State.Y]

@@ -41,7 +41,7 @@ def step_control(tolerance: float) -> StepControl:
         relative_error=4e-5 * fine**2.7,
         first_share=0.1 * fine**0.5,
         longest_share=0.4 * fine**0.2,
-        rest_speed=6e-3 * fine,
+        rest_speed=8e-3 * fine,
     )
 
 

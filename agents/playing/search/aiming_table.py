@@ -1,6 +1,6 @@
 """Tables of an ice that turn many targets into throws at once.
 
-The solver of `curling_env.physics.one_stone` finds one throw to the millimetre. A search needs some
+`curling_env.physics.Aim` finds one throw to the millimetre. A search needs some
 hundreds to a centimetre, and simulates each of them anyway.
 """
 
