@@ -139,6 +139,9 @@ class _Part:
         self.py_func = compiled.py_func
         self._compiled = compiled
         self._numba_type_ = compiled._numba_type_
+        # One version for all whole numbers, not one for each constant that is passed.
+        find, widened = compiled.get_call_template, cast("Any", types.unliteral)
+        compiled.get_call_template = lambda args, kws: find(tuple(map(widened, args)), kws)
 
     def __call__(self, *args: Any) -> Any:
         return self.py_func(*args)

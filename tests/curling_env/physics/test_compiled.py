@@ -188,9 +188,10 @@ def test_a_kernel_without_a_file_is_not_kept(cache: Path) -> None:
 
 @pytest.mark.parametrize("kind", [part, inlined])
 def test_a_part_computes_the_same_in_a_kernel_and_in_python(kind) -> None:
-    @kind
-    def place(values, k):
+    def in_python(values, k):
         return values[k] * values[k] + 0.1
+
+    place = kind(in_python)
 
     def total(values):
         found = place(values, 0)
@@ -202,6 +203,7 @@ def test_a_part_computes_the_same_in_a_kernel_and_in_python(kind) -> None:
     expected = total(values)
     assert compiled(total)(values) == expected
     assert total(values) == expected
+    assert len(place._compiled.signatures) == 1  # not another one for the constant
 
 
 def test_a_kernel_with_an_expression_of_whole_arrays_can_be_called() -> None:
