@@ -11,7 +11,7 @@ included, runs without compiling the engines again.
 
 # numba comes without complete types.
 # pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUntypedBaseClass=false
-# pyright: reportPrivateUsage=false, reportMissingSuperCall=false
+# pyright: reportPrivateUsage=false, reportMissingSuperCall=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
 
@@ -140,8 +140,12 @@ class _Part:
         self._compiled = compiled
         self._numba_type_ = compiled._numba_type_
         # One version for all whole numbers, not one for each constant that is passed.
-        find, widened = compiled.get_call_template, cast("Any", types.unliteral)
-        compiled.get_call_template = lambda args, kws: find(tuple(map(widened, args)), kws)
+        find: Any = compiled.get_call_template
+
+        def find_widened(args: Any, kws: Any) -> Any:
+            return find(tuple(types.unliteral(arg) for arg in args), kws)
+
+        compiled.get_call_template = find_widened
 
     def __call__(self, *args: Any) -> Any:
         return self.py_func(*args)
