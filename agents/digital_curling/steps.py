@@ -79,13 +79,13 @@ class Rest:
     pushed: Flags
 
 
-@inlined
+@inlined(fastmath=False)
 def _single(value: float) -> float:
     """A number rounded to single precision."""
     return float(np.float32(value))
 
 
-@inlined
+@inlined(fastmath=False)
 def _slow(law: Law, work: StepWorkspace, s: Any, dt: float) -> None:
     """Advance velocity and spin by one step, each operation rounded as the server's."""
     vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
@@ -115,7 +115,7 @@ def _slow(law: Law, work: StepWorkspace, s: Any, dt: float) -> None:
             s[State.OMEGA] = _single(spin + change)
 
 
-@inlined
+@inlined(fastmath=False)
 def _push(contact: ContactLaw, work: StepWorkspace, stones: Any, status: Any) -> None:
     """Solve the contacts of stones that overlap."""
     contacts = work.contacts
@@ -133,7 +133,7 @@ def _push(contact: ContactLaw, work: StepWorkspace, stones: Any, status: Any) ->
             stones[s, c] = _single(stones[s, c])
 
 
-@compiled
+@compiled(fastmath=False)
 def _run(
     law: Law,
     contact: ContactLaw,

@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.compiled import compiled, inlined, part
+from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.contacts import (
     GONE,
     ContactLaw,
@@ -144,9 +144,7 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 
 @inlined
-def _meeting_time(
-    position: PlayWorkspace, a: int, b: int, reach: float, within: Any
-) -> float:
+def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within: Any) -> float:
     """When two moving stones first touch while approaching, infinite if they do not [s].
 
     Parameters
