@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.compiled import compiled, inlined, part
 from curling_env.physics.contacts import (
     GONE,
     ContactLaw,
@@ -206,7 +206,7 @@ def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
     return MOVING
 
 
-@inlined
+@part
 def advance(
     law: Law,
     reach: float,
@@ -297,7 +297,7 @@ def advance(
     return (SlideEnd.REST if until == np.inf else SlideEnd.CONTACT), t
 
 
-@inlined
+@part
 def _go_on(position: PlayWorkspace, count: int) -> None:
     """Note after contacts which stones move, and which paths do not go on as they were.
 
@@ -391,7 +391,7 @@ def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
     return pushes
 
 
-@inlined
+@part
 def play(
     law: Law,
     contact: ContactLaw,
