@@ -359,7 +359,7 @@ def integrate(
                 at_node, tau, contact = first_touch(nodes, n, work.probe, limits, near)
             until = h if at_node < 0 else nodes[at_node, Node.T] + tau
             for k in range(n if at_node < 0 else at_node + 1):
-                if k > 0 or length == 0:
+                if k > 0 or fresh:
                     length = append_node(path, length, nodes, k, t)
             if at_node >= 0:
                 for k in range(6):
