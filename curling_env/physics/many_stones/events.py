@@ -41,7 +41,12 @@ from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd
 from curling_env.physics.one_stone.slide_table import slide_from_table
 from curling_env.physics.one_stone.step import Workspace, new_workspace
 from curling_env.physics.one_stone.surroundings import Limits, free_time, greatest_acceleration
-from curling_env.physics.one_stone.tuning import QUICK_TOLERANCE, StepControl, step_control
+from curling_env.physics.one_stone.tuning import (
+    MAX_TIME,
+    QUICK_TOLERANCE,
+    StepControl,
+    step_control,
+)
 from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.physics.tuning import CREEP, CREEP_TIME, MAX_ROUNDS
 from curling_env.typing import Floats, Integers
@@ -278,7 +283,7 @@ def play(
                 moving += 1
         if moving == 0:
             return t, collisions
-        limits = Limits(bounds, position.resting[:resting], contact.reach)
+        limits = Limits(bounds, position.resting[:resting], contact.reach, MAX_TIME)
         until = np.inf
         latest = t
         for s in range(count):

@@ -38,7 +38,6 @@ from curling_env.physics.one_stone.tuning import (
     MAX_NODES,
     MAX_STEP,
     MAX_STEPS,
-    MAX_TIME,
     MIN_STEP,
     REPEAT_ABOVE,
     SECOND_STEP,
@@ -77,7 +76,7 @@ class Sampling(NamedTuple):
 
 
 class SlideEnd(IntEnum):
-    """Why a slide ended."""
+    """Why a slide ended; a stone that slides for longer than it is followed never stops."""
 
     REST = 0
     LEFT_BOUNDS = 1
@@ -287,7 +286,7 @@ def integrate(
             # The last millimetres to rest are not watched.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
             break
-        if t > MAX_TIME:
+        if t >= limits.until:
             break
         time_left = max(speed, rim) / max(rate, turn, 1e-6)
         h = min(share * time_left, MAX_STEP)

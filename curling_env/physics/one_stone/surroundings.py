@@ -13,7 +13,7 @@ import numpy as np
 from curling_env.physics.compiled import inlined
 from curling_env.physics.many_stones.contacts import collides
 from curling_env.physics.one_stone.map_path import between_nodes, place_between_nodes
-from curling_env.physics.one_stone.tuning import CONTACT_GAP, MORE_THAN_AT_NODES
+from curling_env.physics.one_stone.tuning import CONTACT_GAP, MAX_TIME, MORE_THAN_AT_NODES
 from curling_env.physics.state import Node, State
 from curling_env.physics.tuning import CREEP_TIME
 from curling_env.typing import Floats
@@ -38,11 +38,13 @@ class Limits(NamedTuple):
     bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
     obstacles : (k, 2) centres of resting stones [m]
     reach : distance between two centres in contact [m]
+    until : time since release after which a stone that still slides is followed no further [s]
     """
 
     bounds: Floats
     obstacles: Floats
     reach: float
+    until: float = MAX_TIME
 
 
 @inlined
