@@ -38,6 +38,7 @@ __getattr__, __dir__ = lazy_names(
             "what_is_lacking",
         ),
         "ice_uncertainty": ("is_uncertain", "plausible_ices", "rest_spread", "smooth_field"),
+        "integrator": ("NEVER_STOPS", "ThrowTimes", "integrate"),
         "law": (
             "Law",
             "accelerate",
@@ -47,7 +48,7 @@ __getattr__, __dir__ = lazy_names(
             "mu_of_map",
             "on_tracks",
         ),
-        "map_path": ("quintic",),
+        "map_path": ("between_nodes",),
         "motion": (
             "CLOCK",
             "GRAVITY",
@@ -62,10 +63,18 @@ __getattr__, __dir__ = lazy_names(
         "session": ("simulate", "slides_in_turn"),
         "shot_times": ("Shot", "shoot"),
         "slides": ("NO_BOUNDS", "NO_OBSTACLES", "Slide", "SlideEnd", "play_bounds", "slide"),
-        "state": ("State",),
+        "state": ("NODE_SIZE", "Node", "State"),
+        "step": ("Workspace", "new_workspace"),
+        "surroundings": ("Limits",),
         "sweep": ("Sweep", "run"),
         "swept_draw": ("sweeping_gain",),
-        "tuning": ("FINE_TOLERANCE", "LEAST_RESTED", "OVERLAP_ALLOWED", "QUICK_TOLERANCE"),
+        "tuning": (
+            "FINE_TOLERANCE",
+            "LEAST_RESTED",
+            "OVERLAP_ALLOWED",
+            "QUICK_TOLERANCE",
+            "StepControl",
+        ),
         "wear": (
             "IceInUse",
             "PATH_FPS",

@@ -17,9 +17,9 @@ from curling_env.physics.integrator import (
     CONTACT,
     LEFT_BOUNDS,
     NEVER_STOPS,
+    ThrowTimes,
     integrate,
 )
-from curling_env.physics.integrator import Delivery as SessionPlace
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.slides import NO_BOUNDS, NO_OBSTACLES
@@ -74,7 +74,7 @@ class Aim:
         self._start_y, self._max_speed = delivery.start_y, delivery.max_speed
         self._d, self._reach = int(direction), 2 * ice.stone.radius
         self._law = compile_law(ice)
-        self._place = SessionPlace(clock, 0.0, 0.0)
+        self._place = ThrowTimes(clock, 0.0, 0.0)
         self._motion = np.zeros(MOTION_SIZE)
         self._motion[[ORDER, STONE]] = order, stone
         self._work = new_workspace(tolerance)

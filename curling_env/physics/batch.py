@@ -26,7 +26,7 @@ from curling_env.physics.events import (
     new_play_workspace,
     play,
 )
-from curling_env.physics.integrator import Delivery, SlideEnd, integrate
+from curling_env.physics.integrator import SlideEnd, ThrowTimes, integrate
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
@@ -160,7 +160,7 @@ def _slide_all(
         _release(row, state)
         motion[STONE] = row[_STONE]
         motion[ORDER] = row[_ORDER]
-        delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+        delivery = ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
         end[i], time[i], length = integrate(law, motion, delivery, limits, nodes, 0.0, work)
         x[i] = state[State.X]
         y[i] = state[State.Y]
@@ -295,7 +295,7 @@ def _play_all(
         position.status[k] = MOVING
         identity[k] = row[_STONE]
         position.motion[ORDER] = row[_ORDER]
-        delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+        delivery = ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
         t, count = play(law, contact, position, k + 1, identity, delivery, bounds)
         time[i] = t
         collisions[i] = -1 if count > MAX_COLLISIONS else count

@@ -30,7 +30,7 @@ from curling_env.physics.contacts import (
     set_apart,
     solve_contacts,
 )
-from curling_env.physics.integrator import Delivery, SlideEnd, append_state, integrate
+from curling_env.physics.integrator import SlideEnd, ThrowTimes, append_state, integrate
 from curling_env.physics.law import Law
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, STONE
@@ -43,6 +43,7 @@ from curling_env.physics.tuning import (
     CREEP_TIME,
     MAX_COLLISIONS,
     MAX_ROUNDS,
+    MAX_TIME,
     MEETING_GAP,
     QUICK_TOLERANCE,
     StepControl,
@@ -213,7 +214,7 @@ def advance(
     position: PlayWorkspace,
     count: int,
     identity: Any,
-    delivery: Delivery,
+    delivery: ThrowTimes,
     bounds: Any,
     start: float,
     work: Workspace,
@@ -251,7 +252,7 @@ def advance(
             moving += 1
     if moving == 0:
         return SlideEnd.REST, start
-    limits = Limits(bounds, position.resting[:resting], reach)
+    limits = Limits(bounds, position.resting[:resting], reach, MAX_TIME)
     until = np.inf
     latest = start
     thrown = count - 1
@@ -266,7 +267,7 @@ def advance(
         position.motion[STONE] = identity[s]
         sweep_start = delivery.sweep_start if s == thrown else 0.0
         sweep_end = delivery.sweep_end if s == thrown else 0.0
-        own = Delivery(delivery.clock, sweep_start, sweep_end)
+        own = ThrowTimes(delivery.clock, sweep_start, sweep_end)
         path = paths[s] if moving > 1 or traced else paths[s, :0]
         end, at, length = integrate(law, position.motion, own, limits, path, start, work)
         if end == SlideEnd.NEVER_STOPS or length > paths.shape[1]:
@@ -332,7 +333,7 @@ def advance_and_sample(
     reach: float,
     position: PlayWorkspace,
     identity: Any,
-    delivery: Delivery,
+    delivery: ThrowTimes,
     bounds: Any,
     start: float,
     work: Workspace,
@@ -398,7 +399,7 @@ def play(
     position: PlayWorkspace,
     count: int,
     identity: Any,
-    delivery: Delivery,
+    delivery: ThrowTimes,
     bounds: Any,
 ) -> Any:
     """Let a throw among other stones run until all are at rest.

@@ -39,7 +39,6 @@ from curling_env.physics.tuning import (
     MAX_NODES,
     MAX_STEP,
     MAX_STEPS,
-    MAX_TIME,
     MIN_STEP,
     REPEAT_ABOVE,
     SECOND_STEP,
@@ -48,7 +47,7 @@ from curling_env.physics.tuning import (
 )
 
 
-class Delivery(NamedTuple):
+class ThrowTimes(NamedTuple):
     """What belongs to a throw besides its state.
 
     Parameters
@@ -63,7 +62,7 @@ class Delivery(NamedTuple):
 
 
 class SlideEnd(IntEnum):
-    """Why a slide ended."""
+    """Why a slide ended; a stone that slides for longer than it is followed never stops."""
 
     REST = 0
     LEFT_BOUNDS = 1
@@ -163,7 +162,7 @@ def append_state(path: Any, m: int, state: Any, t: float, acceleration: Any) -> 
 def integrate(
     law: Law,
     motion: Any,
-    delivery: Delivery,
+    delivery: ThrowTimes,
     limits: Limits,
     path: Any,
     start: float,
@@ -237,7 +236,7 @@ def integrate(
             # The last millimetres to rest are not watched.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
             break
-        if t > MAX_TIME:
+        if t >= limits.until:
             break
         time_left = max(speed, rim) / max(rate, turn, 1e-6)
         h = min(share * time_left, MAX_STEP)
@@ -308,7 +307,7 @@ def integrate(
             if watch:
                 at_node, tau, contact = first_touch(nodes, n, work.probe, limits, near)
             for k in range(n if at_node < 0 else at_node + 1):
-                if k > 0 or length == 0 or fresh:
+                if k > 0 or fresh:
                     length = append_node(path, length, nodes, k, t)
             if at_node >= 0:
                 for k in range(6):

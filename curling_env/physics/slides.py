@@ -9,7 +9,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.integrator import Delivery, SlideEnd, integrate
+from curling_env.physics.integrator import SlideEnd, ThrowTimes, integrate
 from curling_env.physics.law import compile_law
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
@@ -105,9 +105,9 @@ def motion_of(release: Release) -> Floats:
     return motion
 
 
-def delivery_of(release: Release) -> Delivery:
+def delivery_of(release: Release) -> ThrowTimes:
     """Clock and sweep of a release."""
-    return Delivery(release.clock, release.sweep_start, release.sweep_end)
+    return ThrowTimes(release.clock, release.sweep_start, release.sweep_end)
 
 
 def slide(

@@ -14,7 +14,7 @@ from curling_env.physics.compiled import inlined
 from curling_env.physics.contacts import collides
 from curling_env.physics.map_path import between_nodes, place_between_nodes
 from curling_env.physics.state import Node, State
-from curling_env.physics.tuning import CONTACT_GAP, CREEP_TIME, MORE_THAN_AT_NODES
+from curling_env.physics.tuning import CONTACT_GAP, CREEP_TIME, MAX_TIME, MORE_THAN_AT_NODES
 from curling_env.typing import Floats
 
 NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
@@ -37,11 +37,13 @@ class Limits(NamedTuple):
     bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
     obstacles : (k, 2) centres of resting stones [m]
     reach : distance between two centres in contact [m]
+    until : time since release after which a stone that still slides is followed no further [s]
     """
 
     bounds: Floats
     obstacles: Floats
     reach: float
+    until: float = MAX_TIME
 
 
 @inlined

@@ -219,9 +219,8 @@ FIRST_STEPS = """
 import json
 import gymnasium, curling_env
 from curling_env.physics import catalogue
-from curling_env.physics.many_stones import batch
-from curling_env.physics.one_stone import integrate
-kernels = [batch._play_all, batch._slide_all, integrate.integrate]
+from curling_env.physics import batch, events, integrator
+kernels = [batch._play_all, batch._slide_all, integrator.integrate, events.advance_and_sample]
 found = []
 for name, many in (
     ("CurlingSheet-v0", 0), ("CurlingEnd-v0", 0), ("CurlingSheet-v0", 2), ("CurlingEnd-v0", 2)
@@ -242,10 +241,10 @@ def test_a_first_step_compiles_only_what_it_needs() -> None:
     """One sheet, one end, many sheets, many ends: each after those before it."""
     found = run(FIRST_STEPS)
     assert [one["kernels"] for one in found] == [
-        ["integrate"],
-        ["integrate"],
-        ["_slide_all", "integrate"],
-        ["_play_all", "_slide_all", "integrate"],
+        ["advance_and_sample", "integrate"],
+        ["advance_and_sample", "integrate"],
+        ["_slide_all", "advance_and_sample", "integrate"],
+        ["_play_all", "_slide_all", "advance_and_sample", "integrate"],
     ]
     for one in found:
         assert set(one["effects"]) == {effect.name for effect in load_ice("standard").effects}
