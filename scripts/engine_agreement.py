@@ -2,8 +2,8 @@
 
     python scripts/engine_agreement.py [--shots 500] [--seed 0] [--ice standard]
 
-One engine makes Runge-Kutta steps and has pymunk solve contacts, the other follows paths from event
-to event and solves contacts itself. Where a hair's breadth decides, both are right, and the places
+Both slide stones in the same way; one has pymunk solve contacts, the other solves them itself, and
+their tolerances differ. Where a hair's breadth decides, both are right, and the places
 differ. To say how often that is, every shot is also played by one engine with its stones moved by
 a thousandth of a millimetre.
 """

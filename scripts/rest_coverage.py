@@ -25,9 +25,7 @@ from blind.planned_draws import TrueIce
 from curling_env import load_ice
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import write_table
-from curling_env.physics.ice_uncertainty import plausible_ices
-from curling_env.physics.many_stones.batch import release_table, throw_batch
-from curling_env.physics.one_stone.slide import SlideEnd
+from curling_env.physics import SlideEnd, plausible_ices, release_table, throw_batch
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Release
 from curling_env.trajectory import read_tracks

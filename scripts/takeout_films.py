@@ -23,7 +23,7 @@ import typer
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import make_directory, read_json, write_json
-from curling_env.physics.many_stones.engine import Engine, Outcome, StoneState
+from curling_env.physics import Engine, Outcome, StoneState
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats

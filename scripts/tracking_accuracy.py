@@ -38,7 +38,7 @@ from curling_env.infrastructure.files.storage import (
     read_table,
     write_table,
 )
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats, with_progress

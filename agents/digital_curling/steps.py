@@ -19,20 +19,22 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.law import Law, accelerate, compile_law
-from curling_env.physics.many_stones.contacts import (
+from curling_env.physics import (
     GONE,
     ContactLaw,
     Contacts,
     Entry,
+    Law,
+    State,
+    accelerate,
+    compile_law,
     contact_law,
     find_contacts,
     new_contacts,
     solve_contacts,
 )
+from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.motion import MOTION_SIZE, PUSH_SIZE
-from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, TEE_Y
 from curling_env.typing import Flags, Floats, Integers
 
@@ -77,13 +79,13 @@ class Rest:
     pushed: Flags
 
 
-@inlined
+@inlined(fastmath=False)
 def _single(value: float) -> float:
     """A number rounded to single precision."""
     return float(np.float32(value))
 
 
-@inlined
+@inlined(fastmath=False)
 def _slow(law: Law, work: StepWorkspace, s: Any, dt: float) -> None:
     """Advance velocity and spin by one step, each operation rounded as the server's."""
     vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
@@ -113,7 +115,7 @@ def _slow(law: Law, work: StepWorkspace, s: Any, dt: float) -> None:
             s[State.OMEGA] = _single(spin + change)
 
 
-@inlined
+@inlined(fastmath=False)
 def _push(contact: ContactLaw, work: StepWorkspace, stones: Any, status: Any) -> None:
     """Solve the contacts of stones that overlap."""
     contacts = work.contacts
@@ -131,7 +133,7 @@ def _push(contact: ContactLaw, work: StepWorkspace, stones: Any, status: Any) ->
             stones[s, c] = _single(stones[s, c])
 
 
-@compiled
+@compiled(fastmath=False)
 def _run(
     law: Law,
     contact: ContactLaw,

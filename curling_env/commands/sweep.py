@@ -58,8 +58,7 @@ def sweep(
     from curling_env.ice import load_ice
     from curling_env.infrastructure.executor import executor
     from curling_env.infrastructure.files.storage import atomic_path, write_table
-    from curling_env.physics.one_stone.integrate import SlideEnd
-    from curling_env.physics.sweep import Sweep, run
+    from curling_env.physics import SlideEnd, Sweep, run
     from curling_env.throw import read_releases
 
     thrown = read_releases(releases)

@@ -32,7 +32,6 @@ __getattr__, __dir__ = lazy_names(
         ),
         "files.versions": ("FileFormat",),
         "files.yaml_file": ("read_yaml",),
-        "kernel_compiler": ("kernel", "part"),
         "local_server": ("LocalHandler", "LocalServer"),
         "plugins": ("what_hides",),
         "provenance": ("typed",),

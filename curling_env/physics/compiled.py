@@ -1,41 +1,46 @@
 """How kernels are compiled, where the machine code is kept, and their logarithm and exponential.
 
-Compiled code is cached on disk (`infrastructure.kernel_cache`), so that a second start compiles
-nothing. A kernel may call others of the physics and of its own folder. The name of its cache folder
-is therefore a digest of all those sources, so that a change in any of them compiles it anew.
+numba compiles them and keeps the machine code on disk (`infrastructure.kernel_cache`), so that a
+second start compiles nothing. A kernel may call others of the physics and of its own folder. The
+name of its cache folder is therefore a digest of all those sources, so that a change in any of them
+compiles it anew.
 
 An effect's kernel is called through its address, so that any set of effects, those a user registers
 included, runs without compiling the engines again.
 """
 
+# numba comes without complete types.
+# pyright: reportMissingTypeStubs=false, reportUnknownMemberType=false, reportUntypedBaseClass=false
+# pyright: reportPrivateUsage=false, reportMissingSuperCall=false, reportUnknownArgumentType=false
+
 from __future__ import annotations
 
+import gc
 import hashlib
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Set
 from functools import cache, cached_property, partial
 from pathlib import Path
 from typing import Any, cast
 
+import numba
 import numpy as np
-from llvmlite import ir  # pyright: ignore[reportMissingTypeStubs]
-from numba import types  # pyright: ignore[reportMissingTypeStubs]
-from numba.core.ccallback import CFunc  # pyright: ignore[reportMissingTypeStubs]
-from numba.extending import intrinsic  # pyright: ignore[reportMissingTypeStubs]
+from llvmlite import ir
+from numba import types
+from numba.core import event
+from numba.core.caching import NullCache
+from numba.core.ccallback import CFunc
+from numba.extending import intrinsic
 
-from curling_env.infrastructure.kernel_cache import kernel_cache
-from curling_env.infrastructure.kernel_compiler import kernel, quick_compilation
-from curling_env.infrastructure.kernel_compiler import part as _part
+from curling_env.infrastructure.kernel_cache import KernelCache
 
 _DOUBLES = types.CPointer(types.float64)
-
-
 _PHYSICS = Path(__file__).parent
 
 
 @cache
-def _cache_folder(folder: Path) -> Path | None:
-    """Where the machine code of kernels is kept whose source stands in that folder; None: nowhere.
+def _cache_folder(folder: Path) -> Path:
+    """The folder for the machine code of kernels whose source stands in a given folder.
 
     Its name is a digest of all sources that such a kernel may be made of: the physics, its own
     folder, and whatever else of its package holds kernels.
@@ -54,7 +59,7 @@ def _cache_folder(folder: Path) -> Path | None:
     try:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # a user without a home
-        return None
+        home = Path(os.devnull)  # in which nothing can be kept
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return (Path(chosen) if chosen else home / "curling-sheet") / content.hexdigest()[:16]
 
@@ -65,55 +70,122 @@ def _has_kernels(source: Path) -> bool:
 
 
 CACHE_FOLDER = _cache_folder(_PHYSICS)
-"""Where the machine code of the physics' own kernels is kept; None where it is not."""
+"""The folder for the machine code of the physics' own kernels."""
 
 
 def _cache_of(function: Callable[..., Any]) -> Any:
-    """The cache of what is compiled from a function."""
-    return kernel_cache(function, _cache_folder(Path(function.__code__.co_filename).parent))
+    """The cache of what is compiled from a function; a function without a file is not kept."""
+    file = Path(function.__code__.co_filename)
+    return KernelCache(function, _cache_folder(file.parent)) if file.exists() else NullCache()
+
+
+class _Compilation(event.Listener):
+    """No search for garbage while numba compiles, which makes many objects and little garbage."""
+
+    def __init__(self) -> None:
+        self._depth = 0
+        self._collects = False
+
+    def on_start(self, event: Any) -> None:
+        if self._depth == 0:
+            self._collects = gc.isenabled()
+            gc.disable()
+        self._depth += 1
+
+    def on_end(self, event: Any) -> None:
+        self._depth -= 1
+        if self._depth == 0 and self._collects:
+            gc.enable()
+
+
+event.register("numba:compile", _Compilation())
+_njit = partial(cast("Any", numba.njit), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+
+
+FUSED = frozenset({"contract"})
+"""Arithmetic in the written order, in which a product and a sum may be rounded once."""
 
 
 def compiled(
     function: Callable[..., Any] | None = None,
     *,
     allocates: bool = False,
-    fastmath: bool | set[str] = False,
+    fastmath: bool | Set[str] = FUSED,
 ) -> Any:
     """Compile a pure numeric function at its first call and keep the machine code.
 
-    It may call compiled functions of the physics and of the folder it stands in. Arithmetic is
-    IEEE's in the written order, so that results do not depend on the machine's vector width, and
-    the interpreter lock is released while the function runs.
+    It may call compiled functions of the physics and of the folder it stands in. Results have the
+    same bits on one machine, whatever its load. The interpreter lock is released while the function
+    runs.
 
     Parameters
     ----------
     function : the function; without it, a decorator with these options is returned
     allocates : whether it makes arrays of its own. One that works only in arrays of its caller
         runs several times as fast, because numba then counts no references
-    fastmath : numba's flags for arithmetic that may be reordered
+    fastmath : numba's flags for arithmetic; False rounds every operation
     """
     if function is None:
         return partial(compiled, allocates=allocates, fastmath=fastmath)
-    made = kernel(function, _nrt=allocates, fastmath=fastmath)
-    if hasattr(made, "_cache"):  # not where numba is switched off
+    made = _njit(function, _nrt=allocates, fastmath=_flags(fastmath))
+    if made is not function:  # which it is where numba is switched off
         made._cache = _cache_of(function)
     return made
 
 
-def part(function: Callable[..., Any]) -> Any:
-    """Like `compiled`, for a function that only compiled functions call.
+def _flags(fastmath: bool | Set[str]) -> bool | set[str]:
+    return fastmath if isinstance(fastmath, bool) else set(fastmath)
 
-    It has no machine code of its own, so that the first start takes less time.
+
+class _Part:
+    """A function without an entry for Python, which takes as long to compile as the function.
+
+    Kernels call its machine code; Python runs it as it is written.
     """
-    return _part(function, _nrt=False)
+
+    def __init__(self, compiled: Any) -> None:
+        self.py_func = compiled.py_func
+        self._compiled = compiled
+        self._numba_type_ = compiled._numba_type_
+        # One version for all whole numbers, not one for each constant that is passed.
+        find: Any = compiled.get_call_template
+
+        def find_widened(args: Any, kws: Any) -> Any:
+            return find(tuple(types.unliteral(arg) for arg in args), kws)
+
+        compiled.get_call_template = find_widened
+
+    def __call__(self, *args: Any) -> Any:
+        return self.py_func(*args)
 
 
-def inlined(function: Callable[..., Any]) -> Any:
-    """Like `part`, for a small function in an inner loop: its code goes to each place of a call.
+def part(
+    function: Callable[..., Any] | None = None,
+    *,
+    fastmath: bool | Set[str] = FUSED,
+    **options: Any,
+) -> Any:
+    """Like `compiled`, for a function that only compiled functions call; compiles in less time.
 
-    Passing a `Law` by value costs more than the arithmetic of a small function.
+    Parameters
+    ----------
+    function : pure and numeric, without arrays of its own
+    fastmath : as of `compiled`
+    options : further ones of `numba.njit`
     """
-    return _part(function, _nrt=False, forceinline=True)
+    if function is None:
+        return partial(part, fastmath=fastmath, **options)
+    made = _njit(
+        function, _nrt=False, no_cpython_wrapper=True, fastmath=_flags(fastmath), **options
+    )
+    return made if made is function else _Part(made)
+
+
+inlined = partial(part, forceinline=True)
+"""Like `part`, for a small function in an inner loop: its code goes to each place of a call.
+
+Passing a `Law` by value costs more than the arithmetic of a small function.
+"""
 
 
 class EffectKernel:
@@ -136,8 +208,7 @@ class EffectKernel:
             options={"error_model": "numpy"},
         )
         made._cache = _cache_of(self.function)
-        with quick_compilation():
-            made.compile()
+        made.compile()
         return made
 
     @property

@@ -18,9 +18,9 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import MAX_FRICTION, ActiveEffect, FrictionMap, Ice
+from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.effects import EffectCard, catalogue
-from curling_env.physics.many_stones.batch import release_table, throw_batch
-from curling_env.physics.one_stone.slide import SlideEnd
+from curling_env.physics.slides import SlideEnd
 from curling_env.physics.tuning import DRAWN_FRICTION, LEAST_RESTED, MAP_ERROR_LENGTH, REST_ICES
 from curling_env.throw import Release
 from curling_env.typing import Floats

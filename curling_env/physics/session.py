@@ -9,7 +9,7 @@ from pathlib import Path
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files import limits
-from curling_env.physics.one_stone.slide import Slide, slide
+from curling_env.physics.slides import Slide, slide
 from curling_env.physics.wear import PATH_FPS, IceInUse
 from curling_env.throw import Release, Throw
 from curling_env.trajectory import Trajectory

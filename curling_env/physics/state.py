@@ -1,37 +1,40 @@
 """The order in which arrays hold the state of a stone, and the nodes of its path.
 
-The order of a state is that of the columns in a file of releases.
+The order of a state is that of the columns in a file of releases. The places are tuples of whole
+numbers, which every numba takes for constants.
 """
 
 from __future__ import annotations
 
-from enum import IntEnum
+from typing import NamedTuple
 
 
-class State(IntEnum):
+class _StatePlaces(NamedTuple):
     """Place of each quantity in a state (6,): sheet frame, in m, m/s, rad and rad/s."""
 
-    X = 0
-    Y = 1
-    VX = 2
-    VY = 3
-    THETA = 4
-    OMEGA = 5
+    X: int = 0
+    Y: int = 1
+    VX: int = 2
+    VY: int = 3
+    THETA: int = 4
+    OMEGA: int = 5
 
 
-class Node(IntEnum):
+class _NodePlaces(NamedTuple):
     """Place of each quantity in a node of a path: a time [s], the state then, its acceleration."""
 
-    T = 0
-    X = 1
-    Y = 2
-    VX = 3
-    VY = 4
-    THETA = 5
-    OMEGA = 6
-    AX = 7
-    AY = 8
-    ALPHA = 9
+    T: int = 0
+    X: int = 1
+    Y: int = 2
+    VX: int = 3
+    VY: int = 4
+    THETA: int = 5
+    OMEGA: int = 6
+    AX: int = 7
+    AY: int = 8
+    ALPHA: int = 9
 
 
+State = _StatePlaces()
+Node = _NodePlaces()
 NODE_SIZE = len(Node)

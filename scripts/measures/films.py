@@ -23,7 +23,7 @@ from tracking_accuracy import NORMAL_95, Case, balanced, score
 
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.storage import make_directory
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.throw import Throw
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.video import Film as Decoder

@@ -15,7 +15,7 @@ import cv2
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.render.figures import INK, new_figure, save_figure
 from curling_env.sheet import RULE_BOOK_STONE, Direction
 from curling_env.throw import Throw

@@ -20,7 +20,7 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import write_table
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from curling_env.render.figures import FAINT, INK, new_figure, plain_axes, save_figure
 from curling_env.sheet import HOG_LINE_Y, PAPER_STONE
 from curling_env.throw import Throw

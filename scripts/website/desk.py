@@ -13,7 +13,7 @@ import simulated_club as club
 from simulated_ice import random_ice
 
 from curling_env import Direction, Ice, Throw, Trajectory, load_ice, save_ice, write_tracks
-from curling_env.physics.one_stone.slide import slide
+from curling_env.physics import slide
 from friction_estimation.synthetic import FilmSpec, render_films
 
 SIZE, FPS = (960, 540), 10.0

@@ -1,6 +1,6 @@
 """Tables of an ice that turn many targets into throws at once.
 
-The solver of `curling_env.physics.one_stone` finds one throw to the millimetre. A search needs some
+`curling_env.physics.Aim` finds one throw to the millimetre. A search needs some
 hundreds to a centimetre, and simulates each of them anyway.
 """
 
@@ -19,9 +19,7 @@ from agents.playing.search.tuning import (
     TABLE_SPEEDS,
 )
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.batch import RELEASE_DTYPE, throw_batch
-from curling_env.physics.one_stone.aim import Aim
-from curling_env.physics.one_stone.slide import NO_BOUNDS
+from curling_env.physics import NO_BOUNDS, RELEASE_DTYPE, Aim, throw_batch
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
 from curling_env.typing import Floats

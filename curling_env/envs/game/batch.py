@@ -14,9 +14,10 @@ from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import End
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import GameSimulator, PlayedShot, direction_of
-from curling_env.physics.many_stones.batch import RELEASE_DTYPE, Positions
-from curling_env.physics.many_stones.engine import (
+from curling_env.physics import (
+    RELEASE_DTYPE,
     Outcome,
+    Positions,
     Status,
     StoneState,
     is_hogged,

@@ -1,69 +1,84 @@
 """Predicted paths of all throws of a session at the times at which they were measured.
 
-The force law is integrated by classical Runge–Kutta steps, with quintics between them, at uneven
-times, with any number of sweeps and a friction factor per throw. A fit asks for this some thousand
-times per session. Paths are good to some micrometres and change smoothly with every parameter, so
-that finite differences can be trusted.
+Each stone slides by the one integrator of the physics, `integrate`, on ice of its own:
+the map with the factor of its throw and the wear of earlier stones, and what something unknown
+does to it as one more effect of the law. A fit asks for this some thousand times per session. Steps
+are so short that paths change smoothly with every parameter, and finite differences can be trusted.
 """
 
 from __future__ import annotations
 
-from math import exp, fabs, floor, sqrt
+from math import exp
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.law import law_terms, mu_of_map
+from curling_env.physics import (
+    NEVER_STOPS,
+    NO_OBSTACLES,
+    NODE_SIZE,
+    Law,
+    Limits,
+    Node,
+    State,
+    StepControl,
+    ThrowTimes,
+    Workspace,
+    between_nodes,
+    integrate,
+    law_terms,
+    mu_of_map,
+    new_workspace,
+)
+from curling_env.physics.compiled import compiled, effect_kernel, inlined, quick_exp
 from curling_env.physics.motion import (
     CLOCK,
+    FRICTION,
     HEADING,
     MOTION_SIZE,
     ORDER,
-    PUSH_SIZE,
+    PUSH_X,
+    PUSH_Y,
     RAN,
     STONE,
     SWEPT,
+    TRAVEL_X,
+    TRAVEL_Y,
+    TURN,
     T,
 )
-from curling_env.physics.one_stone.map_path import quintic
-from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 
-LONGEST_STEP = 0.5
-"""Longest step on uniform ice [s]."""
-PATTERNED_STEP = 0.15
-"""Longest step on a map, and where something unknown pushes [s]: a few steps to a cell."""
-SPEED_SHARE = 0.2
-"""Part of its speed that a stone may lose in one step."""
-REST_SPEED = 2e-3
-"""Speed of centre and band below which the deceleration is taken as uniform [m/s]: the stone has
-20 µm to go."""
-PAST_BREAK = 1e-6
-"""How far beyond a place where the law is not smooth a step ends [s]."""
-MOST_STEPS = 5_000
-"""Steps after which a stone that never stops is left where it is."""
+STEPS = StepControl(
+    target_error=1e-6,
+    relative_error=1e-7,
+    first_share=0.01,
+    longest_share=0.06,
+    rest_speed=3e-3,
+)
+"""Steps after which paths are right to some micrometres."""
+STEPS_ON_TRACKS = STEPS._replace(target_error=1e-3, relative_error=1e-4, longest_share=0.05)
+"""Where contacts feel tracks the law is rough. No step is taken again there but after an error of
+centimetres: steps of whatever length are less rough than a choice between two."""
+NODES = 2_000
+"""Nodes of a path for which there is room at first."""
+FURTHEST = 300.0
+"""Distance along either axis at which a stone that a trial of the fit sends away is left [m]."""
 
 
 class Wear(NamedTuple):
-    """What earlier stones have worn along their paths, as the kernels read it.
+    """What earlier stones have worn along their paths.
 
     Parameters
     ----------
-    passes : (p + 1, rows, columns) passes over each cell by the first 0, 1, ... p stones
+    passes : (p + 1, rows, columns) passes over each cell of the law's map by the first 0, 1, ... p
+        stones
     along_path : change of ln μ by one pass
-    origin_x, origin_y : centre of the first cell [m]
-    cell : side of the cells [m]
-    bilinear : whether friction is interpolated between the cells' centres
     """
 
     passes: Floats
     along_path: float
-    origin_x: float
-    origin_y: float
-    cell: float
-    bilinear: bool
 
 
 class ThrowInputs(NamedTuple):
@@ -93,123 +108,220 @@ class ThrowInputs(NamedTuple):
     pushes: UnknownPushes
 
 
-class IntegrationWorkspace(NamedTuple):
-    """Arrays to work in, since compiled code allocates none.
+class _Slides(NamedTuple):
+    """Arrays in which the throws of a session slide, since compiled code allocates none.
 
     Parameters
     ----------
     motion : (MOTION_SIZE,) what effects read
-    push : (PUSH_SIZE,) what they write
-    parts : (6,) the law's parts
-    states : (8, 6) states and their rates of change
-    unknown : (4,) pushes of something unknown
+    limits : what ends a slide before the stone rests: bounds far off
+    path : (m, NODE_SIZE) nodes of a path
+    step : arrays in which one stone slides
     """
 
     motion: Floats
-    push: Floats
-    parts: Floats
-    states: Floats
-    unknown: Floats
+    limits: Limits
+    path: Floats
+    step: Workspace
 
 
-def new_workspace() -> IntegrationWorkspace:
-    """Arrays for `slide_session` to work in."""
-    return IntegrationWorkspace(
-        np.zeros(MOTION_SIZE), np.zeros(PUSH_SIZE), np.zeros(6), np.zeros((8, 6)), np.zeros(4)
+def _slides(law: Law, nodes: int) -> _Slides:
+    """The arrays for a law, with room for so many nodes of a path."""
+    control = STEPS if law.wear == 0.0 else STEPS_ON_TRACKS
+    return _Slides(
+        motion=np.zeros(MOTION_SIZE),
+        limits=Limits(FURTHEST * np.array([-1.0, 1.0, -1.0, 1.0]), NO_OBSTACLES, 0.0),
+        path=np.empty((nodes, NODE_SIZE)),
+        step=new_workspace()._replace(control=control),
     )
 
 
-@inlined
-def _worn_cell(wear: Any, stones: int, i: int, j: int) -> float:
-    """Factor on the friction of cell i, j after some stones; beyond the sheet the nearest."""
-    row = min(max(i, 0), wear.passes.shape[1] - 1)
-    column = min(max(j, 0), wear.passes.shape[2] - 1)
-    return exp(wear.along_path * wear.passes[stones, row, column])
+# --- a law of its own for every throw ------------------------------------------------------------
 
 
-@inlined
-def _worn(wear: Any, stones: int, x: float, y: float) -> float:
-    """Factor on the friction at a point after some stones."""
-    u = (y - wear.origin_y) / wear.cell
-    v = (x - wear.origin_x) / wear.cell
-    if not wear.bilinear:
-        return _worn_cell(wear, stones, floor(u + 0.5), floor(v + 0.5))
-    i, j = floor(u), floor(v)
-    u -= i
-    v -= j
-    near = (1.0 - v) * _worn_cell(wear, stones, i, j) + v * _worn_cell(wear, stones, i, j + 1)
-    far = (1.0 - v) * _worn_cell(wear, stones, i + 1, j) + v * _worn_cell(
-        wear, stones, i + 1, j + 1
-    )
-    return near * (1.0 - u) + u * far
-
-
-@inlined
-def _is_pushed(pushes: Any, throw: int) -> bool:
-    """Whether something unknown pushes the stone of a throw."""
-    return pushes.starts[throw + 1] - pushes.starts[throw] > 1
-
-
-@inlined
-def _unknown_at(pushes: Any, throw: int, t: float, out: Any) -> None:
-    """Fill out (4,) with the pushes of something unknown at a time of a throw."""
-    begin, end = pushes.starts[throw], pushes.starts[throw + 1]
-    place = min(max(t / pushes.spacing[throw], 0.0), end - begin - 1.0)
-    i = min(floor(place), end - begin - 2)
+@effect_kernel
+def _unknown(motion: Any, theta: Any, push: Any) -> None:
+    """Push as something unknown does: theta holds how many times, their spacing, and the sizes."""
+    last = theta[0] - 1.0
+    if last < 1.0:
+        return
+    place = min(max(motion[T] / theta[1], 0.0), last)
+    i = int(min(place, last - 1.0))
     u = place - i
-    for j in range(4):
-        out[j] = (1.0 - u) * pushes.sizes[begin + i, j] + u * pushes.sizes[begin + i + 1, j]
+    a = 2 + 4 * i
+    b = a + 4
+    push[FRICTION] *= exp((1.0 - u) * theta[a] + u * theta[b])
+    left = (1.0 - u) * theta[a + 1] + u * theta[b + 1]
+    push[PUSH_X] += (1.0 - u) * theta[a + 2] + u * theta[b + 2] - left * motion[TRAVEL_Y]
+    push[PUSH_Y] += left * motion[TRAVEL_X]
+    push[TURN] += (1.0 - u) * theta[a + 3] + u * theta[b + 3]
+
+
+def _own_law(law: Law, wear: Wear, pushes: UnknownPushes) -> Law:
+    """A law with room for the map of each throw, and for what something unknown does to it."""
+    rows, columns = law.mu.shape if wear.along_path == 0.0 else wear.passes.shape[1:]
+    law = law._replace(
+        mu=np.empty((rows, columns)), patterned=law.patterned or wear.along_path != 0.0
+    )
+    if len(pushes.sizes) == 0:
+        return law
+    room = np.zeros(2 + 4 * int(np.diff(pushes.starts).max()))
+    return law._replace(
+        kernels=np.append(law.kernels, _unknown.address),
+        offsets=np.append(law.offsets, len(law.theta)),
+        theta=np.concatenate([law.theta, room]),
+    )
 
 
 @inlined
-def _derivative(
-    law: Any, wear: Any, throws: Any, throw: int, t: float, s: Any, d: Any, work: Any
-) -> None:
-    """Fill d (6,) with the rate of change of the state s (6,) at time t."""
-    motion, parts = work.motion, work.parts
-    x, y, vx, vy, spin = s[State.X], s[State.Y], s[State.VX], s[State.VY], s[State.OMEGA]
-    motion[T] = t
-    motion[CLOCK] = throws.clocks[throw] + t
-    motion[HEADING] = s[State.THETA]
-    law_terms(law, motion, work.push, x, y, vx, vy, spin, parts)
-    mu = mu_of_map(law, x, y)
-    if wear.along_path != 0.0:
-        mu *= _worn(wear, throws.ran[throw], x, y)
-    pushed = _is_pushed(throws.pushes, throw)
-    if pushed:
-        _unknown_at(throws.pushes, throw, t, work.unknown)
-        mu *= exp(work.unknown[0])
-    d[State.X] = vx
-    d[State.Y] = vy
-    d[State.THETA] = spin
-    d[State.VX] = mu * parts[0] + parts[3]
-    d[State.VY] = mu * parts[1] + parts[4]
-    d[State.OMEGA] = mu * parts[2] + parts[5]
-    if pushed:
-        left = work.unknown[1] / max(sqrt(vx * vx + vy * vy), 1e-6)
-        d[State.VX] += work.unknown[2] - left * vy
-        d[State.VY] += left * vx
-        d[State.OMEGA] += work.unknown[3]
+def _fill_in(law: Any, mu: Any, wear: Any, factor: float, throws: Any, throw: int) -> None:
+    """Make a law that of a throw."""
+    if wear.along_path == 0.0:
+        for i in range(mu.shape[0]):
+            for j in range(mu.shape[1]):
+                law.mu[i, j] = factor * mu[i, j]
+    else:
+        passes = wear.passes[throws.ran[throw]]
+        for i in range(passes.shape[0]):
+            for j in range(passes.shape[1]):
+                worn = quick_exp(wear.along_path * passes[i, j])
+                law.mu[i, j] = factor * mu[i, j] * worn
+    pushes = throws.pushes
+    if pushes.sizes.shape[0] > 0:
+        begin, end = pushes.starts[throw], pushes.starts[throw + 1]
+        place = law.offsets[law.offsets.shape[0] - 1]
+        law.theta[place] = end - begin
+        law.theta[place + 1] = pushes.spacing[throw]
+        for i in range(end - begin):
+            for j in range(4):
+                law.theta[place + 2 + 4 * i + j] = pushes.sizes[begin + i, j]
+
+
+@inlined
+def _set_motion(motion: Any, throws: Any, throw: int) -> None:
+    motion[ORDER] = throws.orders[throw]
+    motion[STONE] = throws.stones[throw]
+    motion[RAN] = throws.ran[throw]
+    motion[SWEPT] = throws.swept_first[throw]
+
+
+# --- paths ---------------------------------------------------------------------------------------
+
+
+@inlined
+def _sweep_from(throws: Any, throw: int, swept: bool, switch: int) -> Any:
+    """When the present or next sweep of a throw begins and ends; infinite if it does not."""
+    switches, last = throws.switches, throws.switch_starts[throw + 1]
+    begin = -1.0
+    if not swept:
+        begin = switches[switch] if switch < last else np.inf
+        switch += 1
+    return begin, switches[switch] if switch < last else np.inf
+
+
+@inlined
+def _path_of(law: Any, throws: Any, throw: int, last: float, work: Any) -> int:
+    """Follow a throw to its last time, sweep after sweep; the number of nodes of its path."""
+    path, limits = work.path, work.limits
+    clock = throws.clocks[throw]
+    switch = throws.switch_starts[throw]
+    swept = throws.swept_first[throw] > 0.5
+    t = 0.0
+    count = 0
+    end = NEVER_STOPS
+    while end == NEVER_STOPS and t < last and count < path.shape[0]:
+        begin, until = _sweep_from(throws, throw, swept, switch)
+        within = Limits(limits.bounds, limits.obstacles, limits.reach, min(until, last))
+        delivery = ThrowTimes(clock, begin, until)
+        end, t, length = integrate(law, work.motion, delivery, within, path[count:], t, work.step)
+        count += length
+        switch += 1 if swept else 2
+        swept = False
+        if until == np.inf:
+            break
+    return count
+
+
+@inlined
+def _read_path(path: Any, count: int, times: Any, release: Any, out: Any) -> None:
+    """Fill out (n, 6) with the states at some times on a path of `count` nodes."""
+    k = 0
+    for row in range(times.shape[0]):
+        t = times[row]
+        if t <= 0.0 or count == 0:
+            for j in range(6):
+                out[row, j] = release[j]
+            continue
+        while k + 1 < count and path[k + 1, Node.T] < t:
+            k += 1
+        if k + 1 < count:
+            between_nodes(path, k, t - path[k, Node.T], out[row])
+        else:
+            for j in range(6):
+                out[row, j] = path[count - 1, Node.X + j]
 
 
 @compiled
-def friction_of_session(
-    law: Any, mu: Any, wear: Any, factors: Any, throws: Any, path: Any, out: Any, work: Any
-) -> None:
-    """Fill out (rows, 3) with the part of the acceleration that is proportional to the map's μ.
+def _slide_throws(
+    law: Any, mu: Any, wear: Any, factors: Any, states: Any, throws: Any, out: Any, work: Any
+) -> int:
+    """Slide every throw; the number of nodes of the longest path, or more than there is room for.
 
     Parameters
     ----------
-    law, mu, wear, factors, throws, work : as of `slide_session`
-    path : (rows, 6) states at the times of the throws
+    law : as of `_own_law`; overwritten with that of each throw
+    mu : (rows, columns) friction of the map
+    wear, factors, states, throws, out : as of `slide_session`
+    work : `_Slides`
     """
-    motion, parts = work.motion, work.parts
+    most = 0
+    for i in range(states.shape[0]):
+        _fill_in(law, mu, wear, factors[i], throws, i)
+        _set_motion(work.motion, throws, i)
+        for j in range(6):
+            work.step.states[2, j] = states[i, j]
+        begin, end = throws.starts[i], throws.starts[i + 1]
+        if end == begin:
+            continue
+        times = throws.times[begin:end]
+        count = _path_of(law, throws, i, times[end - begin - 1], work)
+        _read_path(work.path, min(count, work.path.shape[0]), times, states[i], out[begin:end])
+        most = max(most, count)
+    return most
+
+
+def slide_session(
+    law: Law, wear: Wear, factors: Floats, states: Floats, throws: ThrowInputs, out: Floats
+) -> None:
+    """Fill `out` with the states of every throw at its measured times.
+
+    Parameters
+    ----------
+    law : law of the ice
+    wear : wear along the paths of earlier stones
+    factors : (k,) factor on the map's friction, per throw
+    states : (k, 6) states at release: x, y, vx, vy, theta, omega
+    throws : what the throws bring along
+    out : (rows, 6) states at the measured times
+    """
+    own = _own_law(law, wear, throws.pushes)
+    room = NODES
+    while True:
+        needed = _slide_throws(own, law.mu, wear, factors, states, throws, out, _slides(own, room))
+        if needed < room:
+            return
+        room *= 4
+
+
+@compiled
+def _friction_of_throws(
+    law: Any, mu: Any, wear: Any, factors: Any, throws: Any, path: Any, out: Any, work: Any
+) -> None:
+    """Fill out (rows, 3) as of `friction_of_session`; the rest as of `_slide_throws`."""
+    motion, terms = work.motion, work.step.probe
     for i in range(factors.shape[0]):
-        _scale(mu, factors[i], law.mu)
-        motion[ORDER] = throws.orders[i]
-        motion[STONE] = throws.stones[i]
-        motion[RAN] = throws.ran[i]
-        motion[SWEPT] = throws.swept_first[i]
+        _fill_in(law, mu, wear, factors[i], throws, i)
+        _set_motion(motion, throws, i)
         switch, last = throws.switch_starts[i], throws.switch_starts[i + 1]
         for row in range(throws.starts[i], throws.starts[i + 1]):
             t = throws.times[row]
@@ -221,152 +333,22 @@ def friction_of_session(
             motion[CLOCK] = throws.clocks[i] + t
             motion[HEADING] = s[State.THETA]
             x, y = s[State.X], s[State.Y]
-            law_terms(law, motion, work.push, x, y, s[State.VX], s[State.VY], s[State.OMEGA], parts)
+            vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
+            law_terms(law, motion, work.step.push, x, y, vx, vy, spin, terms)
             local = mu_of_map(law, x, y)
-            if wear.along_path != 0.0:
-                local *= _worn(wear, throws.ran[i], x, y)
-            if _is_pushed(throws.pushes, i):
-                _unknown_at(throws.pushes, i, t, work.unknown)
-                local *= exp(work.unknown[0])
             for j in range(3):
-                out[row, j] = local * parts[j]
+                out[row, j] = local * terms[j]
 
 
-@inlined
-def _copy(source: Any, target: Any) -> None:
-    """Copy a state; compiled code allocates nothing, and a slice would."""
-    for j in range(6):
-        target[j] = source[j]
-
-
-@inlined
-def _scale(source: Any, factor: float, target: Any) -> None:
-    for i in range(source.shape[0]):
-        for j in range(source.shape[1]):
-            target[i, j] = factor * source[i, j]
-
-
-@inlined
-def _time_to_break(breaks: Any, position: float, velocity: float) -> float:
-    """Time until just past the next place where the law is not smooth, at the present speed [s].
-
-    The next step then begins with the law of the far side. The stone slows and may fall short; it
-    is nearer each time.
-    """
-    ahead = np.inf
-    if velocity != 0.0:
-        for k in range(breaks.shape[0]):
-            time = (breaks[k] - position) / velocity
-            if time > 0.0:
-                ahead = min(ahead, time + PAST_BREAK)
-    return ahead
-
-
-@inlined
-def _between(s0: Any, d0: Any, s1: Any, d1: Any, h: float, u: float, out: Any) -> None:
-    """State at the fraction u of a step: quintics through both ends' motion."""
-    for p in range(3):
-        position, rate = (State.THETA, State.OMEGA) if p == 2 else (p, State.VX + p)
-        begin = s0[position], s0[rate], d0[rate]
-        end = s1[position], s1[rate], d1[rate]
-        out[position], out[rate] = quintic(begin, end, h, u)
-
-
-@compiled
-def _slide_at(law: Any, wear: Any, throws: Any, throw: int, s: Any, out: Any, work: Any) -> None:
-    """Fill out (n, 6) with the states at a throw's times, from the state s at its release."""
-    motion, states = work.motion, work.states
-    before, d, d0, middle = states[0], states[1], states[2], states[3]
-    d2, d3, d4 = states[4], states[5], states[6]
-    switches = throws.switches[throws.switch_starts[throw] : throws.switch_starts[throw + 1]]
-    times = throws.times[throws.starts[throw] : throws.starts[throw + 1]]
-    n = times.shape[0]
-    is_even = not law.patterned and wear.along_path == 0.0 and law.wear == 0.0
-    is_even = is_even and not _is_pushed(throws.pushes, throw)
-    longest = LONGEST_STEP if is_even else PATTERNED_STEP
-    t = 0.0
-    row = 0
-    switch = 0
-    while row < n and times[row] <= 0.0:
-        _copy(s, out[row])
-        row += 1
-    _derivative(law, wear, throws, throw, t, s, d, work)
-    for _ in range(MOST_STEPS):
-        if row >= n:
-            return
-        vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
-        ax, ay, turn = d[State.VX], d[State.VY], d[State.OMEGA]
-        speed = sqrt(vx * vx + vy * vy)
-        fastest = max(speed, fabs(spin) * law.band_radius)
-        rate = sqrt(ax * ax + ay * ay)
-        if fastest < REST_SPEED:
-            tail = speed / max(rate, 1e-6)
-            while row < n:
-                u = min(times[row] - t, tail)
-                remaining = 1.0 - u / tail if tail > 0.0 else 0.0
-                fade = u * (0.5 + 0.5 * remaining)
-                for p in range(3):
-                    position, velocity = (State.THETA, State.OMEGA) if p == 2 else (p, State.VX + p)
-                    out[row, position] = s[position] + fade * s[velocity]
-                    out[row, velocity] = s[velocity] * remaining
-                row += 1
-            return
-        if switch < switches.shape[0] and switches[switch] <= t + 1e-9:
-            motion[SWEPT] = 1.0 - motion[SWEPT]
-            _derivative(law, wear, throws, throw, t, s, d, work)
-            switch += 1
-        h = SPEED_SHARE * fastest / max(rate, fabs(turn) * law.band_radius, 1e-9)
-        h = min(longest, h)
-        if switch < switches.shape[0]:
-            h = min(h, switches[switch] - t)
-        h = min(h, _time_to_break(law.x_breaks, s[State.X], vx))
-        h = max(min(h, _time_to_break(law.y_breaks, s[State.Y], vy)), 1e-6)
-        _copy(s, before)
-        _copy(d, d0)
-        for j in range(6):
-            middle[j] = s[j] + 0.5 * h * d0[j]
-        _derivative(law, wear, throws, throw, t + 0.5 * h, middle, d2, work)
-        for j in range(6):
-            middle[j] = s[j] + 0.5 * h * d2[j]
-        _derivative(law, wear, throws, throw, t + 0.5 * h, middle, d3, work)
-        for j in range(6):
-            middle[j] = s[j] + h * d3[j]
-        _derivative(law, wear, throws, throw, t + h, middle, d4, work)
-        for j in range(6):
-            s[j] += h / 6.0 * (d0[j] + 2.0 * d2[j] + 2.0 * d3[j] + d4[j])
-        _derivative(law, wear, throws, throw, t + h, s, d, work)
-        while row < n and times[row] <= t + h:
-            _between(before, d0, s, d, h, (times[row] - t) / h, out[row])
-            row += 1
-        t += h
-    while row < n:
-        _copy(s, out[row])
-        row += 1
-
-
-@compiled
-def slide_session(
-    law: Any, mu: Any, wear: Any, factors: Any, states: Any, throws: Any, out: Any, work: Any
+def friction_of_session(
+    law: Law, wear: Wear, factors: Floats, throws: ThrowInputs, path: Floats, out: Floats
 ) -> None:
-    """Fill `out` with the states of every throw at its measured times.
+    """Fill out (rows, 3) with the part of the acceleration that is proportional to the map's μ.
 
     Parameters
     ----------
-    law : law of the ice; its map is overwritten with that of each throw
-    mu : (rows, columns) friction of the map
-    wear : wear along the paths of earlier stones
-    factors : (k,) factor on the map's friction, per throw
-    states : (k, 6) states at release: x, y, vx, vy, theta, omega
-    throws : `ThrowInputs`
-    out : (rows, 6) states at the measured times
-    work : `IntegrationWorkspace`
+    law, wear, factors, throws : as of `slide_session`
+    path : (rows, 6) states at the times of the throws
     """
-    s = work.states[7]
-    for i in range(states.shape[0]):
-        _scale(mu, factors[i], law.mu)
-        _copy(states[i], s)
-        work.motion[ORDER] = throws.orders[i]
-        work.motion[STONE] = throws.stones[i]
-        work.motion[RAN] = throws.ran[i]
-        work.motion[SWEPT] = throws.swept_first[i]
-        _slide_at(law, wear, throws, i, s, out[throws.starts[i] : throws.starts[i + 1]], work)
+    own = _own_law(law, wear, throws.pushes)
+    _friction_of_throws(own, law.mu, wear, factors, throws, path, out, _slides(own, 1))

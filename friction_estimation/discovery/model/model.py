@@ -10,9 +10,14 @@ import numpy as np
 
 from curling_env.common_errors import LevelError
 from curling_env.ice import Ice
-from curling_env.physics.law import Law, compile_law, on_tracks
-from curling_env.physics.state import State
-from curling_env.physics.wear import wear_along_path, wear_under_contacts
+from curling_env.physics import (
+    Law,
+    State,
+    compile_law,
+    on_tracks,
+    wear_along_path,
+    wear_under_contacts,
+)
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
@@ -23,7 +28,6 @@ from friction_estimation.discovery.model.candidates import Belief, Term
 from friction_estimation.discovery.model.forward import (
     ThrowInputs,
     Wear,
-    new_workspace,
     slide_session,
 )
 from friction_estimation.discovery.model.friction_field import FrictionField
@@ -34,7 +38,7 @@ CameraField = SystematicError | CameraRipple
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
 one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
-NO_WEAR = Wear(np.zeros((1, 1, 1)), 0.0, 0.0, 0.0, 1.0, True)
+NO_WEAR = Wear(np.zeros((1, 1, 1)), 0.0)
 """Wear along the paths of earlier stones, where they wear nothing."""
 
 
@@ -224,11 +228,25 @@ class Model:
         )
 
     def law_in(self, session: Session) -> Law:
-        """The force law where the stones of a session have worn tracks."""
+        """The force law where the stones of a session have worn tracks.
+
+        Where they wear the map itself, it has the cells that keep this.
+        """
+        law = self.law if wear_along_path(self._ice_with_terms) == 0.0 else self._law_on_wear_cells
         wear = wear_under_contacts(self._ice_with_terms)
         if wear == 0.0:
-            return self.law
-        return on_tracks(self.law, *session.wear_tracks.tracks(self.ice.sheet), wear)
+            return law
+        return on_tracks(law, *session.wear_tracks.tracks(self.ice.sheet), wear)
+
+    @cached_property
+    def _law_on_wear_cells(self) -> Law:
+        """The force law, its map divided into the cells that keep wear along paths."""
+        mu = np.broadcast_to(self.law.mu, self.ice.sheet.shape).copy()
+        mapped = replace(self.ice, friction=replace(self.ice.friction, mu=mu), effects=())
+        finer = compile_law(mapped.refined(self.wear_refinement))
+        return self.law._replace(
+            mu=finer.mu, origin_x=finer.origin_x, origin_y=finer.origin_y, cell=finer.cell
+        )
 
     @property
     def wear_refinement(self) -> int:
@@ -246,15 +264,7 @@ class Model:
         along_path = wear_along_path(self._ice_with_terms)
         if along_path == 0.0:
             return NO_WEAR
-        sheet = self.wear_sheet
-        return Wear(
-            passes=session.wear_tracks.passes(sheet),
-            along_path=along_path,
-            origin_x=float(sheet.x_centres[0]),
-            origin_y=float(sheet.y_centres[0]),
-            cell=sheet.cell_size,
-            bilinear=self.ice.friction.interpolation == "bilinear",
-        )
+        return Wear(session.wear_tracks.passes(self.wear_sheet), along_path)
 
     def improved_ice(
         self,
@@ -347,16 +357,13 @@ def true_states(
 ) -> Floats:
     """True states at some times of every throw, (n, 6); `times` and `starts` as of `Session`."""
     out = np.empty((len(times), 6))
-    law = model.law_in(session)
     slide_session(
-        law._replace(mu=np.empty_like(law.mu)),
-        law.mu,
+        model.law_in(session),
         model.wear(session),
         np.exp(ln_factors),
         states,
         throw_inputs(session, times, starts),
         out,
-        new_workspace(),
     )
     return out
 

@@ -6,10 +6,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.physics.state import State
+from curling_env.physics import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.forward import friction_of_session, new_workspace
+from friction_estimation.discovery.model.forward import friction_of_session
 from friction_estimation.discovery.model.model import (
     Model,
     predict,
@@ -85,17 +85,14 @@ def friction_along(
     model, session, ln_factors : as of `predict`
     paths : paths, with their instants
     """
-    law = model.law_in(session)
     friction = np.empty((len(paths.path), 3))
     friction_of_session(
-        law._replace(mu=np.empty_like(law.mu)),
-        law.mu,
+        model.law_in(session),
         model.wear(session),
         np.exp(ln_factors),
         throw_inputs(session, paths.instants.times, paths.instants.starts),
         paths.path,
         friction,
-        new_workspace(),
     )
     return friction
 

@@ -43,3 +43,23 @@ def test_where_nothing_can_be_kept_it_runs_all_the_same():
     assert found.returncode == 0, found.stderr
     assert found.stdout == "True\n"
     assert found.stderr.count("compiled code is not kept") == 1
+
+
+def test_a_user_without_a_home_is_warned():
+    program = (
+        "import pathlib\n"
+        "def nowhere(_=None):\n"
+        "    raise RuntimeError\n"
+        "pathlib.Path.home = nowhere\n" + USE_KERNELS
+    )
+    environment = {k: v for k, v in os.environ.items() if k != "NUMBA_CACHE_DIR"}
+    environment.pop("XDG_CACHE_HOME", None)
+    found = subprocess.run(
+        [sys.executable, "-c", program],
+        env=environment,
+        capture_output=True,
+        text=True,
+        timeout=300,
+    )
+    assert found.stdout == "True\n", found.stderr
+    assert found.stderr.count("compiled code is not kept") == 1

@@ -37,6 +37,8 @@ from curling_env.throw import Release, Throw
 
 STEP = 1e-4
 """[s]"""
+COARSE_STEP = 1e-3
+"""The same where several stones move [s]; halved until two only just touch."""
 AT_REST = 4e-5
 """Speed of centre and band that is rest [m/s]: half a millisecond and ten nanometres before it."""
 
@@ -175,6 +177,83 @@ def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Re
     return Rest(*place, float(time), bool(rests))
 
 
+@compiled
+def _play(
+    law: Law, motion: Any, push: Any, parts: Any, contact: Any, bounds: Any, stones: Any, work: Any
+) -> bool:
+    """Step stones (n, 6) until none moves or each has left; whether that came to pass."""
+    reach, restitution, friction, turning = contact
+    n = stones.shape[0]
+    after = work[6:]
+    for _ in range(int(60.0 / COARSE_STEP)):
+        low, step, touching = 0.0, COARSE_STEP, True
+        for halving in range(40):
+            touching = False
+            for i in range(n):
+                _step(law, motion, push, parts, 0.0, 0.0, step, stones[i], work, after[i])
+                s = stones[i]
+                still = s[2] * s[2] + s[3] * s[3] < 1e-8 and fabs(s[5]) < 1e-3
+                if still or not (bounds[0] < s[0] < bounds[1] and bounds[2] < s[1] < bounds[3]):
+                    for k in range(6):
+                        after[i, k] = s[k] if k < 2 or k == 4 else 0.0
+            for i in range(n):
+                for j in range(i):
+                    x, y = after[i, 0] - after[j, 0], after[i, 1] - after[j, 1]
+                    closing = x * (after[i, 2] - after[j, 2]) + y * (after[i, 3] - after[j, 3])
+                    touching |= x * x + y * y < reach * reach and closing < 0.0
+            if not touching and halving == 0:
+                break
+            if touching:
+                high = step
+            else:
+                low = step
+            step = 0.5 * (low + high)
+        moves = False
+        for i in range(n):
+            for k in range(6):
+                stones[i, k] = after[i, k]
+            moves |= stones[i, 2] != 0.0 or stones[i, 3] != 0.0
+        if not moves:
+            return True
+        if step == COARSE_STEP:
+            continue
+        for i in range(n):
+            for j in range(i):
+                a, b = stones[j], stones[i]
+                x, y = b[0] - a[0], b[1] - a[1]
+                gap = sqrt(x * x + y * y)
+                nx, ny = x / gap, y / gap
+                normal = (a[2] - b[2]) * nx + (a[3] - b[3]) * ny
+                if gap > reach + 1e-9 or normal <= 0.0:
+                    continue
+                slip = (a[3] - b[3]) * nx - (a[2] - b[2]) * ny + 0.5 * reach * (a[5] + b[5])
+                jolt = 0.5 * (1.0 + restitution) * normal
+                rub = slip / (2.0 + 0.5 * turning * reach * reach)
+                rub = min(max(rub, -friction * jolt), friction * jolt)
+                for stone, sign in ((a, -1.0), (b, 1.0)):
+                    stone[2] += sign * (jolt * nx - rub * ny)
+                    stone[3] += sign * (jolt * ny + rub * nx)
+                    stone[5] -= 0.5 * turning * reach * rub
+    return False
+
+
+def _play_finely(
+    ice: Ice, stones: NDArray[np.float64], release: Release, bounds: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Final places (k + 1, 2) of stones (k, 2) and the thrown one: small steps, single impulses."""
+    states = np.zeros((len(stones) + 1, 6))
+    states[:-1, :2] = stones
+    states[-1] = [release.x, release.y, release.vx, release.vy, release.theta, release.omega]
+    stone = ice.stone
+    contact = (
+        2 * stone.radius, stone.restitution, stone.stone_friction, stone.mass / stone.inertia,
+    )  # fmt: skip
+    work = np.zeros((6 + len(states), 6))
+    law, motion = compile_law(ice), np.zeros(MOTION_SIZE)
+    assert _play(law, motion, np.zeros(PUSH_SIZE), np.zeros(6), contact, bounds, states, work)
+    return states[:, :2]
+
+
 def _draw_ice(rng: np.random.Generator) -> Ice:
     """Standard ice made rough, with some effects on it."""
     ice = load_ice("standard")
@@ -211,6 +290,11 @@ def _draw_release(rng: np.random.Generator, slowest: float = 0.6, fastest: float
 @pytest.fixture
 def slide_finely() -> Callable[[Ice, Release, NDArray[np.float64]], Rest]:
     return _slide_finely
+
+
+@pytest.fixture
+def play_finely() -> Callable[..., NDArray[np.float64]]:
+    return _play_finely
 
 
 @pytest.fixture

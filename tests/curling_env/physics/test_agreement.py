@@ -1,8 +1,7 @@
-"""One law, two engines: a batch of positions against the engine whose contacts are pymunk's.
+"""The engine, whose contacts pymunk solves, and the batch, which solves its own, beside each other.
 
-The engine takes Runge–Kutta steps, follows contacts on quintics and lets pymunk solve them. The
-batch takes steps of another kind, follows contacts on cubics and solves them by its own sweeps.
-Once a second stone moves, they share the law of the ice, which stones touch, and nothing else.
+Both slide stones in the same way. `play_finely` of the conftest, which shares nothing with them but
+the law, checks the path of several stones that move at once.
 """
 
 from __future__ import annotations
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 from scipy.stats import ks_2samp
 
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics import (
     FINE_TOLERANCE,
     Engine,
@@ -28,9 +27,6 @@ from curling_env.physics import (
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Release, Throw
 
-ELSEWHERE = StoneState(x=1.9, y=-19.0, vx=-1e-3)
-"""A stone that creeps at the other end, so that the engine takes its own steps from the start."""
-
 
 def in_batch(ice: Ice, stones: np.ndarray, release: Release) -> Positions:
     bounds = play_bounds(ice, Direction.AWAY)
@@ -39,12 +35,12 @@ def in_batch(ice: Ice, stones: np.ndarray, release: Release) -> Positions:
 
 def in_engine(ice: Ice, stones: np.ndarray, release: Release) -> Outcome:
     lying = [StoneState(x=float(x), y=float(y)) for x, y in stones]
-    return Engine(ice).play(release, [*lying, ELSEWHERE])
+    return Engine(ice).play(release, lying)
 
 
 def ends(outcome: Outcome) -> np.ndarray:
-    """Where the stones lie or left, the one elsewhere left out."""
-    return np.array([(s.x, s.y) for k, s in enumerate(outcome.stones) if s.y > -18.0 or k == 0])
+    """Where the stones lie or left."""
+    return np.array([(s.x, s.y) for s in outcome.stones])
 
 
 @pytest.mark.parametrize("seed", range(12))
@@ -83,6 +79,21 @@ def test_one_collision_agrees_to_a_millimetre(seed, draw_ice) -> None:
     nudged = in_batch(ice, stones + np.array([1e-6, 0.0]), release)
     magnified = np.hypot(*(nudged.last[0] - batch.last[0]).T).max() / 1e-6
     assert off < max(1e-3, 2e-5 * magnified)
+
+
+@pytest.mark.parametrize("seed", range(10))
+def test_collisions_agree_with_small_steps_and_textbook_impulses(seed, play_finely) -> None:
+    rng = np.random.default_rng(300 + seed)
+    ice = load_ice("standard")
+    stones, release = hit(rng, ice)
+    struck = stones[0] + np.array([rng.uniform(-0.3, 0.3), rng.uniform(0.5, 1.0)])
+    stones = np.vstack([stones, struck])
+    bounds = play_bounds(ice, Direction.AWAY)
+    fine = play_finely(ice, stones, release, bounds)
+    nudged = play_finely(ice, stones + np.array([1e-6, 0.0]), release, bounds)
+    allowed = max(1e-3, 4e-5 * np.hypot(*(nudged - fine).T).max() / 1e-6)
+    for places in (in_batch(ice, stones, release).last[0], ends(in_engine(ice, stones, release))):
+        assert np.hypot(*(places - fine).T).max() < allowed
 
 
 def test_positions_agree_in_distribution(rng, draw_ice) -> None:

@@ -9,8 +9,13 @@ import subprocess
 import sys
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
 
-from curling_env.physics.compiled import CACHE_FOLDER
+import numpy as np
+import pytest
+
+from curling_env.ice import load_ice
+from curling_env.physics.compiled import CACHE_FOLDER, compiled, inlined, part
 
 PLAY = """
 import json
@@ -21,7 +26,7 @@ event.register("numba:run_pass", passes)
 from curling_env.ice import load_ice
 from curling_env.physics import Engine, StoneState, play_batch, slide, throw_batch
 from curling_env.physics.compiled import CACHE_FOLDER
-from curling_env.physics.one_stone.integrate import integrate
+from curling_env.physics.integrator import integrate
 from curling_env.throw import Throw
 ice, release = load_ice("standard"), Throw(speed=2.6, spin=1.0).release()
 def files():
@@ -46,7 +51,7 @@ print(json.dumps({"loaded": sorted(sys.modules)}))
 """
 
 
-def run(program: str, cache: Path | None = None) -> dict:
+def run(program: str, cache: Path | None = None) -> Any:
     """What a program in a process of its own prints; compiled code is kept in `cache`."""
     own = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     done = subprocess.run(
@@ -62,7 +67,7 @@ def run(program: str, cache: Path | None = None) -> dict:
 def test_a_second_start_compiles_nothing(tmp_path: Path) -> None:
     # In the usual folder another test may be compiling at this moment. What it holds need not be
     # compiled here once more.
-    if CACHE_FOLDER is not None and CACHE_FOLDER.exists():
+    if CACHE_FOLDER.exists():
         with suppress(shutil.Error):
             shutil.copytree(CACHE_FOLDER, tmp_path / CACHE_FOLDER.name)
     run(PLAY, tmp_path)
@@ -109,8 +114,8 @@ def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Pa
     assert answers == [2.0, 3.0]
 
 
-SLIDE = """
-import json, sys
+KERNELS = """
+import json
 from curling_env.infrastructure import kernel_cache
 from curling_env.physics.compiled import quick_log, compiled
 @compiled
@@ -119,29 +124,127 @@ def half(x):
 @compiled
 def twice(x):
     return 4 * half(x)
-found = twice(1.0)
+found = twice(3.0)
 print(json.dumps({"twice": found, "hits": sum(twice.stats.cache_hits.values())
                   + sum(half.stats.cache_hits.values()), "said": kernel_cache.remarks()}))
 """
 
 
-def test_damaged_machine_code_is_compiled_again(tmp_path: Path) -> None:
-    first = run(SLIDE, tmp_path)
-    files = sorted(tmp_path.rglob("*.nb?"))
-    assert len(files) >= 4
-    for k, file in enumerate(files):
-        content = file.read_bytes()
+@pytest.fixture
+def cache(tmp_path: Path) -> Path:
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    return folder
+
+
+@pytest.fixture
+def kernels(tmp_path: Path) -> str:
+    """A program that runs kernels which stand in a file."""
+    file = tmp_path / "kernels.py"
+    file.write_text(KERNELS)
+    return f"exec(compile(open({str(file)!r}).read(), {str(file)!r}, 'exec'))"
+
+
+def test_damaged_machine_code_is_compiled_again(kernels: str, cache: Path) -> None:
+    def flip(content: bytes) -> bytes:
         at = len(content) // 2
-        flipped = content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
-        file.write_bytes([b"", content[:100], os.urandom(len(content)), flipped][k % 4])
-    assert run(SLIDE, tmp_path) == {**first, "hits": 0}
-    assert run(SLIDE, tmp_path)["hits"] > 0  # what was damaged has been replaced
+        return content[:at] + bytes([content[at] ^ 1]) + content[at + 1 :]
+
+    first = run(kernels, cache)
+    files = sorted(cache.rglob("*.nb?"))
+    assert len(files) == 4
+    for damage in (lambda _: b"", lambda c: c[:100], lambda c: os.urandom(len(c)), flip):
+        for file in files:
+            file.write_bytes(damage(file.read_bytes()))
+        assert run(kernels, cache) == {**first, "hits": 0}
+    assert run(kernels, cache)["hits"] > 0  # what was damaged has been replaced
 
 
-def test_a_cache_that_others_can_write_is_refused(tmp_path: Path) -> None:
-    run(SLIDE, tmp_path)
-    for folder in [tmp_path, *filter(Path.is_dir, tmp_path.rglob("*"))]:
+def test_a_cache_that_cannot_be_written_stops_nobody(kernels: str, cache: Path) -> None:
+    first = run(kernels, cache)
+    for index in cache.rglob("*.nbi"):
+        index.unlink()
+        index.mkdir()
+    found = run(kernels, cache)
+    assert found["twice"] == first["twice"]
+    assert "cannot be written" in found["said"][0]
+
+
+def test_a_cache_that_others_can_write_is_refused(kernels: str, cache: Path) -> None:
+    run(kernels, cache)
+    for folder in filter(Path.is_dir, cache.rglob("*")):
         folder.chmod(0o777)
-    found = run(SLIDE, tmp_path)
+    found = run(kernels, cache)
     assert found["hits"] == 0
     assert "others can write" in found["said"][0]
+
+
+def test_a_kernel_without_a_file_is_not_kept(cache: Path) -> None:
+    # Nothing would tell that its constants have changed.
+    first, second = run(KERNELS, cache), run(KERNELS.replace("4 *", "5 *"), cache)
+    assert second["twice"] / first["twice"] == pytest.approx(5 / 4)
+    assert not list(cache.rglob("*.nb?"))
+
+
+@pytest.mark.parametrize("kind", [part, inlined])
+def test_a_part_computes_the_same_in_a_kernel_and_in_python(kind) -> None:
+    def in_python(values, k):
+        return values[k] * values[k] + 0.1
+
+    place = kind(in_python)
+
+    def total(values):
+        found = place(values, 0)
+        for k in range(1, values.shape[0]):
+            found = found / 3.0 + place(values, k)
+        return found
+
+    values = np.random.default_rng(0).normal(size=50)
+    expected = total(values)
+    assert compiled(total)(values) == expected
+    assert total(values) == expected
+    assert len(place._compiled.signatures) == 1  # not another one for the constant
+
+
+def test_a_kernel_with_an_expression_of_whole_arrays_can_be_called() -> None:
+    def spread(values):
+        away = (values - 1.0) * (values + 0.5)
+        return away.sum()
+
+    values = np.arange(5.0)
+    assert compiled(spread, allocates=True)(values) == spread(values)
+
+
+FIRST_STEPS = """
+import json
+import gymnasium, curling_env
+from curling_env.physics import catalogue
+from curling_env.physics import batch, events, integrator
+kernels = [batch._play_all, batch._slide_all, integrator.integrate, events.advance_and_sample]
+found = []
+for name, many in (
+    ("CurlingSheet-v0", 0), ("CurlingEnd-v0", 0), ("CurlingSheet-v0", 2), ("CurlingEnd-v0", 2)
+):
+    env = gymnasium.make_vec(name, num_envs=many) if many else gymnasium.make(name)
+    env.reset(seed=0)
+    env.step(0 * env.action_space.sample())
+    found.append({
+        "kernels": sorted(k.__name__ for k in kernels if k.signatures),
+        "effects": [name for name, card in catalogue().items()
+                    if "_compiled" in vars(card.kernel or json)],
+    })
+print(json.dumps(found))
+"""
+
+
+def test_a_first_step_compiles_only_what_it_needs() -> None:
+    """One sheet, one end, many sheets, many ends: each after those before it."""
+    found = run(FIRST_STEPS)
+    assert [one["kernels"] for one in found] == [
+        ["advance_and_sample", "integrate"],
+        ["advance_and_sample", "integrate"],
+        ["_slide_all", "advance_and_sample", "integrate"],
+        ["_play_all", "_slide_all", "advance_and_sample", "integrate"],
+    ]
+    for one in found:
+        assert set(one["effects"]) == {effect.name for effect in load_ice("standard").effects}

@@ -7,7 +7,6 @@ import pytest
 
 from curling_env.ice import Ice
 from curling_env.physics import State, catalogue, slide
-from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from friction_estimation.discovery import (
     Term,
@@ -18,45 +17,11 @@ from friction_estimation.discovery import (
     misfit_of,
     neutral_values,
     open_session,
-    predict,
     refit,
     standard_errors,
 )
 
 from ..conftest import effect
-
-
-@pytest.mark.parametrize("preset", ["standard", "paper"])
-def test_forward_model_and_slide_agree(preset):
-    from curling_env.ice import load_ice
-
-    ice = load_ice(preset)
-    release = Throw(speed=1.9, angle=0.01, spin=1.5, x=0.2).release(
-        Direction.HOME, sweep=(2.0, 6.0)
-    )
-    path = slide(ice, release, fps=10).trajectory
-    assert path is not None
-    session = open_session([path])
-    r = release
-    state = np.array([[r.x, r.y, r.vx, r.vy, r.theta, r.omega]])
-    found = predict(base_model(ice, session), session, state, np.zeros(1))
-    frames = np.abs(path.t[:, None] - session.times).argmin(axis=0)
-    assert len(session.times) > 0.95 * len(path)
-    assert np.abs(found[:-1, :2] - path.xy[frames][:-1]).max() < 2e-3
-
-
-def test_the_forward_model_and_slide_agree_across_sharp_edges():
-    patch = effect("friction_patch", x_min=-0.5, x_max=1.5, y_min=-4.7, y_max=4.7, factor=1.16)
-    ice = Ice.uniform(0.009, effects=(patch,))
-    release = Throw(speed=2.2, angle=0.01, spin=1.5, x=-0.2).release(Direction.AWAY)
-    path = slide(ice, release, fps=10).trajectory
-    assert path is not None
-    session = open_session([path])
-    r = release
-    state = np.array([[r.x, r.y, r.vx, r.vy, r.theta, r.omega]])
-    found = predict(base_model(ice, session), session, state, np.zeros(1))
-    frames = np.abs(path.t[:, None] - session.times).argmin(axis=0)
-    assert np.abs(found[:-1, :2] - path.xy[frames][:-1]).max() < 3e-4
 
 
 def test_friction_scatter_and_errors(make_session):

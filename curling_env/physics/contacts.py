@@ -24,7 +24,6 @@ which Digital Curling's server plays, solves the contacts of a time step in the 
 from __future__ import annotations
 
 import math
-from enum import IntEnum
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -79,23 +78,26 @@ def contact_law(stone: Stone, *, touching: float = TOUCHING) -> ContactLaw:
     )
 
 
-class Entry(IntEnum):
+class _Entries(NamedTuple):
     """Columns of the table of contacts."""
 
-    NX = 0
+    NX: int = 0
     """Direction from the first centre to the second."""
-    NY = 1
-    LEVER = 2
+    NY: int = 1
+    LEVER: int = 2
     """Distance of the point of contact from both centres [m]."""
-    CLOSING = 3
+    CLOSING: int = 3
     """Speed at which the stones near each other [m/s]."""
-    X = 4
+    X: int = 4
     """Twice the place of the contact [m]."""
-    Y = 5
-    PUSH = 6
+    Y: int = 5
+    PUSH: int = 6
     """Impulse along the line of centres, per mass [m/s]."""
-    RUB = 7
+    RUB: int = 7
     """Impulse along the rims, per mass [m/s]."""
+
+
+Entry = _Entries()
 
 
 class Contacts(NamedTuple):
@@ -270,7 +272,8 @@ def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int)
             largest = max(largest, abs(push), abs(rub))
         if count == 1 or largest <= SOLVED * fastest:
             break
-    add_no_energy(law, before, stones)
+    if count > 1:  # one contact alone adds none
+        add_no_energy(law, before, stones)
     pushes = 0
     for place in range(count):
         if table[order[place], Entry.PUSH] > 0.0:

@@ -9,17 +9,21 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.law import Law, compile_law
+from curling_env.physics.integrator import SlideEnd, ThrowTimes, integrate
+from curling_env.physics.law import compile_law
+from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
-from curling_env.physics.one_stone.step import Workspace, new_workspace
-from curling_env.physics.one_stone.surroundings import NO_BOUNDS, NO_OBSTACLES, Limits
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME, ROUNDING
-from curling_env.physics.state import State
+from curling_env.physics.state import NODE_SIZE, State
+from curling_env.physics.step import new_workspace
+from curling_env.physics.surroundings import NO_BOUNDS, NO_OBSTACLES, Limits
+from curling_env.physics.tuning import FINE_TOLERANCE, ROUNDING
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
+
+USUAL_NODES = 1024
+"""Room for the nodes of a path; the few longer ones are followed a second time."""
 
 __all__ = [
     "NO_BOUNDS",
@@ -32,35 +36,8 @@ __all__ = [
     "motion_of",
     "play_bounds",
     "slide",
-    "slide_state",
     "state_of",
 ]
-
-
-def slide_state(
-    law: Law,
-    s: Floats,
-    motion: Floats,
-    delivery: Delivery,
-    limits: Limits,
-    sampling: Sampling,
-    work: Workspace,
-) -> tuple[int, float, int]:
-    """Slide a stone from state s until it rests, leaves the bounds or comes within reach.
-
-    Parameters
-    ----------
-    s : (6,) becomes the final state
-    law, motion, delivery, limits, sampling, work : as in `integrate`
-
-    Returns
-    -------
-    end, t, count : as in `integrate`
-    """
-    work.states[2] = s
-    end, t, count, _ = integrate(law, motion, delivery, limits, sampling, work.nodes[:0], 0.0, work)
-    s[:] = work.states[2]
-    return end, t, count
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,9 +105,9 @@ def motion_of(release: Release) -> Floats:
     return motion
 
 
-def delivery_of(release: Release) -> Delivery:
+def delivery_of(release: Release) -> ThrowTimes:
     """Clock and sweep of a release."""
-    return Delivery(release.clock, release.sweep_start, release.sweep_end)
+    return ThrowTimes(release.clock, release.sweep_start, release.sweep_end)
 
 
 def slide(
@@ -158,19 +135,16 @@ def slide(
     ------
     InputError : a stone that starts outside the bounds, or ice on which it never stops
     """
-    bounds = edge_bounds(ice) if bounds is None else bounds
-    state = state_of(release)
-    dt = 1.0 / fps if fps else 1.0
-    samples = np.empty((int(MAX_TIME / dt) + 1 if fps else 0, 4))
-    end, time, count = slide_state(
-        compile_law(ice),
-        state,
-        motion_of(release),
-        delivery_of(release),
-        Limits(bounds, NO_OBSTACLES, 0.0),
-        Sampling(dt, samples),
-        new_workspace(tolerance),
-    )
+    law, motion, work = compile_law(ice), motion_of(release), new_workspace(tolerance)
+    limits = Limits(edge_bounds(ice) if bounds is None else bounds, NO_OBSTACLES, 0.0)
+    path = np.empty((USUAL_NODES if fps else 0, NODE_SIZE))
+    while True:
+        state = work.states[2]
+        state[:] = state_of(release)
+        end, time, length = integrate(law, motion, delivery_of(release), limits, path, 0.0, work)
+        if length <= len(path):
+            break
+        path = np.empty((length, NODE_SIZE))
     if time == 0.0 and end == SlideEnd.LEFT_BOUNDS:
         raise InputError(f"the stone starts off the ice, at ({release.x:g}, {release.y:g}) m")
     if end == SlideEnd.NEVER_STOPS:
@@ -181,15 +155,19 @@ def slide(
         )
     trajectory = None
     if fps:
-        rows = samples[:count]
-        if count == 0 or time > rows[-1, 0] + 1e-9:
-            rows = np.vstack([rows, [time, *state[[State.X, State.Y, State.THETA]]]])
-        swept = (rows[:, 0] >= release.sweep_start) & (rows[:, 0] < release.sweep_end)
+        dt = 1.0 / fps
+        rows = np.empty((int(time / dt) + 1, 3))
+        count = sample_path(path, length, dt, 0, time, work.probe, rows) if length else 0
+        t: Floats = dt * np.arange(count, dtype=np.float64)
+        rows = rows[:count]
+        if count == 0 or time > t[-1] + 1e-9:
+            t = np.append(t, time)
+            rows = np.vstack([rows, state[[State.X, State.Y, State.THETA]]])
         trajectory = Trajectory(
-            t=rows[:, 0].copy(),
-            xy=rows[:, 1:3].copy(),
-            theta=rows[:, 3].copy(),
-            swept=swept.astype(np.float64),
+            t=t,
+            xy=rows[:, :2].copy(),
+            theta=rows[:, 2].copy(),
+            swept=((t >= release.sweep_start) & (t < release.sweep_end)).astype(np.float64),
             throw=throw,
             stone=release.stone,
             clock=release.clock,

@@ -20,9 +20,10 @@ import numpy as np
 
 from curling_env.physics.compiled import inlined
 from curling_env.physics.law import MIN_SPEED, Law, law_terms
+from curling_env.physics.map_path import curve_at, follow_map, parabola_at
 from curling_env.physics.motion import CLOCK, HEADING, PUSH_SIZE, T
-from curling_env.physics.one_stone.map_path import curve_at, follow_map, parabola_at
-from curling_env.physics.one_stone.tuning import (
+from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.tuning import (
     LENGTH_PER_RADIAN,
     MAX_NODES,
     MAX_PASSES,
@@ -31,7 +32,6 @@ from curling_env.physics.one_stone.tuning import (
     StepControl,
     step_control,
 )
-from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.typing import Floats
 
 

@@ -9,10 +9,10 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.physics.aim import Aim
 from curling_env.physics.effects import catalogue
-from curling_env.physics.one_stone.aim import Aim
-from curling_env.physics.one_stone.slide import edge_bounds
 from curling_env.physics.session import simulate
+from curling_env.physics.slides import edge_bounds
 from curling_env.throw import Release, Throw
 from curling_env.typing import Floats
 

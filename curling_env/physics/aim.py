@@ -13,26 +13,25 @@ from typing import Any
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.law import compile_law
-from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import (
+from curling_env.physics.integrator import (
     CONTACT,
     LEFT_BOUNDS,
     NEVER_STOPS,
-    Sampling,
+    ThrowTimes,
     integrate,
 )
-from curling_env.physics.one_stone.integrate import Delivery as SessionPlace
-from curling_env.physics.one_stone.slide import NO_BOUNDS, NO_OBSTACLES
-from curling_env.physics.one_stone.step import new_workspace
-from curling_env.physics.one_stone.surroundings import Limits
-from curling_env.physics.one_stone.tuning import (
+from curling_env.physics.law import compile_law
+from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
+from curling_env.physics.slides import NO_BOUNDS, NO_OBSTACLES
+from curling_env.physics.state import State
+from curling_env.physics.step import new_workspace
+from curling_env.physics.surroundings import Limits
+from curling_env.physics.tuning import (
     MAX_AIM_ANGLE,
     MAX_CORRECTIONS,
     ON_TARGET,
     QUICK_TOLERANCE,
 )
-from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
@@ -40,7 +39,6 @@ from curling_env.typing import Floats
 _TEE = np.array([0.0, TEE_Y])
 MOST_DRAWS = 1_000
 """Number of draws that an aim keeps."""
-_NO_SAMPLES = Sampling(1.0, np.empty((0, 4)))
 
 
 class Aim:
@@ -76,7 +74,7 @@ class Aim:
         self._start_y, self._max_speed = delivery.start_y, delivery.max_speed
         self._d, self._reach = int(direction), 2 * ice.stone.radius
         self._law = compile_law(ice)
-        self._place = SessionPlace(clock, 0.0, 0.0)
+        self._place = ThrowTimes(clock, 0.0, 0.0)
         self._motion = np.zeros(MOTION_SIZE)
         self._motion[[ORDER, STONE]] = order, stone
         self._work = new_workspace(tolerance)
@@ -211,8 +209,7 @@ class Aim:
         state[:] = d * x, -d * self.delivery.line_y, -left, along, 0.0, spin
         limits = Limits(bounds, obstacles, self._reach)
         law, motion, place = self._law, self._motion, self._place
-        no_path = work.nodes[:0]
-        end, _, _, _ = integrate(law, motion, place, limits, _NO_SAMPLES, no_path, 0.0, work)
+        end, _, _ = integrate(law, motion, place, limits, work.nodes[:0], 0.0, work)
         return end, d * float(state[State.X]), d * float(state[State.Y]) - TEE_Y
 
 

@@ -7,8 +7,8 @@ from dataclasses import asdict, dataclass
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics.many_stones.engine import Engine
-from curling_env.physics.one_stone.slide import SlideEnd, play_bounds, slide
+from curling_env.physics.engine import Engine
+from curling_env.physics.slides import SlideEnd, play_bounds, slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.physics.many_stones.tuning import OVERLAP_ALLOWED
-from curling_env.physics.one_stone.slide import is_beyond
+from curling_env.physics.slides import is_beyond
+from curling_env.physics.tuning import OVERLAP_ALLOWED
 from curling_env.typing import Floats
 
 

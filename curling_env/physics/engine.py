@@ -1,10 +1,8 @@
-"""Stones that slide and collide: the compiled law carries them, pymunk resolves their contacts.
+"""One throw among other stones, whose contacts pymunk resolves.
 
-Until the delivered stone reaches another it slides by the same kernel as a lone stone (`slide`).
-From then on all moving stones slide in common steps (`slide_together`). Contacts are found on those
-paths, so that no time step limits how exactly they stand. Which contacts there are then, and by
-which law they part, is said in `contacts`; a pymunk space of the stones that touch solves them all
-together in a step of no length, and hands back the velocities. It never moves anything.
+Stones slide as in the batch, by the same integrator and the same loop of events (`advance`). At a
+contact a pymunk space of the stones that touch solves all contacts together in a step of no length,
+and hands back the velocities. It never moves anything.
 """
 
 from __future__ import annotations
@@ -20,43 +18,39 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.physics.contacts import GONE, contact_law
+from curling_env.physics.events import (
+    MOVING,
+    REST,
+    PlayWorkspace,
+    advance_and_sample,
+    go_on,
+    new_play_workspace,
+)
 from curling_env.physics.law import compile_law
-from curling_env.physics.many_stones.common_steps import (
-    MovingStones,
-    Pause,
-    Phase,
-    new_joint_workspace,
-    slide_together,
-)
-from curling_env.physics.many_stones.contacts import contact_law, new_contacts
-from curling_env.physics.many_stones.pymunk_contacts import resolve_contacts
-from curling_env.physics.many_stones.tuning import (
-    APPROACH,
-    MAX_CONTACTS,
-    OVERLAP_ALLOWED,
-)
-from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import Sampling
-from curling_env.physics.one_stone.slide import (
+from curling_env.physics.motion import ORDER
+from curling_env.physics.pymunk_contacts import Push, resolve_contacts
+from curling_env.physics.slides import (
     SlideEnd,
     delivery_of,
     is_beyond,
     play_bounds,
-    slide_state,
     state_of,
 )
-from curling_env.physics.one_stone.step import new_workspace
-from curling_env.physics.one_stone.surroundings import NO_OBSTACLES, Limits
-from curling_env.physics.one_stone.tuning import FINE_TOLERANCE, MAX_TIME
 from curling_env.physics.state import State
-from curling_env.physics.tuning import MAX_ROUNDS
+from curling_env.physics.tuning import (
+    FINE_TOLERANCE,
+    MAX_COLLISIONS,
+    MAX_ROUNDS,
+    MAX_TIME,
+    OVERLAP_ALLOWED,
+)
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Integers
 
 _MOTION = [State.VX, State.VY, State.OMEGA]
-_PLACE = [State.X, State.Y, State.THETA]
 
 
 class Status(StrEnum):
@@ -186,8 +180,8 @@ class Engine:
         self.ice = ice
         self.law = compile_law(ice)
         self._tolerance = tolerance
-        self._work = new_workspace(tolerance)
-        self._approach = new_workspace(APPROACH * tolerance)
+        self._contact = contact_law(ice.stone)
+        self._positions: dict[int, PlayWorkspace] = {}
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -215,120 +209,125 @@ class Engine:
         ------
         InputError : a stone outside the lines, two in one place, or ice on which one never stops
         """
-        direction, radius = release.direction, self.ice.stone.radius
-        bounds = self._bounds[direction]
         n = len(stones) + 1
-        states = np.array([state_of(stone) for stone in (*stones, release)])
-        motion = np.zeros((n, MOTION_SIZE))
-        motion[:, STONE] = [stone.stone for stone in (*stones, release)]
-        motion[:, ORDER] = release.order
-        self._check(states, bounds)
-        moves = (states[:, _MOTION] != 0).any(axis=1)
-        phases = np.where(moves, Phase.MOVING, Phase.RESTING)
-        phases[-1] = Phase.MOVING
-        ends = np.zeros(n)
-        starts = np.where(phases == Phase.MOVING, 0.0, np.inf)
-        dt = 1.0 / fps if fps else 1.0
-        samples = np.empty((int(MAX_TIME / dt) + 1 if fps else 0, n, 3))
-        contacts: list[Contact] = []
-        time, frame = 0.0, 0
-        sliding = MovingStones(states, phases, ends, motion)
-        if not moves[:-1].any():
-            time, frame = self._slide_alone(sliding, bounds, release, Sampling(dt, samples))
-        limits = Limits(bounds, NO_OBSTACLES, 2 * radius)
-        work, pause = new_joint_workspace(n), Pause.CONTACT
-        pushing, touching = contact_law(self.ice.stone), new_contacts(n)
-        if not (phases == Phase.MOVING).any():
-            pause = Pause.REST  # where nothing was touched, what follows need not be compiled
-        for _ in range(MAX_CONTACTS if pause is Pause.CONTACT else 0):
-            pause, time, _, _, frame = slide_together(
-                self.law,
-                time,
-                sliding,
-                delivery_of(release),
-                limits,
-                Sampling(dt, samples),
-                frame,
-                work,
-            )
-            if pause != Pause.CONTACT:
-                break
-            for _ in range(MAX_ROUNDS):
-                pushes = resolve_contacts(pushing, states, phases, touching)
-                contacts.extend(
-                    Contact(time=time, first=i, second=j, speed=v) for i, j, v in pushes
-                )
-                if not pushes:
-                    break
-            moved = (phases == Phase.RESTING) & (states[:, _MOTION] != 0).any(axis=1)
-            phases[moved] = Phase.MOVING
-            starts[moved] = np.minimum(starts[moved], time)
-        if pause != Pause.REST:
-            fastest = float(
-                np.hypot(states[:, State.VX], states[:, State.VY])[phases == Phase.MOVING].max()
-            )
-            raise InputError(
-                f"a stone never stops on this ice: still {fastest:.3g} m/s after {time:.0f} s; "
-                "check its friction and slope"
-            )
+        position = self._begin(release, stones)
+        moved_at = np.where(position.status == MOVING, 0.0, np.inf)
+        samples = np.empty((n, int(MAX_TIME * fps) + 1 if fps else 0, 3))
+        contacts, count = self._run(release, stones, position, samples, 1.0 / fps if fps else 1.0)
+        for contact in contacts:
+            for k in (contact.first, contact.second):
+                moved_at[k] = min(moved_at[k], contact.time)
         final = tuple(
             StoneState(x=x, y=y, vx=vx, vy=vy, theta=theta, omega=omega, stone=stone.stone)
             for stone, (x, y, vx, vy, theta, omega) in zip(
-                (*stones, release), states.tolist(), strict=True
+                (*stones, release), position.stones.tolist(), strict=True
             )
         )
+        ends = tuple(position.finished.tolist())
+        trajectories = tuple(
+            _trajectory(
+                samples[k, :count],
+                1.0 / fps,
+                moved_at[k],
+                ends[k],
+                final[k],
+                release,
+                throw,
+                swept=k == n - 1,
+            )
+            for k in range(n)
+            if fps and np.isfinite(moved_at[k])
+        )
         struck = any(n - 1 in (contact.first, contact.second) for contact in contacts)
-        status = [_status(state, phases[k], bounds) for k, state in enumerate(final)]
-        short = is_hogged(final[-1].y, direction, radius)
-        if status[-1] is Status.REST and not struck and short:
-            status[-1] = Status.HOGGED
-        trajectories = ()
-        if fps:
-            trajectories = tuple(
-                _trajectory(samples[:frame, k], dt, starts[k], ends[k], final[k], release, throw)
-                if k < n - 1
-                else _trajectory(samples[:frame, k], dt, 0.0, ends[k], final[k], release, throw,
-                                 swept=True)
-                for k in range(n)
-                if np.isfinite(starts[k])
-            )  # fmt: skip
         return Outcome(
             stones=final,
-            status=tuple(status),
-            time=float(ends.max()),
-            ends=tuple(ends.tolist()),
+            status=self._status(final, position.status, release.direction, struck=struck),
+            time=max(ends),
+            ends=ends,
             contacts=tuple(contacts),
             trajectories=trajectories,
         )
 
-    def _slide_alone(
-        self, stones: MovingStones, bounds: Floats, release: Release, sampling: Sampling
-    ) -> tuple[float, int]:
-        """Slide the delivered stone until it has ended or reached another; all others rest.
+    def _begin(self, release: Release, stones: Sequence[StoneState]) -> PlayWorkspace:
+        """The position before the throw, in the arrays kept for that number of stones."""
+        n = len(stones) + 1
+        if n not in self._positions:
+            self._positions[n] = new_play_workspace(self.ice, n, self._tolerance)
+        position = self._positions[n]
+        position.stones[:] = [state_of(stone) for stone in (*stones, release)]
+        self._check(position.stones, self._bounds[release.direction])
+        moves = (position.stones[:, _MOTION] != 0).any(axis=1)
+        position.status[:] = np.where(moves, MOVING, REST)
+        position.status[-1] = MOVING
+        position.lengths[:] = 0
+        position.finished[:] = 0.0
+        position.motion[ORDER] = release.order
+        return position
+
+    def _run(
+        self,
+        release: Release,
+        stones: Sequence[StoneState],
+        position: PlayWorkspace,
+        samples: Floats,
+        dt: float,
+    ) -> tuple[list[Contact], int]:
+        """Let the stones slide from contact to contact until none moves.
 
         Returns
         -------
-        time since release [s] and the number of samples filled in
+        the contacts that pushed, and the number of samples filled in
         """
-        states, samples = stones.states, sampling.rows
-        path = np.empty((len(samples), 4))
-        others = states[:-1, [State.X, State.Y]].copy()
-        end, time, count = slide_state(
-            self.law,
-            states[-1],
-            stones.motion[-1],
-            delivery_of(release),
-            Limits(bounds, others, 2 * self.ice.stone.radius),
-            Sampling(sampling.dt, path),
-            self._approach if len(others) else self._work,
-        )
-        if len(samples):
-            samples[:count] = states[:, _PLACE]
-            samples[:count, -1] = path[:count, 1:]
-        if end in (SlideEnd.REST, SlideEnd.LEFT_BOUNDS):
-            stones.phases[-1] = Phase.RESTING if end == SlideEnd.REST else Phase.GONE
-            stones.ends[-1] = time
-        return float(time), int(count)
+        identity = np.array([float(stone.stone) for stone in (*stones, release)])
+        bounds, delivery = self._bounds[release.direction], delivery_of(release)
+        work = position.approach if (position.status == REST).any() else position.work
+        contacts: list[Contact] = []
+        time, count, pause = 0.0, 0, SlideEnd.CONTACT
+        for _ in range(MAX_COLLISIONS):
+            pause, time, count = advance_and_sample(
+                self.law, self._contact.reach, position, identity, delivery, bounds, time, work,
+                dt, count, samples,
+            )  # fmt: skip
+            if pause != SlideEnd.CONTACT:
+                break
+            pushes = self._resolve(position)
+            contacts += [Contact(time=time, first=i, second=j, speed=v) for i, j, v in pushes]
+            work = position.work
+        if pause != SlideEnd.REST:
+            fastest = float(np.hypot(*position.work.states[2, [State.VX, State.VY]]))
+            raise InputError(
+                f"a stone never stops on this ice: still {fastest:.3g} m/s after {time:.0f} s; "
+                "check its friction and slope"
+            )
+        return contacts, count
+
+    def _resolve(self, position: PlayWorkspace) -> list[Push]:
+        """Let pymunk solve the contacts of touching stones until none closes."""
+        all_pushes: list[Push] = []
+        for _ in range(MAX_ROUNDS):
+            pushes = resolve_contacts(
+                self._contact, position.stones, position.status, position.contacts
+            )
+            if not pushes:
+                break
+            for first, second, _ in pushes:
+                position.lengths[[first, second]] = 0
+            all_pushes += pushes
+        go_on(position)
+        return all_pushes
+
+    def _status(
+        self, stones: Sequence[StoneState], phases: Integers, direction: Direction, *, struck: bool
+    ) -> tuple[Status, ...]:
+        """What became of each stone; `struck`: whether the delivered one touched another."""
+        status = [
+            _left(stone, self._bounds[direction]) if phase == GONE else Status.REST
+            for stone, phase in zip(stones, phases, strict=True)
+        ]
+        short = is_hogged(stones[-1].y, direction, self.ice.stone.radius)
+        if status[-1] is Status.REST and short and not struck:
+            status[-1] = Status.HOGGED
+        return tuple(status)
 
     def _check(self, states: Floats, bounds: Floats) -> None:
         x, y = states[:, State.X], states[:, State.Y]
@@ -350,9 +349,7 @@ class Engine:
                 )
 
 
-def _status(state: StoneState, phase: int, bounds: Floats) -> Status:
-    if phase != Phase.GONE:
-        return Status.REST
+def _left(state: StoneState, bounds: Floats) -> Status:
     by_the_side = left_by_the_side(state.x, state.y, bounds)
     return Status.OUT_SIDE if by_the_side else Status.OUT_BACK
 

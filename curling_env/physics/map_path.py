@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.physics.compiled import inlined, part
+from curling_env.physics.compiled import compiled, inlined, part
 from curling_env.physics.law import Law, patch_of
 from curling_env.physics.state import Node, State
 
@@ -58,6 +58,43 @@ def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
     return h * (u * (spin + gain) - lag) + way, spin + gain + rise
 
 
+@inlined
+def _follow_even_ice(
+    mu: float, curves: Any, h: float, states: Any, moments: Any, nodes: Any
+) -> int:
+    """Follow P and Q where friction is the same everywhere: the motion is a polynomial in time.
+
+    The parameters and what is returned are those of `follow_map`; P does not follow the speed.
+    """
+    traced = nodes.shape[0] > 0
+    for row in range(0 if traced else 1, 3):
+        u = 0.5 * row
+        t = u * h
+        there = states[row]
+        for axis in range(2):
+            a0 = mu * curves[0, axis] + curves[0, 3 + axis]
+            a1 = mu * curves[1, axis] + curves[1, 3 + axis]
+            a2 = mu * curves[2, axis] + curves[2, 3 + axis]
+            x, v = states[0, State.X + axis], states[0, State.VX + axis]
+            there[State.X + axis] = x + t * (v + t * (a0 / 2.0 + u * (a1 / 6.0 + u * (a2 / 12.0))))
+            there[State.VX + axis] = v + t * (a0 + u * (a1 / 2.0 + u * (a2 / 3.0)))
+            if traced:
+                nodes[row, Node.AX + axis] = a0 + u * (a1 + u * a2)
+        now = (mu * t, mu * t * u / 2.0, mu * t * u * u / 3.0, mu * t * u * u * u / 4.0)
+        turned, spin = _turn(curves, states[0, State.OMEGA], h, u, now)
+        there[State.THETA] = states[0, State.THETA] + turned
+        there[State.OMEGA] = spin
+        if traced:
+            nodes[row, Node.T] = t
+            for k in range(6):
+                nodes[row, Node.X + k] = there[k]
+            nodes[row, Node.ALPHA] = mu * parabola_at(curves, 2, u) + parabola_at(curves, 5, u)
+    for k in range(4):
+        moments[k] = mu * h / (k + 1.0)
+    moments[4] = mu
+    return 3 if traced else 0
+
+
 @part
 def follow_map(
     law: Law, curves: Any, direction: Any, h: float, states: Any, moments: Any, nodes: Any
@@ -79,6 +116,8 @@ def follow_map(
     -------
     number of nodes
     """
+    if not law.patterned:
+        return _follow_even_ice(law.mu[0, 0], curves, h, states, moments, nodes)
     x: Any = states[0, State.X]
     y: Any = states[0, State.Y]
     vx: Any = states[0, State.VX]
@@ -117,22 +156,21 @@ def follow_map(
         dt: float = target - begun
         line = 0
         step_i = step_j = 0
-        if law.patterned:
-            # The next line ahead on each axis; one already passed is taken at once.
-            if vy != 0.0:
-                step_i = 1 if vy > 0.0 else -1
-                ahead = low_y + cell - y if vy > 0.0 else y - low_y
-                until = 0.0 if ahead <= 0.0 else _time_to(ahead, math.fabs(vy), ay * step_i, dt)
-                if until < dt:
-                    dt = until
-                    line = 1
-            if vx != 0.0:
-                step_j = 1 if vx > 0.0 else -1
-                ahead = low_x + cell - x if vx > 0.0 else x - low_x
-                until = 0.0 if ahead <= 0.0 else _time_to(ahead, math.fabs(vx), ax * step_j, dt)
-                if until < dt:
-                    dt = until
-                    line = 2
+        # The next line ahead on each axis; one already passed is taken at once.
+        if vy != 0.0:
+            step_i = 1 if vy > 0.0 else -1
+            ahead = low_y + cell - y if vy > 0.0 else y - low_y
+            until = 0.0 if ahead <= 0.0 else _time_to(ahead, math.fabs(vy), ay * step_i, dt)
+            if until < dt:
+                dt = until
+                line = 1
+        if vx != 0.0:
+            step_j = 1 if vx > 0.0 else -1
+            ahead = low_x + cell - x if vx > 0.0 else x - low_x
+            until = 0.0 if ahead <= 0.0 else _time_to(ahead, math.fabs(vx), ax * step_j, dt)
+            if until < dt:
+                dt = until
+                line = 2
         if dt > 0.0:
             half = 0.5 * dt
             sixth = dt / 6.0
@@ -301,3 +339,39 @@ def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
         h,
         tau / h,
     )
+
+
+@compiled
+def sample_path(
+    path: Any, length: int, dt: float, first: int, until: float, probe: Any, rows: Any
+) -> int:
+    """Fill in x, y and heading of a path at the times k·dt, from k = first up to a time.
+
+    Parameters
+    ----------
+    path : (m, NODE_SIZE), of which `length` nodes are given
+    until : last time [s]; beyond its end the path stays where it ended
+    probe : (6,) work array
+    rows : (samples, 3) filled in
+
+    Returns
+    -------
+    the number k of the first sample after `until`
+    """
+    node = 0
+    k = first
+    while k < rows.shape[0] and k * dt <= until:
+        t = k * dt
+        while node < length - 2 and path[node + 1, Node.T] <= t:
+            node += 1
+        if t < path[length - 1, Node.T]:
+            between_nodes(path, node, max(t - path[node, Node.T], 0.0), probe)
+            rows[k, 0] = probe[State.X]
+            rows[k, 1] = probe[State.Y]
+            rows[k, 2] = probe[State.THETA]
+        else:
+            rows[k, 0] = path[length - 1, Node.X]
+            rows[k, 1] = path[length - 1, Node.Y]
+            rows[k, 2] = path[length - 1, Node.THETA]
+        k += 1
+    return k

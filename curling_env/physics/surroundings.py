@@ -11,11 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.physics.compiled import inlined
-from curling_env.physics.many_stones.contacts import collides
-from curling_env.physics.one_stone.map_path import between_nodes, place_between_nodes
-from curling_env.physics.one_stone.tuning import CONTACT_GAP, MORE_THAN_AT_NODES
+from curling_env.physics.contacts import collides
+from curling_env.physics.map_path import between_nodes, place_between_nodes
 from curling_env.physics.state import Node, State
-from curling_env.physics.tuning import CREEP_TIME
+from curling_env.physics.tuning import CONTACT_GAP, CREEP_TIME, MAX_TIME, MORE_THAN_AT_NODES
 from curling_env.typing import Floats
 
 NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
@@ -38,11 +37,13 @@ class Limits(NamedTuple):
     bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
     obstacles : (k, 2) centres of resting stones [m]
     reach : distance between two centres in contact [m]
+    until : time since release after which a stone that still slides is followed no further [s]
     """
 
     bounds: Floats
     obstacles: Floats
     reach: float
+    until: float = MAX_TIME
 
 
 @inlined
@@ -118,6 +119,17 @@ def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
 
 
 @inlined
+def is_stuck(s: Any, limits: Limits) -> bool:
+    """Whether a stone lies beyond a bound or within reach of an obstacle."""
+    stuck = room(s, limits.bounds) < 0.0
+    obstacles = limits.obstacles
+    for k in range(obstacles.shape[0]):
+        dx, dy = s[State.X] - obstacles[k, 0], s[State.Y] - obstacles[k, 1]
+        stuck = stuck or dx * dx + dy * dy < limits.reach * limits.reach
+    return stuck
+
+
+@inlined
 def _square_from(x: float, y: float, a: Any, b: Any) -> float:
     """Square of the distance of a point from the straight line between two states [m²]."""
     ax, ay = x - a[State.X], y - a[State.Y]
@@ -136,10 +148,16 @@ def nearby(states: Any, bulge: float, limits: Limits) -> int:
     Its path lies within `bulge` of the straight lines between beginning, middle and end.
     """
     far = limits.reach + bulge
+    x0, x1, x2 = states[0, State.X], states[1, State.X], states[2, State.X]
+    y0, y1, y2 = states[0, State.Y], states[1, State.Y], states[2, State.Y]
+    left, right = min(min(x0, x1), x2) - far, max(max(x0, x1), x2) + far
+    low, high = min(min(y0, y1), y2) - far, max(max(y0, y1), y2) + far
     near = 0
     obstacles = limits.obstacles
     for k in range(obstacles.shape[0]):
         x, y = obstacles[k, 0], obstacles[k, 1]
+        if not (low < y < high and left < x < right):
+            continue
         first = _square_from(x, y, states[0], states[1])
         if min(first, _square_from(x, y, states[1], states[2])) < far * far:
             near |= 1 << min(k, _LAST_BIT)

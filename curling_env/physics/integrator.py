@@ -18,38 +18,36 @@ import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
-from curling_env.physics.motion import GRAVITY, SWEPT
-from curling_env.physics.one_stone.map_path import (
-    between_nodes,
+from curling_env.physics.map_path import (
     follow_map,
 )
-from curling_env.physics.one_stone.step import Workspace, store_curves, take_step
-from curling_env.physics.one_stone.surroundings import (
+from curling_env.physics.motion import GRAVITY, SWEPT
+from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.step import Workspace, store_curves, take_step
+from curling_env.physics.surroundings import (
     ALL,
     Limits,
     first_touch,
+    is_stuck,
     look_around,
     may_leave,
     nearby,
     room,
 )
-from curling_env.physics.one_stone.tuning import (
+from curling_env.physics.tuning import (
     EDGE_MARGIN,
     MAX_NODES,
     MAX_STEP,
     MAX_STEPS,
-    MAX_TIME,
     MIN_STEP,
     REPEAT_ABOVE,
     SECOND_STEP,
     SHORTEN_ABOVE,
     TRACK_STEP,
 )
-from curling_env.physics.state import NODE_SIZE, Node, State
-from curling_env.typing import Floats
 
 
-class Delivery(NamedTuple):
+class ThrowTimes(NamedTuple):
     """What belongs to a throw besides its state.
 
     Parameters
@@ -63,21 +61,8 @@ class Delivery(NamedTuple):
     sweep_end: float
 
 
-class Sampling(NamedTuple):
-    """The samples of a path that are asked for.
-
-    Parameters
-    ----------
-    dt : time between samples [s]
-    rows : (m, 4), filled in with t, x, y, theta at 0, dt, 2·dt and so on; m = 0 for none
-    """
-
-    dt: float
-    rows: Floats
-
-
 class SlideEnd(IntEnum):
-    """Why a slide ended."""
+    """Why a slide ended; a stone that slides for longer than it is followed never stops."""
 
     REST = 0
     LEFT_BOUNDS = 1
@@ -149,31 +134,6 @@ def _way_to_rest(speed: float, rate: float, tail: float) -> float:
 
 
 @inlined
-def _sample(work: Workspace, n: int, times: Any, sampling: Sampling, count: int) -> int:
-    """Fill in samples from the n nodes of a step; returns the number of samples then.
-
-    Parameters
-    ----------
-    times : time at which the step began, and time after that up to which to sample [s]
-    """
-    nodes, probe, samples = work.nodes, work.probe, sampling.rows
-    t, until = times
-    for k in range(n - 1):
-        length = nodes[k + 1, Node.T] - nodes[k, Node.T]
-        while count < samples.shape[0] and length > 0.0:
-            tau = count * sampling.dt - t
-            if tau > until or tau > nodes[k + 1, Node.T]:
-                break
-            between_nodes(nodes, k, tau - nodes[k, Node.T], probe)
-            samples[count, 0] = count * sampling.dt
-            samples[count, 1] = probe[State.X]
-            samples[count, 2] = probe[State.Y]
-            samples[count, 3] = probe[State.THETA]
-            count += 1
-    return count
-
-
-@inlined
 def append_node(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
     """Copy a node of the step that began at t to the path; returns the path's length then."""
     if path.shape[0] == 0:
@@ -202,9 +162,8 @@ def append_state(path: Any, m: int, state: Any, t: float, acceleration: Any) -> 
 def integrate(
     law: Law,
     motion: Any,
-    delivery: Delivery,
+    delivery: ThrowTimes,
     limits: Limits,
-    sampling: Sampling,
     path: Any,
     start: float,
     work: Workspace,
@@ -217,7 +176,6 @@ def integrate(
     motion : (MOTION_SIZE,) with ORDER and STONE set
     delivery : clock and sweep
     limits : what ends the slide before the stone rests
-    sampling : samples to fill in
     path : (m, NODE_SIZE) filled in with the nodes of the path, at times since release; m = 0 for
         none
     start : time since release at which the stone is in that state [s]
@@ -227,19 +185,18 @@ def integrate(
     -------
     end : number of a `SlideEnd`
     t : time of the end [s]
-    count : number of samples filled in
     length : number of nodes of the path; more than m if it had no room for them
     """
     states, terms, control = work.states, work.terms, work.control
     x_breaks, y_breaks = law.x_breaks, law.y_breaks
     now = states[2]
     t = start
-    count = 0
     length = 0
-    gap, contact, _ = look_around(now, limits, ALL, 1.0)
-    if gap < 0.0:
-        return (CONTACT if contact else LEFT_BOUNDS), t, count, length
-    watched = sampling.rows.shape[0] > 0 or path.shape[0] > 0
+    if is_stuck(now, limits):
+        gap, contact, _ = look_around(now, limits, ALL, 1.0)
+        if gap < 0.0:
+            return (CONTACT if contact else LEFT_BOUNDS), t, length
+    watched = path.shape[0] > 0
     traced = work.nodes if watched else work.nodes[:0]
     motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0
     fresh = True
@@ -270,14 +227,6 @@ def integrate(
                 length = append_state(path, length, now, t, (ax, ay, at))
             way = _way_to_rest(speed, rate, tail)
             turning = _way_to_rest(rim, turn, tail)
-            while count < sampling.rows.shape[0] and count * sampling.dt <= t + tail:
-                u = count * sampling.dt - t
-                fade = u * (1.0 - 0.5 * u / tail) if tail > 0.0 else 0.0
-                sampling.rows[count, 0] = count * sampling.dt
-                sampling.rows[count, 1] = now[State.X] + way * vx
-                sampling.rows[count, 2] = now[State.Y] + way * vy
-                sampling.rows[count, 3] = now[State.THETA] + fade * spin
-                count += 1
             now[State.X] += way * vx
             now[State.Y] += way * vy
             now[State.THETA] += turning * spin
@@ -287,7 +236,7 @@ def integrate(
             # The last millimetres to rest are not watched.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
             break
-        if t > MAX_TIME:
+        if t >= limits.until:
             break
         time_left = max(speed, rim) / max(rate, turn, 1e-6)
         h = min(share * time_left, MAX_STEP)
@@ -357,16 +306,13 @@ def integrate(
             at_node, tau, contact = -1, 0.0, False
             if watch:
                 at_node, tau, contact = first_touch(nodes, n, work.probe, limits, near)
-            until = h if at_node < 0 else nodes[at_node, Node.T] + tau
             for k in range(n if at_node < 0 else at_node + 1):
-                if k > 0 or length == 0:
+                if k > 0 or fresh:
                     length = append_node(path, length, nodes, k, t)
             if at_node >= 0:
                 for k in range(6):
                     now[k] = work.probe[k]
-            count = _sample(work, n, (t, until), sampling, count)
-            if at_node >= 0:
-                t += until
+                t += nodes[at_node, Node.T] + tau
                 if tau > 0.0:
                     a, b = nodes[at_node], nodes[at_node + 1]
                     u = tau / (b[Node.T] - a[Node.T])
@@ -391,4 +337,4 @@ def integrate(
             share = control.first_share
         else:
             t += h
-    return end, t, count, length
+    return end, t, length

@@ -18,29 +18,28 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
-from curling_env.physics.law import Law, compile_law
-from curling_env.physics.many_stones.contacts import GONE, ContactLaw, contact_law
-from curling_env.physics.many_stones.events import (
+from curling_env.physics.contacts import GONE, ContactLaw, contact_law
+from curling_env.physics.events import (
     MOVING,
     REST,
     PlayWorkspace,
     new_play_workspace,
     play,
 )
-from curling_env.physics.many_stones.refusals import (
+from curling_env.physics.integrator import SlideEnd, ThrowTimes, integrate
+from curling_env.physics.law import Law, compile_law
+from curling_env.physics.map_path import sample_path
+from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
+from curling_env.physics.refusals import (
     refuse_nowhere,
     refuse_overlaps,
     refuse_releases_in_stones,
 )
-from curling_env.physics.many_stones.tuning import MAX_COLLISIONS
-from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.one_stone.integrate import Delivery, Sampling, SlideEnd, integrate
-from curling_env.physics.one_stone.slide import edge_bounds
-from curling_env.physics.one_stone.slide_table import slide_table
-from curling_env.physics.one_stone.step import Workspace, new_workspace
-from curling_env.physics.one_stone.surroundings import NO_OBSTACLES, Limits
-from curling_env.physics.one_stone.tuning import MAX_TIME, QUICK_TOLERANCE
-from curling_env.physics.state import State
+from curling_env.physics.slides import USUAL_NODES, edge_bounds
+from curling_env.physics.state import NODE_SIZE, State
+from curling_env.physics.step import Workspace, new_workspace
+from curling_env.physics.surroundings import NO_OBSTACLES, Limits
+from curling_env.physics.tuning import MAX_COLLISIONS, MAX_TIME, QUICK_TOLERANCE
 from curling_env.throw import Release
 from curling_env.typing import Floats
 
@@ -140,13 +139,20 @@ def _slide_all(
     law: Law,
     rows: Any,
     limits: Limits,
-    sampling: Sampling,
+    dt: float,
     rests: Any,
     paths: Any,
     motion: Any,
+    nodes: Any,
     work: Workspace,
-) -> None:
-    """Slide a stone for each row; fill in `rests`, arrays x, y, theta, time and end, and paths."""
+) -> int:
+    """Slide a stone for each row; fill in `rests`, arrays x, y, theta, time and end, and paths.
+
+    Returns
+    -------
+    most nodes of a path: more than there is room for in `nodes` where paths are to be filled again
+    """
+    most = 0
     x, y, theta, time, end = rests
     for i in range(rows.shape[0]):
         row = rows[i]
@@ -154,16 +160,20 @@ def _slide_all(
         _release(row, state)
         motion[STONE] = row[_STONE]
         motion[ORDER] = row[_ORDER]
-        delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
-        end[i], time[i], count, _ = integrate(
-            law, motion, delivery, limits, sampling, work.nodes[:0], 0.0, work
-        )
+        delivery = ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+        end[i], time[i], length = integrate(law, motion, delivery, limits, nodes, 0.0, work)
         x[i] = state[State.X]
         y[i] = state[State.Y]
         theta[i] = state[State.THETA]
-        for k in range(paths.shape[1]):
-            for c in range(3):
-                paths[i, k, c] = sampling.rows[k, 1 + c] if k < count else np.nan
+        if paths.shape[1] > 0:
+            most = max(most, length)
+            count = 0
+            if 0 < length <= nodes.shape[0]:
+                count = sample_path(nodes, length, dt, 0, time[i], work.probe, paths[i])
+            for k in range(count, paths.shape[1]):
+                for c in range(3):
+                    paths[i, k, c] = np.nan
+    return most
 
 
 def throw_batch(
@@ -216,16 +226,22 @@ def throw_batch(
         ) -> None:
             # A slice is filled in place; the results of a scattered choice are copied back.
             mine = [whole[part] for whole in filled]
-            _slide_all(
-                law,
-                rows[part],
-                Limits(limits, NO_OBSTACLES, 0.0),
-                Sampling(1.0 / fps if fps else 1.0, np.empty((kept, 4))),
-                tuple(mine[1:]),
-                mine[0],
-                np.zeros(MOTION_SIZE),
-                new_workspace(tolerance),
-            )
+            room, most = 0, USUAL_NODES if fps else 0
+            while True:
+                room = most
+                most = _slide_all(
+                    law,
+                    rows[part],
+                    Limits(limits, NO_OBSTACLES, 0.0),
+                    1.0 / fps if fps else 1.0,
+                    tuple(mine[1:]),
+                    mine[0],
+                    np.zeros(MOTION_SIZE),
+                    np.empty((room, NODE_SIZE)),
+                    new_workspace(tolerance),
+                )
+                if most <= room:
+                    break
             if not isinstance(part, slice):
                 for whole, some in zip(filled, mine, strict=True):
                     whole[part] = some
@@ -261,7 +277,6 @@ def _play_all(
     bounds: Any,
     position: PlayWorkspace,
     results: Any,
-    slides: Any,
 ) -> None:
     """Play each row; fill in `results`, arrays after, last, theta, time and collisions."""
     after, last, theta, time, collisions = results
@@ -280,8 +295,8 @@ def _play_all(
         position.status[k] = MOVING
         identity[k] = row[_STONE]
         position.motion[ORDER] = row[_ORDER]
-        delivery = Delivery(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
-        t, count = play(law, contact, position, k + 1, identity, delivery, bounds, slides)
+        delivery = ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+        t, count = play(law, contact, position, k + 1, identity, delivery, bounds)
         time[i] = t
         collisions[i] = -1 if count > MAX_COLLISIONS else count
         for s in range(k + 1):
@@ -302,8 +317,8 @@ class BatchEngine:
     ----------
     ice : the ice of all throws
     tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
-    tabulated : whether the law, and on even ice whole slides, are read from a table, for thousands
-        of throws on one ice; see `physics.law_table` and `one_stone.slide_table`
+    tabulated : whether the law is read from a table, for thousands of throws on one ice; see
+        `physics.law_table`
 
     Raises
     ------
@@ -316,7 +331,6 @@ class BatchEngine:
         self.ice = ice
         self._settings = {"tolerance": tolerance, "tabulated": tabulated}
         self._law = compile_law(ice, tabulated=tabulated)
-        self._slides = slide_table(self._law) if tabulated else None
         self._contact = contact_law(ice.stone)
         self._workspaces: dict[int, PlayWorkspace] = {}
 
@@ -364,7 +378,6 @@ class BatchEngine:
                 limits,
                 self._workspace(k + 1, is_shared=workers > 1),
                 (after[part], last[part], theta[part], time[part], collisions[part]),
-                self._slides,
             )
 
         _share(play_some, n, workers)

@@ -15,7 +15,7 @@ from typing import Any
 
 import pymunk
 
-from curling_env.physics.many_stones.contacts import (
+from curling_env.physics.contacts import (
     ContactLaw,
     Contacts,
     Entry,
@@ -23,9 +23,8 @@ from curling_env.physics.many_stones.contacts import (
     find_contacts,
     set_apart,
 )
-from curling_env.physics.many_stones.tuning import ITERATIONS
 from curling_env.physics.state import State
-from curling_env.physics.tuning import CREEP
+from curling_env.physics.tuning import CREEP, ITERATIONS
 from curling_env.typing import Floats, Integers
 
 NO_TIME = 1e-15
@@ -44,7 +43,7 @@ def resolve_contacts(
     ----------
     law : how stones push each other
     states : (n, 6) as in `State`
-    phases : (n,) `Phase` of each
+    phases : (n,) whether each is GONE
     contacts : room for their contacts
 
     Returns

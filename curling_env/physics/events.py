@@ -1,0 +1,441 @@
+"""A throw among other stones, from event to event.
+
+Every moving stone slides as if alone until it rests, leaves the bounds or meets a resting stone;
+the first time at which two moving stones meet is found on their paths. The contacts that are there
+at the earliest of these times are solved together (`contacts`), and the moving stones slide on. So
+a resting stone costs nothing until something comes near it, and no time step limits how exactly a
+hit stands.
+"""
+
+# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from curling_env.ice import Ice
+from curling_env.physics.compiled import compiled, inlined, part
+from curling_env.physics.contacts import (
+    GONE,
+    ContactLaw,
+    Contacts,
+    Entry,
+    collides,
+    find_contacts,
+    new_contacts,
+    set_apart,
+    solve_contacts,
+)
+from curling_env.physics.integrator import SlideEnd, ThrowTimes, append_state, integrate
+from curling_env.physics.law import Law
+from curling_env.physics.map_path import sample_path
+from curling_env.physics.motion import MOTION_SIZE, STONE
+from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.step import Workspace, new_workspace
+from curling_env.physics.surroundings import Limits, free_time, greatest_acceleration
+from curling_env.physics.tuning import (
+    APPROACH,
+    CREEP,
+    CREEP_TIME,
+    MAX_COLLISIONS,
+    MAX_ROUNDS,
+    MAX_TIME,
+    MEETING_GAP,
+    QUICK_TOLERANCE,
+    StepControl,
+    step_control,
+)
+from curling_env.typing import Floats, Integers
+
+REST, MOVING = 0, 1
+"""What a stone is doing; or it is GONE."""
+
+
+class PlayWorkspace(NamedTuple):
+    """The arrays in which one throw among n stones is played.
+
+    Parameters
+    ----------
+    stones : (n, 6) states
+    status : (n,) REST, MOVING or GONE
+    contacts : in which contacts are found and solved
+    resting : (n, 2) centres of the stones at rest
+    paths : (n, nodes, NODE_SIZE) of the moving stones
+    lengths : (n,) number of nodes of each path; 0 for one that is not known
+    ends : (n,) `SlideEnd` of each path
+    accelerations : (n,) bounds of the acceleration on each path [m/s²]
+    finished : (n,) times at which stones came to rest or left play [s]; 0 for one that never moved
+    motion : (MOTION_SIZE,)
+    work : of one slide
+    approach : of the delivered stone among others up to its first contact, which is finer
+    """
+
+    stones: Floats
+    status: Integers
+    contacts: Contacts
+    resting: Floats
+    paths: Floats
+    lengths: Integers
+    ends: Integers
+    accelerations: Floats
+    finished: Floats
+    motion: Floats
+    work: Workspace
+    approach: Workspace
+
+
+def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE) -> PlayWorkspace:
+    """The arrays for one thread; the rest of a lone stone is right within the tolerance [m]."""
+    rows, columns = ice.friction.mu.shape
+    work = new_workspace(tolerance)
+    nodes = 512 + 4 * (rows + columns)
+    return PlayWorkspace(
+        stones=np.zeros((stones, 6)),
+        status=np.zeros(stones, dtype=np.int64),
+        contacts=new_contacts(stones),
+        resting=np.zeros((stones, 2)),
+        paths=np.zeros((stones, nodes, NODE_SIZE)),
+        lengths=np.zeros(stones, dtype=np.int64),
+        ends=np.zeros(stones, dtype=np.int64),
+        accelerations=np.zeros(stones),
+        finished=np.zeros(stones),
+        motion=np.zeros(MOTION_SIZE),
+        work=work,
+        approach=work._replace(control=_approach_control(tolerance)),
+    )
+
+
+def _approach_control(tolerance: float) -> StepControl:
+    """Steps that are finer on the way, but not where the stone comes to rest by itself."""
+    usual = step_control(tolerance)
+    return step_control(APPROACH * tolerance)._replace(
+        target_error=APPROACH * usual.target_error, rest_speed=usual.rest_speed
+    )
+
+
+@inlined
+def _place(path: Any, length: int, k: int, t: float) -> Any:
+    """Node before time t, position and velocity then; at rest at its last place after the end."""
+    while k < length - 2 and path[k + 1, Node.T] <= t:
+        k += 1
+    last = path[length - 1]
+    if k >= length - 1 or t >= last[Node.T]:
+        return k, last[Node.X], last[Node.Y], 0.0, 0.0
+    a, b = path[k], path[k + 1]
+    h = b[Node.T] - a[Node.T]
+    tau = t - a[Node.T]
+    # Between nodes friction hardly changes: a cubic through places and velocities.
+    u = tau / h
+    x, vx = _cubic(a[Node.X], a[Node.VX], b[Node.X], b[Node.VX], h, u)
+    y, vy = _cubic(a[Node.Y], a[Node.VY], b[Node.Y], b[Node.VY], h, u)
+    return k, x, y, vx, vy
+
+
+@inlined
+def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> Any:
+    d = p1 - p0 - h * v0
+    e = h * (v1 - v0)
+    c2 = 3.0 * d - e
+    c3 = e - 2.0 * d
+    return p0 + u * (h * v0 + u * (c2 + u * c3)), v0 + u * (2.0 * c2 + 3.0 * u * c3) / h
+
+
+@inlined
+def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within: Any) -> float:
+    """When two moving stones first touch while approaching, infinite if they do not [s].
+
+    Parameters
+    ----------
+    position : with the paths of both
+    within : the times between which to look [s]
+    """
+    start, until = within
+    ends = position.ends
+    first, second = position.paths[a], position.paths[b]
+    n, m = position.lengths[a], position.lengths[b]
+    most = position.accelerations[a] + position.accelerations[b]
+    t = start
+    if ends[a] == SlideEnd.LEFT_BOUNDS:
+        until = min(until, first[n - 1, Node.T])
+    if ends[b] == SlideEnd.LEFT_BOUNDS:
+        until = min(until, second[m - 1, Node.T])
+    until = min(until, max(first[n - 1, Node.T], second[m - 1, Node.T]))
+    j = k = 0
+    while t < until:
+        j, ax, ay, avx, avy = _place(first, n, j, t)
+        k, bx, by, bvx, bvy = _place(second, m, k, t)
+        dx = bx - ax
+        dy = by - ay
+        dvx = bvx - avx
+        dvy = bvy - avy
+        gap = math.sqrt(dx * dx + dy * dy) - reach
+        closing = -(dx * dvx + dy * dvy) / (gap + reach)
+        least = 0.0
+        if gap < MEETING_GAP:
+            if collides(gap, closing):
+                return t
+            gap = MEETING_GAP
+            least = CREEP_TIME if closing > -CREEP else 0.0
+        t += max(least, free_time(gap, closing, most))
+    return np.inf
+
+
+@inlined
+def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
+    """Take a moving stone to time t on its path of n nodes; returns its status then."""
+    if t >= path[n - 1, Node.T]:
+        for c in range(6):
+            stone[c] = path[n - 1, Node.X + c]
+        if end == SlideEnd.REST:
+            return REST
+        return GONE if end == SlideEnd.LEFT_BOUNDS else MOVING
+    k, x, y, vx, vy = _place(path, n, 0, t)
+    a, b = path[k], path[k + 1]
+    h = b[Node.T] - a[Node.T]
+    u = (t - a[Node.T]) / h
+    stone[State.THETA], stone[State.OMEGA] = _cubic(
+        a[Node.THETA], a[Node.OMEGA], b[Node.THETA], b[Node.OMEGA], h, u
+    )
+    stone[State.X] = x
+    stone[State.Y] = y
+    stone[State.VX] = vx
+    stone[State.VY] = vy
+    return MOVING
+
+
+@part
+def advance(
+    law: Law,
+    reach: float,
+    position: PlayWorkspace,
+    count: int,
+    identity: Any,
+    delivery: ThrowTimes,
+    bounds: Any,
+    start: float,
+    work: Workspace,
+    traced: bool,
+) -> Any:
+    """Let stones slide until two of them touch, or all are at rest or out of play.
+
+    Each moving stone has a path of its own, as if alone among the resting ones. A path that
+    nothing has disturbed since the last contact goes on.
+
+    Parameters
+    ----------
+    law : the ice
+    reach : distance between two centres in contact [m]
+    position, count, identity, delivery, bounds : as in `play`
+    start : time since release [s]
+    work : of the slides
+    traced : whether the path of a stone that moves alone is kept as well
+
+    Returns
+    -------
+    pause : CONTACT, REST, or NEVER_STOPS
+    t : time of the pause [s]
+    """
+    paths, lengths, ends = position.paths, position.lengths, position.ends
+    stones, status = position.stones, position.status
+    resting = 0
+    moving = 0
+    for s in range(count):
+        if status[s] == REST:
+            position.resting[resting, 0] = stones[s, State.X]
+            position.resting[resting, 1] = stones[s, State.Y]
+            resting += 1
+        elif status[s] == MOVING:
+            moving += 1
+    if moving == 0:
+        return SlideEnd.REST, start
+    limits = Limits(bounds, position.resting[:resting], reach, MAX_TIME)
+    until = np.inf
+    latest = start
+    thrown = count - 1
+    for s in range(count):
+        if status[s] != MOVING:
+            continue
+        if lengths[s] > 0:
+            latest = max(latest, paths[s, lengths[s] - 1, Node.T])
+            continue
+        for c in range(6):
+            work.states[2, c] = stones[s, c]
+        position.motion[STONE] = identity[s]
+        sweep_start = delivery.sweep_start if s == thrown else 0.0
+        sweep_end = delivery.sweep_end if s == thrown else 0.0
+        own = ThrowTimes(delivery.clock, sweep_start, sweep_end)
+        path = paths[s] if moving > 1 or traced else paths[s, :0]
+        end, at, length = integrate(law, position.motion, own, limits, path, start, work)
+        if end == SlideEnd.NEVER_STOPS or length > paths.shape[1]:
+            return SlideEnd.NEVER_STOPS, at
+        if length == 0:
+            append_state(paths[s], 0, work.states[2], at, (0.0, 0.0, 0.0))
+            length = 1
+        ends[s] = end
+        lengths[s] = length
+        if moving > 1:
+            position.accelerations[s] = greatest_acceleration(paths[s], length)
+        latest = max(latest, at)
+        if end == SlideEnd.CONTACT:
+            until = min(until, at)
+    if moving > 1:
+        for a in range(count):
+            for b in range(a + 1, count):
+                if status[a] == MOVING and status[b] == MOVING:
+                    met = _meeting_time(position, a, b, reach, (start, until))
+                    until = min(until, met)
+    t = min(until, latest)
+    for s in range(count):
+        if status[s] == MOVING:
+            n = lengths[s]
+            status[s] = _advance(stones[s], paths[s], n, ends[s], t)
+            if status[s] != MOVING:
+                position.finished[s] = paths[s, n - 1, Node.T]
+    return (SlideEnd.REST if until == np.inf else SlideEnd.CONTACT), t
+
+
+@part
+def _go_on(position: PlayWorkspace, count: int) -> None:
+    """Note after contacts which stones move, and which paths do not go on as they were.
+
+    The path of a stone that nothing pushes goes on, unless what it would meet is other now.
+    """
+    status, stones, finished = position.status, position.stones, position.finished
+    rested = False
+    for s in range(count):
+        rested = rested or (status[s] == REST and position.lengths[s] > 0)
+    for s in range(count):
+        if rested or position.ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
+            position.lengths[s] = 0
+        moves = (
+            stones[s, State.VX] != 0.0
+            or stones[s, State.VY] != 0.0
+            or stones[s, State.OMEGA] != 0.0
+        )
+        if status[s] == REST and moves:
+            status[s] = MOVING
+            finished[s] = 0.0
+
+
+@compiled
+def go_on(position: PlayWorkspace) -> None:
+    """Note after contacts which stones move, and which paths do not go on as they were."""
+    _go_on(position, position.stones.shape[0])
+
+
+@compiled
+def advance_and_sample(
+    law: Law,
+    reach: float,
+    position: PlayWorkspace,
+    identity: Any,
+    delivery: ThrowTimes,
+    bounds: Any,
+    start: float,
+    work: Workspace,
+    dt: float,
+    count: int,
+    samples: Any,
+) -> Any:
+    """What `advance` does with all stones of a position, and samples of their paths.
+
+    Parameters
+    ----------
+    law, reach, position, identity, delivery, bounds, start, work : as in `advance`
+    dt : time between samples [s]
+    count : number of samples that are filled in already
+    samples : (stones, m, 3) filled in with x, y and heading at the times k·dt; m = 0 for none
+
+    Returns
+    -------
+    pause, t : as in `advance`
+    count : number of samples that are filled in
+    """
+    stones = position.stones
+    n = stones.shape[0]
+    traced = samples.shape[1] > 0
+    pause, t = advance(law, reach, position, n, identity, delivery, bounds, start, work, traced)
+    first = count
+    while count < samples.shape[1] and count * dt <= t:
+        for s in range(n):
+            samples[s, count, 0] = stones[s, State.X]
+            samples[s, count, 1] = stones[s, State.Y]
+            samples[s, count, 2] = stones[s, State.THETA]
+        count += 1
+    for s in range(n):
+        length = position.lengths[s]
+        if length > 0 and traced:
+            sample_path(position.paths[s], length, dt, first, t, work.probe, samples[s])
+    return pause, t, count
+
+
+@inlined
+def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
+    """Solve the contacts of touching stones until none closes; returns how many pushed."""
+    stones, contacts, lengths = position.stones, position.contacts, position.lengths
+    pushes = 0
+    for _ in range(MAX_ROUNDS):
+        count = find_contacts(contact, stones, position.status, contacts)
+        if count == 0:
+            break
+        pushes += solve_contacts(contact, stones, contacts, count)
+        set_apart(contact, stones, contacts, count)
+        for place in range(count):
+            row = contacts.order[place]
+            if contacts.table[row, Entry.PUSH] > 0.0:
+                lengths[contacts.pairs[row, 0]] = 0
+                lengths[contacts.pairs[row, 1]] = 0
+    return pushes
+
+
+@part
+def play(
+    law: Law,
+    contact: ContactLaw,
+    position: PlayWorkspace,
+    count: int,
+    identity: Any,
+    delivery: ThrowTimes,
+    bounds: Any,
+) -> Any:
+    """Let a throw among other stones run until all are at rest.
+
+    Parameters
+    ----------
+    law, contact : the ice, and how its stones push each other
+    position : stones[:count] and status[:count] are given, the thrown stone last and MOVING, and
+        motion with ORDER set; stones and status become the final ones
+    count : number of stones
+    identity : (count,) identifiers of the stones, for effects that depend on them
+    delivery : clock, and sweep of the thrown stone
+    bounds : (4,) x_min, x_max, y_min, y_max of centres [m]; a stone beyond is out of play
+
+    Returns
+    -------
+    time : until the last stone rests [s]
+    collisions : their number; MAX_COLLISIONS + 1 if they never ended or a stone never stops
+    """
+    t = 0.0
+    collisions = 0
+    work = position.work
+    for s in range(count):
+        position.lengths[s] = 0
+        position.finished[s] = 0.0
+        if position.status[s] == REST:
+            work = position.approach
+    while collisions <= MAX_COLLISIONS:
+        pause, t = advance(
+            law, contact.reach, position, count, identity, delivery, bounds, t, work, False
+        )
+        if pause == SlideEnd.REST:
+            break
+        if pause == SlideEnd.NEVER_STOPS:
+            return t, MAX_COLLISIONS + 1
+        collisions += max(_resolve(contact, position), 1)
+        _go_on(position, count)
+        work = position.work
+    return t, collisions

@@ -1,1 +1,0 @@
-"""Stones that move at the same time and collide."""
