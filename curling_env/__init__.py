@@ -23,7 +23,7 @@ from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 
 if TYPE_CHECKING:
     from curling_env.envs.game import curling_v0
-    from curling_env.physics import simulate
+    from curling_env.physics.session import simulate
 
 __version__ = "0.2.0"
 __all__ = [

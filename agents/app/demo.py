@@ -19,7 +19,8 @@ from agents.closed_loop.hidden_ice import patchy_ice
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.infrastructure.files.storage import make_directory, write_table
 from curling_env.infrastructure.provenance import provenance
-from curling_env.physics import Aim, play_bounds, slide
+from curling_env.physics.aim import Aim
+from curling_env.physics.slides import play_bounds, slide
 from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks

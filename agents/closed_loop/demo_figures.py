@@ -10,7 +10,7 @@ from matplotlib.lines import Line2D
 
 from agents.closed_loop.demo_findings import ComparedDraw, Findings
 from curling_env.ice import Ice
-from curling_env.physics import play_bounds, slide
+from curling_env.physics.slides import play_bounds, slide
 from curling_env.render import figures
 from curling_env.throw import Throw
 from curling_env.typing import Floats

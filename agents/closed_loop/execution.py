@@ -11,7 +11,9 @@ from agents.closed_loop.integrator import comes_to_rest, run_stone
 from agents.planning import Plan
 from agents.planning.rollouts import Rollouts
 from curling_env.ice import Ice
-from curling_env.physics import SlideEnd, is_hogged, play_batch, play_bounds, slide
+from curling_env.physics.batch import play_batch
+from curling_env.physics.engine import is_hogged
+from curling_env.physics.slides import SlideEnd, play_bounds, slide
 from curling_env.sheet import Direction
 from curling_env.throw import Release, Throw
 from curling_env.typing import Flags, Floats

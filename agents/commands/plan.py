@@ -117,7 +117,7 @@ def plan(
     from agents.planning.stones_file import read_stones
     from curling_env.game.skill_file import load_skill
     from curling_env.ice import load_ice
-    from curling_env.physics import NO_OBSTACLES
+    from curling_env.physics.slides import NO_OBSTACLES
     from curling_env.throw import delivery_named
 
     if target is None and task is None:

@@ -19,22 +19,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics import (
+from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.contacts import (
     GONE,
     ContactLaw,
     Contacts,
     Entry,
-    Law,
-    State,
-    accelerate,
-    compile_law,
     contact_law,
     find_contacts,
     new_contacts,
     solve_contacts,
 )
-from curling_env.physics.compiled import compiled, inlined
+from curling_env.physics.law import Law, accelerate, compile_law
 from curling_env.physics.motion import MOTION_SIZE, PUSH_SIZE
+from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, TEE_Y
 from curling_env.typing import Flags, Floats, Integers
 

@@ -32,7 +32,7 @@ from curling_env.game.rules import RestingStone, Result, Team, rule_on, rule_set
 from curling_env.game.rules.scoring import hammer_after
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.schema import checked
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.sheet import HACK_Y, TEE_Y
 
 STONES_PER_END = 16

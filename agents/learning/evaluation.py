@@ -22,7 +22,7 @@ from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.versions import FileFormat
-from curling_env.physics import NO_OBSTACLES
+from curling_env.physics.slides import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, Skill, Throw, skill_named
 from curling_env.typing import Floats, Progress, no_progress, with_progress

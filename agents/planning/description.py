@@ -7,7 +7,7 @@ from dataclasses import asdict, dataclass, replace
 import numpy as np
 
 from curling_env.ice import Ice
-from curling_env.physics import slide
+from curling_env.physics.slides import slide
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, Direction, to_delivery
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw, handles
 from curling_env.trajectory import Trajectory

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from agents.planning.objective import Objective
 from agents.planning.rollouts import SPEED, SPIN, Rollouts, roll_out_in_play
 from curling_env.ice import Ice
-from curling_env.physics import SlideEnd
+from curling_env.physics.slides import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Skill
 from curling_env.typing import Flags, Floats, Integers
 

@@ -14,7 +14,7 @@ from scipy.ndimage import gaussian_filter
 from agents.planning.description import seconds_per_speed
 from agents.planning.planned_throw import Plan, PlannedThrow
 from curling_env.ice import Ice
-from curling_env.physics import SlideEnd, play_bounds, slide
+from curling_env.physics.slides import SlideEnd, play_bounds, slide
 from curling_env.render import figures
 from curling_env.sheet import TEE_Y
 from curling_env.throw import FROM_HOG_LINE

@@ -14,7 +14,7 @@ from curling_env.envs.options import brief, floats_from
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import OVERLAP_ALLOWED
+from curling_env.physics.tuning import OVERLAP_ALLOWED
 from curling_env.sheet import Direction, tee, to_sheet
 from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, skill_named
 from curling_env.typing import Flags, Floats

@@ -33,7 +33,7 @@ from agents.planning.tuning import (
     PEAKS_PER_HANDLE,
 )
 from curling_env.ice import Ice
-from curling_env.physics import NO_BOUNDS
+from curling_env.physics.slides import NO_BOUNDS
 from curling_env.sheet import to_delivery
 from curling_env.throw import MAX_SPEED, Skill
 from curling_env.typing import Floats

@@ -9,16 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.ice import Ice
-from curling_env.physics import (
-    NO_BOUNDS,
-    NO_OBSTACLES,
-    RELEASE_DTYPE,
-    SlideEnd,
-    is_hogged,
-    play_batch,
-    play_bounds,
-    throw_batch,
-)
+from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
+from curling_env.physics.engine import is_hogged
+from curling_env.physics.slides import NO_BOUNDS, NO_OBSTACLES, SlideEnd, play_bounds
 from curling_env.sheet import Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
 from curling_env.typing import Flags, Floats, Integers

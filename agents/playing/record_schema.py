@@ -10,7 +10,7 @@ from msgspec import Meta
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Fault
 from curling_env.infrastructure.files.schema import Short, Text, checked, within
-from curling_env.physics import Status
+from curling_env.physics.engine import Status
 
 Place = Annotated[float, within(-1e3, 1e3, "m")]
 Seconds = Annotated[float, within(0.0, 600.0, "s")]

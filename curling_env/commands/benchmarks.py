@@ -89,7 +89,7 @@ def memory_of_a_million() -> float:
     """
     import tracemalloc
 
-    from curling_env.physics import RELEASE_DTYPE, throw_batch
+    from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
 
     def throw(count: int) -> object:
         table = np.zeros(count, dtype=RELEASE_DTYPE)
@@ -150,7 +150,7 @@ def mapped_ice(rng: np.random.Generator) -> Ice:
 
 def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
     """Releases towards the away house; a share `hits` of them at take-out weight."""
-    from curling_env.physics import RELEASE_DTYPE
+    from curling_env.physics.batch import RELEASE_DTYPE
 
     table = np.zeros(n, dtype=RELEASE_DTYPE)
     spin = rng.choice([-1.5, 1.5], n)
@@ -191,7 +191,8 @@ def measures() -> Iterator[Measure]:
 
 
 def _batch() -> Iterator[Measure]:
-    from curling_env.physics import play_batch, play_bounds, throw_batch
+    from curling_env.physics.batch import play_batch, throw_batch
+    from curling_env.physics.slides import play_bounds
 
     rng = np.random.default_rng(1)
     ice = mapped_ice(rng)

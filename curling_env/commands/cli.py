@@ -217,7 +217,7 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
 
 def say_what_is_lacking(*ices: Ice) -> None:
     """Say on stderr, once for all of the ices, what they lack of what their tracks show."""
-    from curling_env.physics import what_is_lacking
+    from curling_env.physics.ice_remarks import what_is_lacking
 
     for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
         say(remark)

@@ -58,7 +58,8 @@ def sweep(
     from curling_env.ice import load_ice
     from curling_env.infrastructure.executor import executor
     from curling_env.infrastructure.files.storage import atomic_path, write_table
-    from curling_env.physics import SlideEnd, Sweep, run
+    from curling_env.physics.slides import SlideEnd
+    from curling_env.physics.sweep import Sweep, run
     from curling_env.throw import read_releases
 
     thrown = read_releases(releases)

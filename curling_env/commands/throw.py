@@ -19,7 +19,7 @@ from curling_env.commands.cli import (
 from curling_env.units import Units, short_length, side
 
 if TYPE_CHECKING:
-    from curling_env.physics import Shot
+    from curling_env.physics.shot_times import Shot
     from curling_env.sheet import Direction
 
 
@@ -79,7 +79,8 @@ def throw(
         curling throw --ice standard --speed 2.1 --angle -0.05 --spin 1
     """
     from curling_env.ice import load_ice
-    from curling_env.physics import is_uncertain, rest_spread, shoot
+    from curling_env.physics.ice_uncertainty import is_uncertain, rest_spread
+    from curling_env.physics.shot_times import shoot
     from curling_env.sheet import Direction
     from curling_env.throw import Throw, delivery_named
 

@@ -18,7 +18,7 @@ from curling_env.envs.options import brief, dataclass_from, yes_or_no
 from curling_env.envs.random_ice import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics import is_uncertain, plausible_ices
+from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices
 
 IceOption = Ice | str | Path | Mapping[str, Any]
 """An ice, its file, the name of a preset, or the content of a file."""

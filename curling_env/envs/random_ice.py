@@ -14,7 +14,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics import smooth_field
+from curling_env.physics.ice_uncertainty import smooth_field
 from curling_env.typing import Floats
 
 KNOWLEDGE = ("map", "mean", "nothing")

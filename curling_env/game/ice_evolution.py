@@ -9,7 +9,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics import with_wear_in_map
+from curling_env.physics.wear import with_wear_in_map
 
 
 @dataclass(frozen=True, kw_only=True)

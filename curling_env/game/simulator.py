@@ -21,17 +21,9 @@ from curling_env.game.state import GameState
 from curling_env.game.sweepers import sweep_for
 from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
 from curling_env.ice import Ice, load_ice
-from curling_env.physics import (
-    FINE_TOLERANCE,
-    PATH_FPS,
-    Engine,
-    Outcome,
-    Status,
-    StoneState,
-    wear_along_path,
-    wear_of,
-    worn,
-)
+from curling_env.physics.engine import Engine, Outcome, Status, StoneState
+from curling_env.physics.tuning import FINE_TOLERANCE
+from curling_env.physics.wear import PATH_FPS, wear_along_path, wear_of, worn
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import (
     FROM_HOG_LINE,

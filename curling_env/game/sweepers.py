@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics import slide
+from curling_env.physics.slides import slide
 from curling_env.sheet import Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 

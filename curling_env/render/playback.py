@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from curling_env.physics import Outcome, StoneState
+from curling_env.physics.engine import Outcome, StoneState
 from curling_env.render.canvas import Colour
 from curling_env.render.renderer import DrawnScene, DrawnStone, SheetRenderer
 from curling_env.typing import Floats, Image

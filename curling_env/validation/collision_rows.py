@@ -6,7 +6,8 @@ import math
 
 import numpy as np
 
-from curling_env.physics import State, contact_law, find_contacts, new_contacts, solve_contacts
+from curling_env.physics.contacts import contact_law, find_contacts, new_contacts, solve_contacts
+from curling_env.physics.state import State
 from curling_env.sheet import Stone
 from curling_env.typing import Floats
 from curling_env.validation import sources

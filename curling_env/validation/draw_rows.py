@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from functools import partial
 
-from curling_env.physics import Slide
+from curling_env.physics.slides import Slide
 from curling_env.sheet import BACK_LINE_Y, HACK_Y, HOUSE_RADIUS, TEE_Y
 from curling_env.validation import sources
 from curling_env.validation.row import Row

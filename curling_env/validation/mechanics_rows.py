@@ -10,17 +10,11 @@ import numpy as np
 from scipy import integrate, special  # pyright: ignore[reportMissingTypeStubs]
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
-from curling_env.physics import (
-    NO_BOUNDS,
-    State,
-    acceleration,
-    contact_law,
-    find_contacts,
-    new_contacts,
-    slide,
-    solve_contacts,
-)
+from curling_env.physics.contacts import contact_law, find_contacts, new_contacts, solve_contacts
+from curling_env.physics.law import acceleration
 from curling_env.physics.motion import GRAVITY
+from curling_env.physics.slides import NO_BOUNDS, slide
+from curling_env.physics.state import State
 from curling_env.sheet import RULE_BOOK_STONE, Stone
 from curling_env.throw import Release, Throw
 from curling_env.typing import Floats

@@ -14,8 +14,9 @@ from scipy import optimize  # pyright: ignore[reportMissingTypeStubs]
 
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice
-from curling_env.physics import NO_BOUNDS, Slide, SlideEnd, acceleration, slide
+from curling_env.physics.law import acceleration
 from curling_env.physics.motion import GRAVITY
+from curling_env.physics.slides import NO_BOUNDS, Slide, SlideEnd, slide
 from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE
 from curling_env.throw import MAX_SPEED, Throw
 from curling_env.trajectory import Trajectory

@@ -11,7 +11,7 @@ import cv2
 
 from curling_env.commands.benchmarks import Measure, rate
 from curling_env.ice import load_ice
-from curling_env.physics import slide
+from curling_env.physics.slides import slide
 from curling_env.throw import Throw
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.synthetic import FilmSpec, render_films

@@ -78,7 +78,7 @@ def film(
     """
     from curling_env.ice import load_ice, save_ice
     from curling_env.infrastructure.files.storage import check_writable, make_directory, together
-    from curling_env.physics import slides_in_turn
+    from curling_env.physics.session import slides_in_turn
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec, render_films
 

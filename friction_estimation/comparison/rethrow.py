@@ -17,7 +17,8 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import write_table
-from curling_env.physics import NO_BOUNDS, IceInUse, Slide, slide
+from curling_env.physics.slides import NO_BOUNDS, Slide, slide
+from curling_env.physics.wear import IceInUse
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import NO_BOUNDS, Aim, IceInUse, slide
+from curling_env.physics.aim import Aim
+from curling_env.physics.slides import NO_BOUNDS, slide
+from curling_env.physics.wear import IceInUse
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 from curling_env.typing import Floats

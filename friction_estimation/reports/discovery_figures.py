@@ -11,8 +11,10 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from curling_env.ice import Ice
-from curling_env.physics import State, acceleration, wear_under_contacts, worn
 from curling_env.physics.effects.card import Push
+from curling_env.physics.law import acceleration
+from curling_env.physics.state import State
+from curling_env.physics.wear import wear_under_contacts, worn
 from curling_env.render.figures import (
     FAINT,
     INK,

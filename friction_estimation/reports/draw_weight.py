@@ -8,7 +8,9 @@ from typing import NamedTuple
 import numpy as np
 
 from curling_env.ice import FrictionMap, Ice
-from curling_env.physics import FINE_TOLERANCE, NO_BOUNDS, Aim, slide
+from curling_env.physics.aim import Aim
+from curling_env.physics.slides import NO_BOUNDS, slide
+from curling_env.physics.tuning import FINE_TOLERANCE
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.throw import Throw
 from curling_env.units import Units, length, short_length, speed

@@ -18,7 +18,7 @@ from agents.coaching import AthleteErrors, ErrorSummary
 from agents.coaching.athletes import Interval
 from agents.planning.description import seconds_per_speed
 from curling_env.ice import Ice, load_ice
-from curling_env.physics import Aim
+from curling_env.physics.aim import Aim
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
 

@@ -10,7 +10,7 @@ from agents.app.sheet.forms import RunForm, direction_of, places_of, rounded
 from agents.planning.description import Description, describe
 from agents.planning.request import check_stones
 from curling_env.ice import Ice
-from curling_env.physics import Engine, Outcome, StoneState
+from curling_env.physics.engine import Engine, Outcome, StoneState
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee, to_delivery
 from curling_env.throw import FROM_HOG_LINE, Throw
 from curling_env.trajectory import Trajectory

@@ -22,7 +22,7 @@ from agents.coaching.misses.throw_parts import ThrowParts
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import what_is_lacking
+from curling_env.physics.ice_remarks import what_is_lacking
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.tracks.throw_list import NO_NOTES, ThrowNote

@@ -22,7 +22,7 @@ from agents.playing.search.value_network import skill_feature
 from curling_env.envs.game.shots import SHOTS, ShotActions, mask_of
 from curling_env.game import PlayerView
 from curling_env.ice import Ice
-from curling_env.physics import Aim
+from curling_env.physics.aim import Aim
 from curling_env.typing import Floats, Indices, Progress, Singles, no_progress
 
 ROUNDS = ((8, len(SHOTS)), (24, 16), (64, 6))

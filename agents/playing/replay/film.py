@@ -13,7 +13,7 @@ from curling_env.envs.game.rendering import FAULT_TEXT, colour_of
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Fault
 from curling_env.ice import Ice
-from curling_env.physics import Outcome, Status, StoneState
+from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.render import DrawnScene, SheetRenderer, drawn_stones, playback_frames
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import handles

@@ -19,7 +19,9 @@ from agents.playing.search.tuning import (
     TABLE_SPEEDS,
 )
 from curling_env.ice import Ice
-from curling_env.physics import NO_BOUNDS, RELEASE_DTYPE, Aim, throw_batch
+from curling_env.physics.aim import Aim
+from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+from curling_env.physics.slides import NO_BOUNDS
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
 from curling_env.typing import Floats

@@ -16,7 +16,8 @@ from curling_env.game.rules import End, RestingStone, RuleSet, scoring
 from curling_env.game.rules.lines import HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
-from curling_env.physics import RELEASE_DTYPE, BatchEngine, play_bounds
+from curling_env.physics.batch import RELEASE_DTYPE, BatchEngine
+from curling_env.physics.slides import play_bounds
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, velocity_of
 from curling_env.typing import Flags, Floats, Integers

@@ -14,15 +14,8 @@ from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import End
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import GameSimulator, PlayedShot, direction_of
-from curling_env.physics import (
-    RELEASE_DTYPE,
-    Outcome,
-    Positions,
-    Status,
-    StoneState,
-    is_hogged,
-    left_by_the_side,
-)
+from curling_env.physics.batch import RELEASE_DTYPE, Positions
+from curling_env.physics.engine import Outcome, Status, StoneState, is_hogged, left_by_the_side
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Delivery, Throw, velocity_of
 from curling_env.typing import Flags, Floats

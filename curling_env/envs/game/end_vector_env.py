@@ -48,7 +48,8 @@ from curling_env.game.rules import Ruling, Team
 from curling_env.game.rules.game import deliver, new_game
 from curling_env.game.simulator import result_of_places
 from curling_env.ice import Ice
-from curling_env.physics import BatchEngine, play_bounds
+from curling_env.physics.batch import BatchEngine
+from curling_env.physics.slides import play_bounds
 from curling_env.sheet import TEE_Y
 from curling_env.typing import Flags, Floats
 

@@ -20,7 +20,7 @@ from curling_env.game import GameSimulator, IceEvolution, PlayerView
 from curling_env.game.ice_evolution import ice_for_game
 from curling_env.game.rules import RuleSet
 from curling_env.ice import Ice
-from curling_env.physics import QUICK_TOLERANCE
+from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.throw import Delivery, Skill
 
 SkillOption = str | Skill | Mapping[str, Any]

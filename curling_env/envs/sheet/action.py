@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 from curling_env.envs.options import brief, floats_from
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import NO_BOUNDS, SlideEnd, slide
+from curling_env.physics.slides import NO_BOUNDS, SlideEnd, slide
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, Throw
 from curling_env.typing import Floats, Singles

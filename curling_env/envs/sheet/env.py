@@ -39,7 +39,8 @@ from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.infrastructure.keywords import knows_its_options
-from curling_env.physics import QUICK_TOLERANCE, Engine, StoneState
+from curling_env.physics.engine import Engine, StoneState
+from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, MAX_SPIN, MIN_SPEED, Delivery, Skill, Throw
 from curling_env.typing import Floats, Image, Singles

@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.envs.rendering import FPS, EnvRenderer, signed
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
-from curling_env.physics import Outcome, Status, StoneState
+from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.render import (
     RED,
     YELLOW,

@@ -17,7 +17,7 @@ from curling_env.envs.options import is_whole_number
 from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import play_bounds
+from curling_env.physics.slides import play_bounds
 from curling_env.sheet import HOG_TO_TEE, Direction, to_sheet
 from curling_env.typing import Floats
 

@@ -21,19 +21,9 @@ from curling_env.envs.sheet.reward import Landing, judge
 from curling_env.envs.vector import autoreset_mode_of, masked, reset_mask_of, seeds_of
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import (
-    MOST_STONES,
-    RELEASE_DTYPE,
-    Positions,
-    SlideEnd,
-    Status,
-    StoneState,
-    is_hogged,
-    left_by_the_side,
-    play_batch,
-    play_bounds,
-    throw_batch,
-)
+from curling_env.physics.batch import MOST_STONES, RELEASE_DTYPE, Positions, play_batch, throw_batch
+from curling_env.physics.engine import Status, StoneState, is_hogged, left_by_the_side
+from curling_env.physics.slides import SlideEnd, play_bounds
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import Throw, velocity_of
 from curling_env.typing import Flags, Floats, Indices, Singles

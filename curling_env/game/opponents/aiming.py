@@ -12,7 +12,7 @@ import numpy as np
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import RestingStone
 from curling_env.ice import Ice
-from curling_env.physics import Aim
+from curling_env.physics.aim import Aim
 from curling_env.sheet import Direction
 from curling_env.throw import Delivery, Throw
 

@@ -15,8 +15,8 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import State
 from curling_env.physics.effects import EffectCard
+from curling_env.physics.state import State
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats, Indices

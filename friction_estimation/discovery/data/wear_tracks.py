@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.ndimage import median_filter
 
-from curling_env.physics import passes_over
+from curling_env.physics.wear import passes_over
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from curling_env.worn_tracks import WORN_WIDTH, WornTracks

@@ -7,7 +7,7 @@ from itertools import product
 
 import numpy as np
 
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session

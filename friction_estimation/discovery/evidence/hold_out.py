@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import gram_matrices

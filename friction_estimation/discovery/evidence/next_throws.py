@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction, Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.design.greedy import (

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.mixture import mixture

@@ -15,7 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.stats import t as student_t
 
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.predictive_density import (

@@ -8,9 +8,9 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics import wear_along_path
 from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.motion import GRAVITY
+from curling_env.physics.wear import wear_along_path
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import (
     Belief,

@@ -13,24 +13,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.physics import (
-    NEVER_STOPS,
-    NO_OBSTACLES,
-    NODE_SIZE,
-    Law,
-    Limits,
-    Node,
-    State,
-    StepControl,
-    ThrowTimes,
-    Workspace,
-    between_nodes,
-    integrate,
-    law_terms,
-    mu_of_map,
-    new_workspace,
-)
 from curling_env.physics.compiled import compiled, effect_kernel, inlined, quick_exp
+from curling_env.physics.integrator import NEVER_STOPS, ThrowTimes, integrate
+from curling_env.physics.law import Law, law_terms, mu_of_map
+from curling_env.physics.map_path import between_nodes
 from curling_env.physics.motion import (
     CLOCK,
     FRICTION,
@@ -47,6 +33,11 @@ from curling_env.physics.motion import (
     TURN,
     T,
 )
+from curling_env.physics.slides import NO_OBSTACLES
+from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.step import Workspace, new_workspace
+from curling_env.physics.surroundings import Limits
+from curling_env.physics.tuning import StepControl
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 

@@ -10,14 +10,9 @@ import numpy as np
 
 from curling_env.common_errors import LevelError
 from curling_env.ice import Ice
-from curling_env.physics import (
-    Law,
-    State,
-    compile_law,
-    on_tracks,
-    wear_along_path,
-    wear_under_contacts,
-)
+from curling_env.physics.law import Law, compile_law, on_tracks
+from curling_env.physics.state import State
+from curling_env.physics.wear import wear_along_path, wear_under_contacts
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session

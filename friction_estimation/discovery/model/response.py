@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.physics import State
 from curling_env.physics.compiled import compiled
+from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 

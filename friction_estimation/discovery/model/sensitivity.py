@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.physics import State
+from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.forward import friction_of_session

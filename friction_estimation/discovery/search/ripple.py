@@ -14,8 +14,8 @@ from typing import Literal
 
 import numpy as np
 
-from curling_env.physics import State
 from curling_env.physics.effects import catalogue
+from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.camera_ripple import CameraRipple, ripple_over
 from friction_estimation.discovery.model.candidates import Term, neutral_values

@@ -9,8 +9,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from curling_env.physics import State
 from curling_env.physics.effects.card import Push
+from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.model.response import LinearisedPaths

@@ -8,9 +8,9 @@ from __future__ import annotations
 
 import numpy as np
 
-from curling_env.physics import State
 from curling_env.physics.effects import catalogue
 from curling_env.physics.effects.residual import KNOTS, VARIABLES
+from curling_env.physics.state import State
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.hold_out import ForecastGap, forecast
 from friction_estimation.discovery.evidence.predictive_density import unseen_scores
