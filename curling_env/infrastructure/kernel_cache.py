@@ -24,7 +24,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
 FIRST_COMPILATION = (
-    "curling: compiling the physics for this machine, once: about 8 s of one core now, and a few "
+    "curling: compiling the physics for this machine, once: about 10 s of one core now, and a few "
     "more for what is first used later"
 )
 """The line on stderr where nothing has been kept yet."""
