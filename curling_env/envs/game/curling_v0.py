@@ -43,6 +43,9 @@ from curling_env.infrastructure.keywords import knows_its_options
 from curling_env.sheet import Direction
 from curling_env.typing import Image, Singles
 
+MOST_EXTRA_ENDS = 20
+"""Extra ends of a level game after which it is truncated: two teams may blank ends for ever."""
+
 
 def env(**settings: Any) -> TurnBasedGame:
     """A game between two agents, with the order of calls checked.
@@ -114,7 +117,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         end, at its last stone
     potential : value of positions, whose rise is part of the reward, as for `CurlingEndEnv`
     max_cycles : number of deliveries of each team after which the game is truncated, or None
-    max_throws : number of deliveries of both teams after which the game is truncated, or None
+    max_throws : number of deliveries of both teams after which the game is truncated, or None; a
+        game that is level after `MOST_EXTRA_ENDS` extra ends is truncated as well
     render_mode : "rgb_array", "rgb_array_list" (pictures of a film of what happened), "human" (a
         window; needs the extra `viewer`) or None
 
@@ -358,12 +362,18 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             self.rewards[label] = self.weights.total(parts)
             self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
         self._state, self._last = after, shot
-        truncated = self._max_throws is not None and self._thrown >= self._max_throws and not over
+        truncated = not over and self._is_too_long(len(played.line_score))
         self._tell_masks()
         self.terminations = dict.fromkeys(self.agents, over)
         self.truncations = dict.fromkeys(self.agents, truncated)
         self.agent_selection = self._to_act() if not over else shot.team.other.label
         self._accumulate_rewards()
+
+    def _is_too_long(self, ends: int) -> bool:
+        """Whether a game has reached its number of deliveries, or goes on and on without points."""
+        if self._max_throws is not None and self._thrown >= self._max_throws:
+            return True
+        return ends >= self.simulator.rules.ends + MOST_EXTRA_ENDS
 
     def _concede(self, team: Team) -> None:
         """End the game: the other team has won."""

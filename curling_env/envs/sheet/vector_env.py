@@ -235,7 +235,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
             self._begin(np.flatnonzero(over), self.single.reset_distribution())
             observations = self._observe()
         else:
-            self._over = over
+            self._over = over.copy()  # what is returned belongs to the caller
         info |= masked(self._target_info(everyone), np.ones(n, dtype=np.bool_))
         if len(playing) and not (same_step and over.all()):
             mask = ~over if same_step else np.isin(everyone, playing)

@@ -45,6 +45,19 @@ def test_max_cycles():
     max_cycles_test(curling_v0)
 
 
+def test_a_game_of_blank_ends_is_truncated(monkeypatch):
+    monkeypatch.setattr("curling_env.envs.game.curling_v0.MOST_EXTRA_ENDS", 1)
+    game = curling_v0.env(ends=1, skill="none")
+    game.reset(seed=0)
+    for agent in game.agent_iter(200):
+        _, _, over, truncated, _ = game.last()
+        action = np.zeros(game.action_space(agent).shape, dtype=np.float32)
+        action[0] = 1.0  # through the house
+        game.step(None if over or truncated else action)
+    assert not game.agents
+    assert len(game.unwrapped.state.game.line_score) == 2
+
+
 def test_parallel_api():
     parallel_api_test(curling_v0.parallel_env(ends=1), num_cycles=40)
 

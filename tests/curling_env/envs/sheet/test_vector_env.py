@@ -287,6 +287,25 @@ def test_what_is_handed_out_stays_as_it_was(rng):
     np.testing.assert_array_equal(info["target"], kept[1])
 
 
+@pytest.mark.parametrize("mode", [*MODES, "Disabled"])
+def test_a_later_step_leaves_what_earlier_ones_returned(mode, rng):
+    envs = gymnasium.make_vec("CurlingSheet-v0", num_envs=3, throws=2, autoreset_mode=mode)
+    envs.reset(seed=0)
+    returned, copies = [], []
+    for _ in range(4):
+        result = envs.step(envs.action_space.sample())[:4]
+        returned.append(result)
+        copies.append([array.copy() for array in result])
+        if mode == "Disabled" and result[2].any():
+            envs.reset(options={"reset_mask": result[2].copy()})
+    assert any(result[2].any() for result in returned)
+    for result, copy in zip(returned, copies, strict=True):
+        for array, before in zip(result, copy, strict=True):
+            np.testing.assert_array_equal(array, before)
+    returned[-1][2][:] = False  # the caller's own
+    envs.step(envs.action_space.sample())
+
+
 def test_trajectories_on_plausible_ices_are_those_of_single_sheets(rng):
     options = {"ice": DOUBTFUL, "ice_sigma": True, "fps": 10.0}
     many, single = make(**options), one_by_one("NextStep", **options)
