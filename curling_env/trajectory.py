@@ -35,6 +35,8 @@ TRACK_TABLE = (
 """The columns of a tracks file. Rows may be wild, but no camera is off by a thousand kilometres."""
 TRACK_COLUMNS = tuple(column.name for column in TRACK_TABLE if column.required)
 OPTIONAL_TRACK_COLUMNS = tuple(column.name for column in TRACK_TABLE if not column.required)
+FASTEST_TRACK = 20.0
+"""Speed above which no stone covers the way of a track [m/s]; a broken unit is far above it."""
 FASTEST_TURN = 40.0
 """No stone turns faster [rad/s]; a throw's spin is at most 20."""
 HEADING_SLACK = 8 * np.pi
@@ -180,6 +182,7 @@ def tracks_of(table: Table) -> list[Trajectory]:
                 where=table.where(row, "t"),
             )
         part = {name: column[start:end] for name, column in columns.items()}
+        _check_speed(table, start, part)
         _check_headings(table, start, part["t"], part["theta"])
         clock = part.pop("clock", None)
         part = {name: column for name, column in part.items() if not np.isnan(column).all()}
@@ -196,6 +199,19 @@ def tracks_of(table: Table) -> list[Trajectory]:
             )
         )
     return sorted(tracks, key=lambda track: track.throw)
+
+
+def _check_speed(table: Table, start: int, columns: dict[str, Floats]) -> None:
+    """Refuse a track whose ends lie further apart than a stone could go in its time."""
+    t, x, y = (columns[name] for name in ("t", "x", "y"))
+    duration, distance = float(t[-1] - t[0]), float(np.hypot(x[-1] - x[0], y[-1] - y[0]))
+    if distance > FASTEST_TRACK * duration and len(t) > 2:
+        raise InputError(
+            f"{distance:.3g} m within {duration:.3g} s is more than a stone goes; t is in seconds, "
+            "x and y in metres",
+            source=table.source,
+            where=table.where(start + len(t) - 1, "t"),
+        )
 
 
 def _check_headings(table: Table, start: int, t: Floats, theta: Floats) -> None:

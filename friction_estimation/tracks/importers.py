@@ -156,6 +156,7 @@ def _kinovea_table(lines: TextLines, path: str | Path) -> list[Series]:
 
 
 def _tracker(lines: TextLines, path: str | Path) -> list[Series]:
+    first = lines[0][0]
     if lines[0][1].strip().lower().startswith("#multi"):
         lines = lines[1:]
     at = next((i for i, (_, line) in enumerate(lines[:2]) if re.match(r"\W*t\b", line)), None)
@@ -167,7 +168,7 @@ def _tracker(lines: TextLines, path: str | Path) -> list[Series]:
             "not a table of Kinovea or Tracker: expected Kinovea's `Time, name/0/X, name/0/Y` or "
             "Tracker's `t, x, y` in the first rows",
             source=path,
-            where=f"row {lines[0][0]}",
+            where=f"row {first}",
         )
     names = _split(lines[:1], separator, path)[0][1] if at else []
     (_, header), *rows = _split(lines[at:], separator, path)

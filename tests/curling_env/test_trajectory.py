@@ -120,6 +120,7 @@ def test_what_is_no_path_is_refused(change, says):
         ("throw,t,x,y,theta\n0,1,0,0,0\n0,0.5,0,0,0\n", "row 3, column t"),
         ("throw,t,x,y,theta\n0,0,0,0,0\n1,0,0,0,0\n0,1,0,0,0\n", "row 4"),
         ("throw,t,x,y,theta\n0.5,0,0,0,0\n", "row 2, column throw"),
+        ("throw,t,x,y,theta\n0,0,0,0,0\n0,1e-9,0,1,0\n0,2e-9,0,2,0\n", "row 4, column t: 2 m"),
     ],
 )
 def test_bad_files_are_refused_with_the_place(tmp_path, text, says):

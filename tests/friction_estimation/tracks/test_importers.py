@@ -102,6 +102,8 @@ def test_axes_are_turned_never_mirrored(tmp_path, along, expected):
     [
         ("", "holds no rows"),
         ("a,b\n1,2\n", "row 1: not a table of Kinovea or Tracker"),
+        ("#multi:\n", "row 1: not a table of Kinovea or Tracker"),
+        ("#multi:\nt,x,y\n", "0 positions"),
         (tracker("\t").replace(f"{X[3]:.6E}", "soon"), "row 6: expected a number, found 'soon'"),
         (kinovea_table().replace('"80.00000"', '"0:00:08"'), "in seconds or milliseconds"),
         (kinovea_table().replace('"120.00000"', '"20.00000"'), "row 5: time must increase"),
