@@ -37,10 +37,6 @@ from curling_env.infrastructure.kernel_cache import KernelCache
 _DOUBLES = types.CPointer(types.float64)
 _PHYSICS = Path(__file__).parent
 
-# Kernels run in their caller's thread, but numba refuses to work with none of its own.
-if numba.config.NUMBA_NUM_THREADS < 1:
-    os.environ["NUMBA_NUM_THREADS"] = "1"
-
 
 @cache
 def _cache_folder(folder: Path) -> Path:

@@ -320,3 +320,11 @@ def test_letters_that_the_terminal_does_not_know_are_escaped() -> None:
     )
     assert (done.returncode, done.stderr) == (0, "")
     assert json.loads(done.stdout) == {"film": "Zürich \U0001f94c \udcff"}
+
+
+def test_no_threads_for_numba_stop_no_command() -> None:
+    done = run(
+        "def work() -> None:\n    import numba\n" + ONLY_WORK,
+        env={**os.environ, "NUMBA_NUM_THREADS": "0"},
+    )
+    assert (done.returncode, done.stderr) == (0, "")
