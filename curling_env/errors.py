@@ -33,6 +33,10 @@ class OutputError(CurlingError, OSError):
     """A result could not be written; nothing was left half-written."""
 
 
+class UnknownOptionError(InputError, TypeError):
+    """A keyword argument that a function or an environment does not have."""
+
+
 class OutOfRangeError(InputError):
     """A number lies outside what the model is valid for."""
 

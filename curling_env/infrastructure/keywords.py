@@ -1,4 +1,4 @@
-"""Keyword arguments that nothing knows are told with those that there are."""
+"""Errors for unknown keyword arguments, which list the known ones."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from collections.abc import Callable
 from functools import wraps
 from typing import Any, TypeVar
 
-from curling_env.errors import InputError
+from curling_env.errors import UnknownOptionError
 
 Called = TypeVar("Called", bound=Callable[..., Any])
 
 
 def knows_its_options(name: str) -> Callable[[Called], Called]:
-    """Decorate a function or a class: an unknown keyword is an `InputError` that lists the known.
+    """Decorate a function or a class: an unknown keyword is an error that lists the known.
 
     Parameters
     ----------
@@ -30,7 +30,10 @@ def knows_its_options(name: str) -> Callable[[Called], Called]:
         def checked(*args: Any, **options: Any) -> Any:
             unknown = [option for option in options if option not in known]
             if unknown:
-                raise InputError(f"{name} has no option {unknown[0]!r}; it has {', '.join(known)}")
+                raise UnknownOptionError(
+                    f"{name} has no option {unknown[0]!r}; it has {', '.join(known)} "
+                    f"(unexpected keyword argument {unknown[0]!r})"
+                )
             return plain(*args, **options)
 
         whole: Any = called

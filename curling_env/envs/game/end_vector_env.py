@@ -92,12 +92,12 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
         self.num_envs = whole_number("num_envs", num_envs, least=1)
         if render_mode is not None:
             raise InputError("many ends at once have no render_mode; use a single environment")
-        self._mode = autoreset_mode_of(autoreset_mode)
+        self.autoreset_mode = autoreset_mode_of(autoreset_mode)
         self.single = CurlingEndEnv(**settings)
         self.metadata = {
             **self.single.metadata,
             "render_modes": [],
-            "autoreset_mode": self._mode,
+            "autoreset_mode": self.autoreset_mode,
         }
         self.single_observation_space = self.single.observation_space
         self.single_action_space = self.single.action_space
@@ -177,7 +177,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
             raise InputError("call reset() before the first step")
         n, single = self.num_envs, self.single
         over = np.array([state.game.end is None for state in self._states])
-        if self._mode is AutoresetMode.DISABLED and over.any():
+        if self.autoreset_mode is AutoresetMode.DISABLED and over.any():
             raise InputError(
                 f"end {int(np.argmax(over))} is over; begin it with "
                 "reset(options={'reset_mask': …})"
@@ -232,7 +232,7 @@ class CurlingEndVectorEnv(VectorEnv[Any, Any, Any]):
     ) -> tuple[Any, Floats, Flags, Flags]:
         """What a step returns; with the mode "SameStep", ends that are over have begun anew."""
         never = np.zeros(self.num_envs, dtype=np.bool_)
-        if self._mode is not AutoresetMode.SAME_STEP or not ended.any():
+        if self.autoreset_mode is not AutoresetMode.SAME_STEP or not ended.any():
             return observations, rewards, ended, never
         rows: list[int] = np.flatnonzero(ended).tolist()
         final = np.full(self.num_envs, None, dtype=object)

@@ -116,7 +116,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         self.single_action_space = self.single.action_space
         self.observation_space = batch_space(self.single_observation_space, num_envs)
         self.action_space = batch_space(self.single_action_space, num_envs)
-        self._mode = mode
+        self.autoreset_mode = mode
         self._fps = fps
         slots = self.single.observation.slots
         if slots > MOST_STONES:
@@ -208,7 +208,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         if actions.shape != (n, 3):
             raise InputError(f"expected actions of shape ({n}, 3), got {actions.shape}")
         everyone = np.arange(n)
-        if self._mode is AutoresetMode.DISABLED and self._over.any():
+        if self.autoreset_mode is AutoresetMode.DISABLED and self._over.any():
             raise InputError(
                 f"the episode of environment {int(np.argmax(self._over))} is over; begin it with "
                 "reset(options={'reset_mask': …})"
@@ -223,7 +223,7 @@ class CurlingSheetVectorEnv(VectorEnv[Singles, Singles, NDArray[Any]]):
         over = self._played >= self.single.throws
         observations = self._observe()
         info: dict[str, Any] = {}
-        same_step = self._mode is AutoresetMode.SAME_STEP
+        same_step = self.autoreset_mode is AutoresetMode.SAME_STEP
         if same_step and over.any():
             final = np.empty(n, dtype=object)
             for i in np.flatnonzero(over):
