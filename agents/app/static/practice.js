@@ -174,9 +174,9 @@ function show(state) {
   const marked = find("marked");
   const now = state.camera?.marked ? "the sheet is marked." : "the sheet is not marked yet.";
   if (marked && state.camera) marked.textContent = now;
-  // The link to mark the sheet is there once a film has come.
-  if (marked && !find("mark") && state.films.some((film) => film.state !== "coming")) {
-    location.reload();
+  if (marked && state.films.some((film) => film.state !== "coming")) {
+    find("to-mark").hidden = false;
+    find("no-film").hidden = true;
   }
 }
 
