@@ -21,6 +21,7 @@ export function newGame(laid) {
 export function throwInGame(thrown) {
   if (!play.mine) return;
   play.mine = false;
+  allow(false); // a question while the stones run would end their run, and the turn with it
   $("calls").hidden = true;
   sheet.aim(null);
   state.target = null;
@@ -57,6 +58,10 @@ async function showDelivery(delivery, wanted) {
   if (delivery.ruling) say(`${upper(delivery.ruling)}.`, true);
 }
 
+function allow(mine) {
+  for (const one of document.querySelectorAll("#in-play button")) one.disabled = !mine;
+}
+
 /** How the game stands, once all is at rest. */
 function stand({ state: now, deliveries }) {
   const last = deliveries[deliveries.length - 1], ended = last?.score_of_end;
@@ -88,7 +93,7 @@ function stand({ state: now, deliveries }) {
   $("rules").textContent = `${now.rules}. ${now.guards}`;
   $("in-play").hidden = false;
   $("game-form").open = now.over;
-  for (const one of document.querySelectorAll("#in-play button")) one.disabled = !play.mine;
+  allow(play.mine);
   // After an end the next one is played the other way; its empty house comes with the next target.
   play.fresh = Boolean(ended) && !now.over;
 }

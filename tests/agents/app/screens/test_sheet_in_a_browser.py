@@ -179,6 +179,7 @@ def test_the_best_calls_of_a_position_are_listed_and_played_on(still, address):
         still.get_by_text("Click where it should rest").wait_for()
         still.locator("#ask-advice").click()
         still.get_by_role("button", name="Throw it").click()
+        assert still.locator("#ask-advice").is_disabled()  # until the stones rest
         still.wait_for_function(
             f"document.querySelectorAll('.scoreboard .left')[1].textContent !== '{2 - number}'"
         )
