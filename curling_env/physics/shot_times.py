@@ -15,7 +15,7 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 
 @dataclass(frozen=True, kw_only=True)
 class Shot:
-    """How a lone throw went.
+    """The course of a lone throw.
 
     Parameters
     ----------
@@ -53,13 +53,7 @@ def shoot(
     *,
     delivery: Delivery = FROM_HOG_LINE,
 ) -> Shot:
-    """Throw one stone on an empty sheet.
-
-    Parameters
-    ----------
-    ice, throw : what is thrown on what
-    direction : the end played to
-    delivery : where the throw begins
+    """Throw one stone on an empty sheet, towards one end.
 
     Raises
     ------

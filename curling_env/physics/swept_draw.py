@@ -29,31 +29,19 @@ AT_EDGE = 1e-3
 
 
 class SweepingGain(NamedTuple):
-    """How much further a draw runs that is swept over the last third of its way.
-
-    Parameters
-    ----------
-    metres : along the sheet [m]
-    stderr : standard error that follows from that of the friction under the brooms [m]
-    """
+    """Way that a draw gains by being swept over its last third, along the sheet [m]."""
 
     metres: float
     stderr: float
+    """Standard error that follows from that of the friction under the brooms [m]."""
 
 
 def sweeping_gain(
     ice: Ice, *, clock: float = 0.0, order: int = 0, stone: int = 0
 ) -> SweepingGain | None:
-    """How much further a draw to the tee runs on an ice if it is swept over its last third.
+    """The gain of a draw to the tee; its clock, order and stone matter to some effects.
 
-    Parameters
-    ----------
-    ice : ice with the effect `sweeping`
-    clock, order, stone : of the draw in its session, for effects that depend on them
-
-    Returns
-    -------
-    None where the ice does not say what sweeping does, or the draw does not rest on the sheet
+    None where the ice has no effect `sweeping`, or the draw does not rest on the sheet.
     """
     effect = ice.effect("sweeping")
     if effect is None:
