@@ -42,7 +42,6 @@ class Aim:
     Parameters
     ----------
     ice : the ice that the thrower believes in
-    direction : the end played to
     clock, order, stone : of the throws in their session, for effects that depend on them
     tolerance : how far a rest may be off on the roughest ice [m]
     delivery : where throws begin, and the fastest

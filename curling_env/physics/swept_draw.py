@@ -1,4 +1,4 @@
-"""How far sweeping carries a stone on an ice: the size of that effect as curlers speak of it."""
+"""The way that sweeping carries a stone on an ice: the size of that effect as curlers know it."""
 
 from __future__ import annotations
 
@@ -58,28 +58,18 @@ def sweeping_gain(
     begin = float(np.interp((1.0 - SWEPT_PART) * float(way[-1]), way, plain.t))
     swept = replace(draw, sweep_start=begin, sweep_end=begin + LONG_ENOUGH)
 
-    def rest(friction_factor: float) -> float:
+    def rest(release: Release, friction_factor: float) -> float:
         changed = replace(effect, parameters={**effect.parameters, own.name: friction_factor})
-        others = tuple(changed if e is effect else e for e in ice.effects)
-        return _rest(replace(ice, effects=others), swept)
+        effects = tuple(changed if e is effect else e for e in ice.effects)
+        end = simulate(replace(ice, effects=effects), [release])[0].xy[-1]
+        if (np.abs(end) > edge_bounds(ice)[[1, 3]] - AT_EDGE).any():
+            raise InputError("the stone runs off the sheet")
+        return float(end[1])
 
     low, high = max(factor - FACTOR_STEP, own.low), min(factor + FACTOR_STEP, own.high)
     try:
-        metres = rest(factor) - _rest(ice, draw)
-        slope = (rest(high) - rest(low)) / (high - low)
+        metres = rest(swept, factor) - rest(draw, factor)
+        slope = (rest(swept, high) - rest(swept, low)) / (high - low)
     except InputError:
         return None
     return SweepingGain(metres, abs(slope) * effect.sigma.get(own.name, 0.0))
-
-
-def _rest(ice: Ice, release: Release) -> float:
-    """Where a stone comes to rest along the sheet [m].
-
-    Raises
-    ------
-    InputError : it does not, or only beyond an edge of the ice
-    """
-    end = simulate(ice, [release])[0].xy[-1]
-    if (np.abs(end) > edge_bounds(ice)[[1, 3]] - AT_EDGE).any():
-        raise InputError("the stone runs off the sheet")
-    return float(end[1])

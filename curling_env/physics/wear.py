@@ -82,11 +82,7 @@ def worn(ice: Ice, wear: Floats | None) -> Ice:
 
 
 class IceInUse:
-    """An ice on which stones are thrown one after the other.
-
-    Parameters
-    ----------
-    ice : before the first of them
+    """An ice on which stones are thrown one after the other, given as it is before the first.
 
     Attributes
     ----------

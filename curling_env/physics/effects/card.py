@@ -104,7 +104,7 @@ class Variant:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How an effect is looked for in measured throws. The defaults serve most effects.
+    """The search for an effect in measured throws. The defaults serve most effects.
 
     Parameters
     ----------
@@ -236,7 +236,7 @@ class EffectCard:
 
     @property
     def is_physical(self) -> bool:
-        """Whether the stone feels it."""
+        """True where the stone feels it."""
         return self.acts not in ("measurement", "nothing")
 
     @property

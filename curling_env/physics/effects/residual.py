@@ -9,7 +9,8 @@ from curling_env.physics.effects.card import EffectCard, Parameter, Values
 from curling_env.physics.motion import CLOCK, FRICTION, ORDER, SPEED, SPIN, X, Y
 
 VARIABLES = ("speed", "x", "y", "spin", "clock", "order")
-"""What the table may run over, by the number its parameter `variable` takes; spin without sign."""
+"""Names of what the table may run over, by the number of its `variable`; spin without sign."""
+_PLACES = (SPEED, X, Y, SPIN, CLOCK, ORDER)
 KNOTS = 7
 """Equally spaced places of the table, from `low` to `high`."""
 
@@ -17,17 +18,9 @@ KNOTS = 7
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
     variable = int(theta[0])
-    value = motion[SPEED]
-    if variable == 1:
-        value = motion[X]
-    elif variable == 2:
-        value = motion[Y]
-    elif variable == 3:
-        value = fabs(motion[SPIN])
-    elif variable == 4:
-        value = motion[CLOCK]
-    elif variable == 5:
-        value = motion[ORDER]
+    value = motion[_PLACES[variable]]
+    if _PLACES[variable] == SPIN:
+        value = fabs(value)
     place = (value - theta[1]) / (theta[2] - theta[1]) * (KNOTS - 1)
     place = min(max(place, 0.0), KNOTS - 1.0)
     k = min(int(place), KNOTS - 2)
