@@ -82,7 +82,7 @@ class Aim:
         return self._again, ()
 
     def rest(self, throw: Throw) -> tuple[float, float] | None:
-        """Where a throw comes to rest, delivery frame [m]; None if it never stops."""
+        """Place where a throw comes to rest, delivery frame [m]; None if it never stops."""
         end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, NO_BOUNDS)
         return None if end == NEVER_STOPS else (x, y)
 

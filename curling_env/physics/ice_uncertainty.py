@@ -1,4 +1,4 @@
-"""What an ice's standard errors mean: ices that they allow, and where a stone rests on them.
+"""Meaning of an ice's standard errors: ices that they allow, and where a stone rests on them.
 
 An ice file holds σ of the friction in every cell and of the parameters of effects. It may also say
 what parameters and the level of the friction have of their errors in common; what is not said is
@@ -225,8 +225,7 @@ def _draws(effect: ActiveEffect, name: str, errors: Floats) -> list[float]:
 
 def _in_order(effect: ActiveEffect, parameters: dict[str, float]) -> dict[str, float]:
     """The parameters, with the sides of an area in their order."""
-    area = _card_of(effect).search.area
-    for low, high in zip(area[::2], area[1::2], strict=True) if area else ():
-        sides = parameters[low], parameters[high]
-        parameters[low], parameters[high] = min(sides), max(sides)
+    area = _card_of(effect).search.area or ()
+    for low, high in zip(area[::2], area[1::2], strict=True):
+        parameters[low], parameters[high] = sorted((parameters[low], parameters[high]))
     return parameters

@@ -29,7 +29,7 @@ def _edge(name: str, symbol: str, meaning: str) -> Parameter:
 
 SIDES = ("x_min", "x_max", "y_min", "y_max")
 SOFT_BREAKS = tuple(0.75 * k for k in range(-6, 7))
-"""Where a soft side counts as bent, in units of `edge`: tanh is straight enough in between."""
+"""Places where a soft side counts as bent, in units of `edge`: tanh is straight enough between."""
 
 
 def _turned(given: Values) -> Values:

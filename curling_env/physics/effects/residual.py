@@ -1,4 +1,4 @@
-"""What no named effect explains: a table of friction over one variable."""
+"""The rest, which no named effect explains: a table of friction over one variable."""
 
 from functools import partial
 from math import exp, fabs
@@ -10,6 +10,7 @@ from curling_env.physics.motion import CLOCK, FRICTION, ORDER, SPEED, SPIN, X, Y
 
 VARIABLES = ("speed", "x", "y", "spin", "clock", "order")
 """Names of what the table may run over, by the number of its `variable`; spin without sign."""
+_NUMBERED = ", ".join(f"{number} {name}" for number, name in enumerate(VARIABLES))
 _PLACES = (SPEED, X, Y, SPIN, CLOCK, ORDER)
 KNOTS = 7
 """Equally spaced places of the table, from `low` to `high`."""
@@ -43,15 +44,6 @@ def _turned(given: Values) -> Values:
     return {**given, **knots, "low": -given["high"], "high": -given["low"]}
 
 
-def _knot(k: int) -> Parameter:
-    return Parameter(
-        f"log_factor_{k}",
-        "1",
-        f"logarithm of the factor on friction {k}/{KNOTS - 1} of the way",
-        f"f_{k}",
-    ).within(-2.0, 2.0, default=0.0)
-
-
 CARD = EffectCard(
     name="residual",
     title="Unexplained friction",
@@ -60,16 +52,20 @@ CARD = EffectCard(
     equation=r"\mu \to \mu \, e^{f(u)}, \qquad "
     r"f\left( u_0 + \frac{k}{6} (u_6 - u_0) \right) = f_k, \qquad k = 0 \ldots 6",
     parameters=(
-        Parameter(
-            "variable",
-            "1",
-            "what it runs over: "
-            + ", ".join(f"{number} {name}" for number, name in enumerate(VARIABLES)),
-            "u",
-        ).within(0.0, len(VARIABLES) - 1.0),
+        Parameter("variable", "1", f"what it runs over: {_NUMBERED}", "u").within(
+            0.0, len(VARIABLES) - 1.0
+        ),
         Parameter("low", "of the variable", "value at the first place", "u_0"),
         Parameter("high", "of the variable", "value at the last place, above low", "u_6"),
-        *(_knot(k) for k in range(KNOTS)),
+        *(
+            Parameter(
+                f"log_factor_{k}",
+                "1",
+                f"logarithm of the factor on friction {k}/{KNOTS - 1} of the way",
+                f"f_{k}",
+            ).within(-2.0, 2.0, default=0.0)
+            for k in range(KNOTS)
+        ),
     ),
     source="none: a description, to be replaced by a mechanism once one is found",
     validity="the range of the variable that measured throws covered",
@@ -77,12 +73,8 @@ CARD = EffectCard(
     acts="friction",
     kernel=_kernel,
     turned=_turned,
-    observed={
-        "variable": 2.0 * len(VARIABLES),
-        "low": 40.0,
-        "high": 40.0,
-        **{f"log_factor_{k}": 0.2 for k in range(KNOTS)},
-    },
+    observed={"variable": 2.0 * len(VARIABLES), "low": 40.0, "high": 40.0}
+    | {f"log_factor_{k}": 0.2 for k in range(KNOTS)},
     observed_order=10,
     dissipative=True,
     x_breaks=partial(_breaks, "x"),
