@@ -17,21 +17,16 @@ from curling_env.physics.integrator import (
     CONTACT,
     LEFT_BOUNDS,
     NEVER_STOPS,
+    REST,
     ThrowTimes,
     integrate,
 )
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.slides import NO_BOUNDS, NO_OBSTACLES
 from curling_env.physics.state import State
 from curling_env.physics.step import new_workspace
-from curling_env.physics.surroundings import Limits
-from curling_env.physics.tuning import (
-    MAX_AIM_ANGLE,
-    MAX_CORRECTIONS,
-    ON_TARGET,
-    QUICK_TOLERANCE,
-)
+from curling_env.physics.surroundings import NO_BOUNDS, NO_OBSTACLES, Limits
+from curling_env.physics.tuning import MAX_AIM_ANGLE, MAX_CORRECTIONS, ON_TARGET, QUICK_TOLERANCE
 from curling_env.sheet import BACK_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
@@ -47,7 +42,6 @@ class Aim:
     Parameters
     ----------
     ice : the ice that the thrower believes in
-    direction : the end played to
     clock, order, stone : of the throws in their session, for effects that depend on them
     tolerance : how far a rest may be off on the roughest ice [m]
     delivery : where throws begin, and the fastest
@@ -88,7 +82,7 @@ class Aim:
         return self._again, ()
 
     def rest(self, throw: Throw) -> tuple[float, float] | None:
-        """Where a throw comes to rest, delivery frame [m]; None if it never stops."""
+        """Place where a throw comes to rest, delivery frame [m]; None if it never stops."""
         end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, NO_BOUNDS)
         return None if end == NEVER_STOPS else (x, y)
 
@@ -101,79 +95,74 @@ class Aim:
         if place not in self._draws:
             if len(self._draws) >= MOST_DRAWS:
                 self._draws.clear()
-            self._draws[place] = self._find_draw(x, y, spin)
+            self._draws[place] = self._find(x, y, spin)
         return self._draws[place]
-
-    def _find_draw(self, x: float, y: float, spin: float) -> Throw | None:
-        table = self._table(spin)
-        distance = y - self._start_y
-        if not _carries(table, distance):
-            return None
-        speed = float(np.interp(distance, table[:, 1], table[:, 0]))
-        curl = float(np.interp(distance, table[:, 1], table[:, 2]))
-        angle = -asin(max(min((x - curl) / distance, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
-        slope = float(np.interp(distance, table[:, 1], table[:, 3]))
-        for _ in range(MAX_CORRECTIONS):
-            end, rest_x, rest_y = self._slide(speed, angle, spin, 0.0, NO_BOUNDS)
-            if end == NEVER_STOPS:
-                return None
-            if hypot(rest_x - x, rest_y - y) < ON_TARGET:
-                return Throw(speed=speed, angle=angle, spin=spin)
-            speed += (y - rest_y) / slope
-            angle += (rest_x - x) / distance
-            if not (0 < speed <= self._max_speed and abs(angle) < MAX_AIM_ANGLE):
-                return None
-        return None
 
     def draw_weight(self, spin: float = 0.0, *, y: float = 0.0) -> float | None:
         """Speed at which a throw straight ahead comes to rest level with y, or None [m/s]."""
-        table = self._table(spin)
-        distance = y - self._start_y
-        if not _carries(table, distance):
-            return None
-        speed = float(np.interp(distance, table[:, 1], table[:, 0]))
-        slope = float(np.interp(distance, table[:, 1], table[:, 3]))
-        for _ in range(MAX_CORRECTIONS):
-            end, _, rest_y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
-            if end == NEVER_STOPS:
-                return None
-            if abs(rest_y - y) < 0.1 * ON_TARGET:
-                return speed
-            speed += (y - rest_y) / slope
-            if not 0 < speed <= self._max_speed:
-                return None
-        return None
+        throw = self._find(None, y, spin, on_target=0.1 * ON_TARGET)
+        return None if throw is None else throw.speed
 
     def through(self, x: float, y: float, speed: float, spin: float) -> Throw | None:
         """The throw of this weight that runs over (x, y), or None if it does not get there."""
+        return self._find(x, y, spin, weight=speed)
+
+    def _find(
+        self,
+        x: float | None,
+        y: float,
+        spin: float,
+        *,
+        weight: float | None = None,
+        on_target: float = ON_TARGET,
+    ) -> Throw | None:
+        """The throw that rests at (x, y), or runs over it with a given weight; None if none does.
+
+        Without x it is the throw straight ahead that rests level with y.
+        """
         distance = y - self._start_y
-        bounds = NO_BOUNDS.copy()
-        bounds[3 if self._d > 0 else 2] = self._d * (y + TEE_Y)
-        angle = -asin(max(min(x / distance, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
-        for _ in range(MAX_CORRECTIONS):
-            end, at_x, _ = self._slide(speed, angle, spin, 0.0, bounds)
-            if end != LEFT_BOUNDS:
+        if weight is None:
+            table = self._table(spin)
+            if not (len(table) > 0 and table[0, 1] < distance < table[-1, 1]):
                 return None
-            if abs(at_x - x) < ON_TARGET:
+            bounds, wanted = NO_BOUNDS, REST
+            speed, curl, slope = (
+                float(np.interp(distance, table[:, 1], table[:, k])) for k in (0, 2, 3)
+            )
+        else:
+            bounds, wanted = self._bounds_until(y), LEFT_BOUNDS
+            speed, curl, slope = weight, 0.0, 1.0
+        sine = 0.0 if x is None else (x - curl) / distance
+        angle = -asin(max(min(sine, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
+        for _ in range(MAX_CORRECTIONS):
+            end, at_x, at_y = self._slide(speed, angle, spin, 0.0, bounds)
+            if end != wanted:
+                return None
+            left = 0.0 if x is None else at_x - x
+            short = y - at_y if weight is None else 0.0
+            if hypot(left, short) < on_target:
                 return Throw(speed=speed, angle=angle, spin=spin)
-            angle += (at_x - x) / distance
-            if not abs(angle) < MAX_AIM_ANGLE:
+            speed += short / slope
+            angle += left / distance
+            too_fast = weight is None and not 0 < speed <= self._max_speed
+            if too_fast or not abs(angle) < MAX_AIM_ANGLE:
                 return None
         return None
 
     def path_clears(self, throw: Throw, stones: Floats, *, until: float) -> bool:
-        """Whether a throw runs as far as y = until, or to rest, without touching a stone.
+        """Tell if a throw runs as far as y = until [m], or to rest, without touching a stone.
 
-        Parameters
-        ----------
-        stones : (k, 2) centres, delivery frame [m]
-        until : [m]
+        The centres of the stones are (k, 2), delivery frame [m].
         """
-        bounds = NO_BOUNDS.copy()
-        bounds[3 if self._d > 0 else 2] = self._d * (until + TEE_Y)
-        on_sheet = self._d * (stones + _TEE)
+        bounds, on_sheet = self._bounds_until(until), self._d * (stones + _TEE)
         end, _, _ = self._slide(throw.speed, throw.angle, throw.spin, throw.x, bounds, on_sheet)
         return end != CONTACT
+
+    def _bounds_until(self, y: float) -> Floats:
+        """Bounds that a stone leaves once it gets as far as y."""
+        bounds = NO_BOUNDS.copy()
+        bounds[3 if self._d > 0 else 2] = self._d * (y + TEE_Y)
+        return bounds
 
     def _table(self, spin: float) -> Floats:
         """Rows of speed, distance carried, sideways drift and metres per m/s, by speed."""
@@ -202,7 +191,7 @@ class Aim:
         bounds: Floats,
         obstacles: Floats = NO_OBSTACLES,
     ) -> tuple[int, float, float]:
-        """How a slide ends and where, delivery frame [m]."""
+        """The end of a slide, and its place in the delivery frame [m]."""
         d, work = self._d, self._work
         along, left = d * speed * cos(angle), d * speed * sin(angle)
         state = work.states[2]
@@ -211,8 +200,3 @@ class Aim:
         law, motion, place = self._law, self._motion, self._place
         end, _, _ = integrate(law, motion, place, limits, work.nodes[:0], 0.0, work)
         return end, d * float(state[State.X]), d * float(state[State.Y]) - TEE_Y
-
-
-def _carries(table: Floats, distance: float) -> bool:
-    """Whether some speed of a table carries so far; none does where no stone stops."""
-    return len(table) > 0 and bool(table[0, 1] < distance < table[-1, 1])

@@ -1,4 +1,4 @@
-"""What a user of an ice should hear: what it lacks, and what of it was never measured."""
+"""Remarks for the user of an ice: on what it lacks, and what of it was never measured."""
 
 from __future__ import annotations
 
@@ -16,12 +16,12 @@ NO_CURL = (
 
 
 def is_marked_unknown(ice: Ice) -> bool:
-    """Whether an ice is marked as lacking something that its tracks show."""
+    """Tell if an ice is marked as lacking something that its tracks show."""
     return ice.effect("unknown") is not None
 
 
 def lacks_curl(ice: Ice) -> bool:
-    """Whether an ice was estimated from tracks and has no effect that a stone feels.
+    """Tell if an ice was estimated from tracks and has no effect that a stone feels.
 
     An ice that was written by hand, such as a preset, is not estimated: all its cells are observed.
     """
@@ -31,7 +31,7 @@ def lacks_curl(ice: Ice) -> bool:
 
 
 def what_is_lacking(ice: Ice) -> list[str]:
-    """What an ice lacks of what the tracks show that it was made from, in words."""
+    """Remarks on what an ice lacks of what the tracks show that it was made from."""
     said = [UNKNOWN] if is_marked_unknown(ice) else []
     return said + ([NO_CURL] if lacks_curl(ice) else [])
 
@@ -47,6 +47,6 @@ def believed_effects(ice: Ice) -> dict[str, tuple[str, ...]]:
 
 
 def belief_in_words(name: str) -> str:
-    """That an effect of the catalogue is believed, and how it is measured."""
+    """Remark that an effect of the catalogue is believed, and how it is measured."""
     card = catalogue()[name]
     return f"{card.words} is believed, not measured: {card.measured_by} to measure it"

@@ -1,4 +1,4 @@
-"""What an ice's standard errors mean: ices that they allow, and where a stone rests on them.
+"""Meaning of an ice's standard errors: ices that they allow, and where a stone rests on them.
 
 An ice file holds σ of the friction in every cell and of the parameters of effects. It may also say
 what parameters and the level of the friction have of their errors in common; what is not said is
@@ -31,7 +31,7 @@ _LEAST_PROBABILITY = 1e-12
 
 
 def is_uncertain(ice: Ice) -> bool:
-    """Whether an ice has standard errors that a stone could feel."""
+    """Tell if an ice has standard errors that a stone could feel."""
     return bool(ice.friction.sigma.any()) or bool(_uncertain_parameters(ice))
 
 
@@ -48,11 +48,7 @@ def plausible_ices(
 
     Parameters
     ----------
-    ice : its values are the centre of the draws
-    n : number of ices
-    rng : source of the randomness
-    effects : whether to draw the parameters of effects too, or only the map as it would be if they
-        were known
+    effects : draw the parameters of effects too, or only the map as it would be if they were known
 
     Raises
     ------
@@ -61,30 +57,17 @@ def plausible_ices(
     uncertain = _uncertain_parameters(ice) if effects else []
     if not ice.friction.sigma.any() and not uncertain:
         return [ice]
-    pairs = -(-n // 2)
-    shared = _common_errors(ice, pairs, rng, drawn=effects)
-    maps = _drawn_maps(ice, shared, pairs, rng)
-    drawn = _drawn_effects(ice, uncertain, shared, pairs, rng)
-    ices = [
-        replace(ice, friction=friction, effects=those)
-        for friction, those in zip(maps, drawn, strict=True)
-    ]
-    return ices[:n]
+    shared = _common_errors(ice, -(-n // 2), rng, drawn=effects)
+    maps = _drawn_maps(ice, shared, rng)[:n]
+    drawn = _drawn_effects(ice, uncertain, shared, rng)[:n]
+    return [replace(ice, friction=f, effects=those) for f, those in zip(maps, drawn, strict=True)]
 
 
 def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, float] | None:
-    """Standard deviations of where a lone stone rests that follow from those of the ice.
+    """Standard deviations of where a lone stone rests, across and along the sheet [m].
 
-    Parameters
-    ----------
-    ice : with standard errors
-    release : the same on all ices
-    seed : seed of the ices drawn
-
-    Returns
-    -------
-    across and along the sheet [m]; None for ice without standard errors, and for a stone that may
-    well not rest on the ice
+    They follow from those of the ice. None for ice without standard errors, and for a stone that
+    may well not rest on the ice.
     """
     ices = plausible_ices(ice, REST_ICES, np.random.default_rng(seed))
     if len(ices) == 1:
@@ -100,17 +83,12 @@ def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, fl
 def smooth_field(
     rng: np.random.Generator, rows: Floats, columns: Floats, along: float, across: float
 ) -> Floats:
-    """A Gaussian field of variance 1 with the correlation exp(-d²/2), d in these lengths.
+    """A Gaussian field of variance 1, (rows, columns), with the correlation exp(-d²/2).
 
     Parameters
     ----------
-    rng : source of the randomness
     rows, columns : places of the rows and columns of a table [m]
-    along, across : correlation lengths from row to row and from column to column [m]
-
-    Returns
-    -------
-    (rows, columns)
+    along, across : lengths in which d counts, from row to row and from column to column [m]
     """
     left, right = _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
     return left @ rng.standard_normal((left.shape[1], right.shape[1])) @ right.T
@@ -164,11 +142,9 @@ def _together(parts: Sequence[float], shared: Floats, own: Floats) -> Floats:
 # --- the map -------------------------------------------------------------------------------------
 
 
-def _drawn_maps(
-    ice: Ice, shared: Floats, pairs: int, rng: np.random.Generator
-) -> list[FrictionMap]:
+def _drawn_maps(ice: Ice, shared: Floats, rng: np.random.Generator) -> list[FrictionMap]:
     """Two maps for each pair."""
-    friction, level = ice.friction, ice.friction.level
+    friction, level, pairs = ice.friction, ice.friction.level, len(shared)
     if not friction.sigma.any():
         return [friction] * (2 * pairs)
     rows, columns = ice.sheet.y_centres, ice.sheet.x_centres
@@ -215,25 +191,20 @@ def _card_of(effect: ActiveEffect) -> EffectCard:
 
 
 def _drawn_effects(
-    ice: Ice,
-    uncertain: list[tuple[int, str]],
-    shared: Floats,
-    pairs: int,
-    rng: np.random.Generator,
+    ice: Ice, uncertain: list[tuple[int, str]], shared: Floats, rng: np.random.Generator
 ) -> list[tuple[ActiveEffect, ...]]:
     """Two sets of effects for each pair."""
-    drawn: list[list[dict[str, float]]] = [
-        [dict(effect.parameters) for effect in ice.effects] for _ in range(2 * pairs)
+    drawn = [
+        {k: dict(ice.effects[k].parameters) for k, _ in uncertain} for _ in range(2 * len(shared))
     ]
     for k, name in uncertain:
         effect = ice.effects[k]
-        errors = _together(effect.common.get(name, ()), shared, _even_normals(pairs, rng))
+        errors = _together(effect.common.get(name, ()), shared, _even_normals(len(shared), rng))
         for those, value in zip(drawn, _draws(effect, name, errors), strict=True):
             those[k][name] = value
-    changed = {k for k, _ in uncertain}
     return [
         tuple(
-            replace(effect, parameters=_in_order(effect, those[k])) if k in changed else effect
+            replace(effect, parameters=_in_order(effect, those[k])) if k in those else effect
             for k, effect in enumerate(ice.effects)
         )
         for those in drawn
@@ -245,21 +216,16 @@ def _draws(effect: ActiveEffect, name: str, errors: Floats) -> list[float]:
     parameter = _card_of(effect).parameter(name)
     value, sigma = effect.parameters.get(name, parameter.default), effect.sigma[name]
     assert value is not None  # the card allows the parameters
-    low = _NORMAL.cdf((parameter.low - value) / sigma)
-    high = _NORMAL.cdf((parameter.high - value) / sigma)
-    values: list[float] = []
-    for error in errors.tolist():
-        share = _NORMAL.cdf(error)
-        for quantile in (share, 1.0 - share):
-            drawn = value + sigma * _quantile(low + quantile * (high - low))
-            values.append(min(max(drawn, parameter.low), parameter.high))
-    return values
+    low, high = (_NORMAL.cdf((b - value) / sigma) for b in (parameter.low, parameter.high))
+    shares = [_NORMAL.cdf(error) for error in errors.tolist()]
+    quantiles = [quantile for share in shares for quantile in (share, 1.0 - share)]
+    drawn = [value + sigma * _quantile(low + quantile * (high - low)) for quantile in quantiles]
+    return [min(max(value, parameter.low), parameter.high) for value in drawn]
 
 
 def _in_order(effect: ActiveEffect, parameters: dict[str, float]) -> dict[str, float]:
     """The parameters, with the sides of an area in their order."""
-    area = _card_of(effect).search.area
-    for low, high in zip(area[::2], area[1::2], strict=True) if area else ():
-        sides = parameters[low], parameters[high]
-        parameters[low], parameters[high] = min(sides), max(sides)
+    area = _card_of(effect).search.area or ()
+    for low, high in zip(area[::2], area[1::2], strict=True):
+        parameters[low], parameters[high] = sorted((parameters[low], parameters[high]))
     return parameters

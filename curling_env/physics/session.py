@@ -66,11 +66,7 @@ def simulate(
 def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iterator[Slide]:
     """Slide stones one after the other, each on the ice as those before it have left it.
 
-    Parameters
-    ----------
-    ice : before the first throw
-    releases : in the order of play
-    fps : samples per second of the paths; the wear does not depend on it
+    The wear does not depend on fps, the samples per second of the paths that are kept.
 
     Raises
     ------

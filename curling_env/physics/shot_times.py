@@ -15,7 +15,7 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 
 @dataclass(frozen=True, kw_only=True)
 class Shot:
-    """How a lone throw went.
+    """The course of a lone throw.
 
     Parameters
     ----------
@@ -24,8 +24,8 @@ class Shot:
     turns : full rotations of the stone, without sign
     status : rest, out_side, out_back or hogged
     theta : change of its heading, counter-clockwise positive [rad]
-    hog_to_hog : time from release to the far hog line [s]; None if it did not get there
-    hog_to_tee : time from release to the tee line played to [s]; None if it did not get there
+    hog_to_hog, hog_to_tee : times from the near hog line, or from a release beyond it, to the far
+        hog line and to the tee line played to [s]; None if it did not get there
     curl_m : distance of its end to the left of the line of delivery [m]
     from_tee_m : distance of its centre from the tee [m]
     """
@@ -53,13 +53,7 @@ def shoot(
     *,
     delivery: Delivery = FROM_HOG_LINE,
 ) -> Shot:
-    """Throw one stone on an empty sheet.
-
-    Parameters
-    ----------
-    ice, throw : what is thrown on what
-    direction : the end played to
-    delivery : where the throw begins
+    """Throw one stone on an empty sheet, towards one end.
 
     Raises
     ------

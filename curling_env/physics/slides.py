@@ -15,7 +15,8 @@ from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import new_workspace
-from curling_env.physics.surroundings import NO_BOUNDS, NO_OBSTACLES, Limits
+from curling_env.physics.surroundings import NO_BOUNDS as NO_BOUNDS
+from curling_env.physics.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.tuning import FINE_TOLERANCE, ROUNDING
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import Release
@@ -25,24 +26,10 @@ from curling_env.typing import Floats
 USUAL_NODES = 1024
 """Room for the nodes of a path; the few longer ones are followed a second time."""
 
-__all__ = [
-    "NO_BOUNDS",
-    "NO_OBSTACLES",
-    "Slide",
-    "SlideEnd",
-    "delivery_of",
-    "edge_bounds",
-    "is_beyond",
-    "motion_of",
-    "play_bounds",
-    "slide",
-    "state_of",
-]
 
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Slide:
-    """How one stone slid alone.
+    """The course of one stone that slid alone.
 
     Parameters
     ----------
@@ -82,12 +69,9 @@ def play_bounds(ice: Ice, direction: Direction) -> Floats:
 
 
 def is_beyond(x: Any, y: Any, bounds: Any) -> Any:
-    """Whether centres lie beyond the bounds, by more than numbers are rounded to; NaN does not.
+    """Tell if centres lie beyond the bounds, by more than numbers are rounded to; NaN does not.
 
-    Parameters
-    ----------
-    x, y : numbers or arrays, sheet frame [m]
-    bounds : (4,) x_min, x_max, y_min, y_max [m]
+    The centres are numbers or arrays, the bounds (4,) x_min, x_max, y_min, y_max [m].
     """
     across = (x < bounds[0] - ROUNDING) | (x > bounds[1] + ROUNDING)
     return across | (y < bounds[2] - ROUNDING) | (y > bounds[3] + ROUNDING)
@@ -99,7 +83,7 @@ def state_of(stone: Any) -> Floats:
 
 
 def motion_of(release: Release) -> Floats:
-    """What effects read of a release besides its state, (MOTION_SIZE,)."""
+    """The part of a release that effects read besides its state, (MOTION_SIZE,)."""
     motion = np.zeros(MOTION_SIZE)
     motion[[ORDER, STONE]] = release.order, release.stone
     return motion
@@ -123,8 +107,6 @@ def slide(
 
     Parameters
     ----------
-    ice : map, effects and stone
-    release : state at t = 0
     bounds : (4,) x_min, x_max, y_min, y_max of the centre that end the slide; the edges of the ice
         by default
     fps : samples per second of the trajectory; without it none is kept
@@ -172,15 +154,4 @@ def slide(
             stone=release.stone,
             clock=release.clock,
         )
-    x, y, vx, vy, theta, omega = state.tolist()
-    return Slide(
-        end=SlideEnd(end),
-        x=x,
-        y=y,
-        vx=vx,
-        vy=vy,
-        theta=theta,
-        omega=omega,
-        time=float(time),
-        trajectory=trajectory,
-    )
+    return Slide(SlideEnd(end), *state.tolist(), time=float(time), trajectory=trajectory)

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -26,47 +26,28 @@ MIN_RELEASE_SPEED = 1e-3
 """Speed of a release whose error would stop it or turn it back [m/s]."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class Piece:
-    """Throws that one worker makes on one ice, each of them with each seed.
-
-    Parameters
-    ----------
-    ice : ice that is thrown on
-    releases : structured array of RELEASE_DTYPE, as meant
-    skill : how much the throws scatter
-    seeds : seeds of the errors
-    place : place of the piece among the throws of the sweep
-    bounds : as in `throw_batch`
-    """
+class Piece(NamedTuple):
+    """Throws that one worker makes on one ice, each of them with each seed."""
 
     ice: Ice
     releases: NDArray[Any]
     skill: Skill
     seeds: tuple[int, ...]
     place: int
+    """Place of its releases among those of the sweep, in pieces."""
     bounds: Floats | None
 
 
 def throw_piece(piece: Piece) -> Rests:
     """Make the throws of a piece; the result depends on nothing else."""
-    made: list[NDArray[Any]] = []
-    for seed in piece.seeds:
-        # The spawn key is that of the place-th child of SeedSequence(seed).spawn.
-        source = np.random.SeedSequence(seed, spawn_key=(piece.place,))
-        made.append(executed(piece.releases, piece.skill, np.random.default_rng(source)))
+    # The spawn key is that of the place-th child of SeedSequence(seed).spawn.
+    sources = [np.random.SeedSequence(seed, spawn_key=(piece.place,)) for seed in piece.seeds]
+    made = [executed(piece.releases, piece.skill, np.random.default_rng(s)) for s in sources]
     return throw_batch(piece.ice, np.concatenate(made), bounds=piece.bounds)
 
 
 def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> NDArray[Any]:
-    """Releases as a player makes them, with errors that are independent of each other.
-
-    Parameters
-    ----------
-    releases : structured array of RELEASE_DTYPE, as meant
-    skill : how much they scatter
-    rng : source of the errors
-    """
+    """Releases of RELEASE_DTYPE as a player makes them, each with an error of its own."""
     if skill.is_exact:
         return releases
     # Errors come in opposite pairs; half of twice as many are independent.
@@ -86,7 +67,6 @@ class Sweep:
 
     Parameters
     ----------
-    ices : ices that are thrown on
     releases : (n,) releases as meant, structured array of RELEASE_DTYPE or `Release`s
     seeds : seeds of the errors; with the same seed every ice sees the same errors
     skill : how much the throws scatter, a name or a `Skill`
@@ -123,17 +103,13 @@ class Sweep:
         table = releases if isinstance(releases, np.ndarray) else release_table(releases)
         if table.dtype != RELEASE_DTYPE:
             raise InputError(f"expected releases of RELEASE_DTYPE, got {table.dtype}")
+        skill, many = skill_named(self.skill), self._seeds_per_piece
         for ice in self.ices:
-            for first in range(0, len(self.seeds), self._seeds_per_piece):
+            for first in range(0, len(self.seeds), many):
+                seeds = tuple(self.seeds[first : first + many])
                 for place, start in enumerate(range(0, len(table), PIECE_SIZE)):
-                    yield Piece(
-                        ice=ice,
-                        releases=table[start : start + PIECE_SIZE],
-                        skill=skill_named(self.skill),
-                        seeds=tuple(self.seeds[first : first + self._seeds_per_piece]),
-                        place=place,
-                        bounds=self.bounds,
-                    )
+                    part = table[start : start + PIECE_SIZE]
+                    yield Piece(ice, part, skill, seeds, place, self.bounds)
 
     @property
     def _seeds_per_piece(self) -> int:
@@ -148,22 +124,11 @@ class Sweep:
 
 
 def run(
-    sweep: Sweep,
-    executor: Executor | None = None,
-    *,
-    progress: Progress = no_progress,
+    sweep: Sweep, executor: Executor | None = None, *, progress: Progress = no_progress
 ) -> Rests:
-    """Make all throws of a sweep.
+    """Make all throws of a sweep, in this process or by an executor.
 
-    Parameters
-    ----------
-    sweep : what to throw
-    executor : what does the work; this process by default
-    progress : called with the number of pieces done
-
-    Returns
-    -------
-    arrays of the sweep's shape (ices, seeds, throws)
+    Progress is told in pieces. The arrays have the sweep's shape (ices, seeds, throws).
     """
     pieces = (executor or SerialExecutor()).map(throw_piece, sweep.pieces())
     done = list(with_progress(pieces, "sweep", progress, sweep.piece_count))

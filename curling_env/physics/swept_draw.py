@@ -1,4 +1,4 @@
-"""How far sweeping carries a stone on an ice: the size of that effect as curlers speak of it."""
+"""The way that sweeping carries a stone on an ice: the size of that effect as curlers know it."""
 
 from __future__ import annotations
 
@@ -29,31 +29,19 @@ AT_EDGE = 1e-3
 
 
 class SweepingGain(NamedTuple):
-    """How much further a draw runs that is swept over the last third of its way.
-
-    Parameters
-    ----------
-    metres : along the sheet [m]
-    stderr : standard error that follows from that of the friction under the brooms [m]
-    """
+    """Way that a draw gains by being swept over its last third, along the sheet [m]."""
 
     metres: float
     stderr: float
+    """Standard error that follows from that of the friction under the brooms [m]."""
 
 
 def sweeping_gain(
     ice: Ice, *, clock: float = 0.0, order: int = 0, stone: int = 0
 ) -> SweepingGain | None:
-    """How much further a draw to the tee runs on an ice if it is swept over its last third.
+    """The gain of a draw to the tee; its clock, order and stone matter to some effects.
 
-    Parameters
-    ----------
-    ice : ice with the effect `sweeping`
-    clock, order, stone : of the draw in its session, for effects that depend on them
-
-    Returns
-    -------
-    None where the ice does not say what sweeping does, or the draw does not rest on the sheet
+    None where the ice has no effect `sweeping`, or the draw does not rest on the sheet.
     """
     effect = ice.effect("sweeping")
     if effect is None:
@@ -70,28 +58,18 @@ def sweeping_gain(
     begin = float(np.interp((1.0 - SWEPT_PART) * float(way[-1]), way, plain.t))
     swept = replace(draw, sweep_start=begin, sweep_end=begin + LONG_ENOUGH)
 
-    def rest(friction_factor: float) -> float:
+    def rest(release: Release, friction_factor: float) -> float:
         changed = replace(effect, parameters={**effect.parameters, own.name: friction_factor})
-        others = tuple(changed if e is effect else e for e in ice.effects)
-        return _rest(replace(ice, effects=others), swept)
+        effects = tuple(changed if e is effect else e for e in ice.effects)
+        end = simulate(replace(ice, effects=effects), [release])[0].xy[-1]
+        if (np.abs(end) > edge_bounds(ice)[[1, 3]] - AT_EDGE).any():
+            raise InputError("the stone runs off the sheet")
+        return float(end[1])
 
     low, high = max(factor - FACTOR_STEP, own.low), min(factor + FACTOR_STEP, own.high)
     try:
-        metres = rest(factor) - _rest(ice, draw)
-        slope = (rest(high) - rest(low)) / (high - low)
+        metres = rest(swept, factor) - rest(draw, factor)
+        slope = (rest(swept, high) - rest(swept, low)) / (high - low)
     except InputError:
         return None
     return SweepingGain(metres, abs(slope) * effect.sigma.get(own.name, 0.0))
-
-
-def _rest(ice: Ice, release: Release) -> float:
-    """Where a stone comes to rest along the sheet [m].
-
-    Raises
-    ------
-    InputError : it does not, or only beyond an edge of the ice
-    """
-    end = simulate(ice, [release])[0].xy[-1]
-    if (np.abs(end) > edge_bounds(ice)[[1, 3]] - AT_EDGE).any():
-        raise InputError("the stone runs off the sheet")
-    return float(end[1])

@@ -27,45 +27,31 @@ STRIPS = 5
 
 def wear_along_path(ice: Ice) -> float:
     """Change of ln μ by one pass of the band, from every `pebble_wear` of the ice."""
-    return sum(
-        effect.parameters.get("along_path", 0.0)
-        for effect in ice.effects
-        if effect.name == "pebble_wear"
-    )
+    return _wear(ice, "along_path")
 
 
 def wear_under_contacts(ice: Ice) -> float:
     """Change of ln μ under a contact by one pass of the band, from every `pebble_wear`."""
-    return sum(
-        effect.parameters.get("under_contacts", 0.0)
-        for effect in ice.effects
-        if effect.name == "pebble_wear"
-    )
+    return _wear(ice, "under_contacts")
+
+
+def _wear(ice: Ice, parameter: str) -> float:
+    return sum(e.parameters.get(parameter, 0.0) for e in ice.effects if e.name == "pebble_wear")
 
 
 def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
-    """Change of ln μ of every cell by stones that moved along these paths, (rows, columns).
+    """Change of ln μ of every cell, (rows, columns), by stones that moved along these paths.
 
     A pass changes a cell in proportion to the share of its area that the band covered. The wear of
-    several paths adds up, in any order.
-
-    Parameters
-    ----------
-    ice : an ice with `pebble_wear`
-    paths : (n, 2) each, sheet frame [m]
+    several paths, (n, 2) each in the sheet frame [m], adds up in any order.
     """
     return wear_along_path(ice) * passes_over(ice.sheet, paths)
 
 
 def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
-    """How often the running band passed over every cell, (rows, columns).
+    """Passes of the running band over every cell, (rows, columns), on paths (n, 2) each [m].
 
     A pass over part of a cell counts as that part.
-
-    Parameters
-    ----------
-    sheet : the sheet with its cells
-    paths : (n, 2) each, sheet frame [m]
     """
     covered = np.zeros(sheet.shape)
     strips = STRIPS * math.ceil(2 * WORN_WIDTH / sheet.cell_size)
@@ -78,20 +64,14 @@ def with_wear_in_map(ice: Ice) -> Ice:
     """The same ice with all wear along paths kept in the cells of its map, as games keep it."""
     if wear_under_contacts(ice) == 0.0:
         return ice
-    effects = tuple(
-        replace(
-            effect,
-            parameters={
-                **{n: v for n, v in effect.parameters.items() if n != "under_contacts"},
-                "along_path": effect.parameters.get("along_path", 0.0)
-                + effect.parameters.get("under_contacts", 0.0),
-            },
-        )
-        if effect.name == "pebble_wear"
-        else effect
-        for effect in ice.effects
-    )
-    return replace(ice, effects=effects)
+    effects = list(ice.effects)
+    for k, effect in enumerate(effects):
+        if effect.name == "pebble_wear":
+            parameters = dict(effect.parameters)
+            moved = parameters.pop("under_contacts", 0.0)
+            parameters["along_path"] = parameters.get("along_path", 0.0) + moved
+            effects[k] = replace(effect, parameters=parameters)
+    return replace(ice, effects=tuple(effects))
 
 
 def worn(ice: Ice, wear: Floats | None) -> Ice:
@@ -102,11 +82,7 @@ def worn(ice: Ice, wear: Floats | None) -> Ice:
 
 
 class IceInUse:
-    """An ice on which stones are thrown one after the other.
-
-    Parameters
-    ----------
-    ice : before the first of them
+    """An ice on which stones are thrown one after the other, given as it is before the first.
 
     Attributes
     ----------

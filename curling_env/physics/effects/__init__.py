@@ -42,15 +42,9 @@ def catalogue() -> dict[str, EffectCard]:
 
 
 def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
-    """Effects that a fit without them would take for something else.
+    """Effects that a fit without them would take for a map of friction, or an error of the camera.
 
-    Parameters
-    ----------
-    what : a ``map`` of friction, or a systematic error of the ``camera``
-
-    Returns
-    -------
-    their cards, those that act on single contacts first, as in the force law
+    Those that act on single contacts come first, as in the force law.
     """
     found = [card for card in _cards().values() if what in card.search.mistaken_for]
     return sorted(found, key=lambda card: card.acts != "contact_friction")
@@ -71,11 +65,7 @@ def register(card: EffectCard) -> EffectCard:
 
 
 def unregister(name: str) -> EffectCard:
-    """Take an effect out of the catalogue; `register` brings it back.
-
-    Returns
-    -------
-    its card
+    """Take an effect out of the catalogue, and return its card; `register` brings it back.
 
     Raises
     ------

@@ -20,16 +20,11 @@ CARD = EffectCard(
     equation=r"\dot v = {-}c\,v^2, \qquad c = \frac{\rho\,C_d\,A}{2m}",
     parameters=(
         Parameter(
-            name="coefficient",
-            symbol=r"c",
-            unit="1/m",
-            meaning="air drag of the stone over its mass; 9.5e-4 ±30 % for a curling stone",
-            low=0.0,
-            high=0.02,
-            neutral=0.0,
-            usual=9.5e-4,
-            spread=5e-4,
-        ),
+            "coefficient",
+            "1/m",
+            "air drag of the stone over its mass; 9.5e-4 ±30 % for a curling stone",
+            "c",
+        ).within(0.0, 0.02, neutral=0.0, usual=9.5e-4, spread=5e-4),
     ),
     source="drag of a short cylinder at Reynolds number 2e4 to 6e4; 1 % of friction at 1 m/s, "
     "14 % at 3 m/s",

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import KW_ONLY, dataclass, field, replace
 from typing import Any, Literal
 
 from curling_env.errors import InputError
@@ -30,23 +30,16 @@ Starts = Callable[[Values], Sequence[Values]]
 Turned = Callable[[Values], Values]
 
 
-def _no_breaks(_: Values) -> tuple[float, ...]:
+def _none(_: Values) -> tuple[()]:
     return ()
 
 
-def _no_starts(_: Values) -> Sequence[Values]:
-    return ()
-
-
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Parameter:
-    """One parameter of an effect.
+    """One parameter of an effect: its name in an ice file, its SI unit, its meaning in a line.
 
     Parameters
     ----------
-    name : as in an ice file
-    unit : in SI
-    meaning : one line for a person
     symbol : in `EffectCard.equation`, as LaTeX; empty where there is none
     low, high : bounds outside which the effect is not valid
     default : used when an ice file leaves it out; None makes it compulsory
@@ -68,6 +61,7 @@ class Parameter:
     unit: str
     meaning: str
     symbol: str = ""
+    _: KW_ONLY
     low: float = -math.inf
     high: float = math.inf
     default: float | None = None
@@ -79,6 +73,10 @@ class Parameter:
     spread: float | None = None
     told_with: str = ""
 
+    def within(self, low: float, high: float, **others: Any) -> Parameter:
+        """The same with these bounds, and with other fields as named."""
+        return replace(self, low=low, high=high, **others)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
@@ -87,9 +85,7 @@ class Variant:
     Parameters
     ----------
     parameter : the one that switches it on
-    readable : name in a sentence
-    evidence : what measured tracks would show it
-    scope, pushes, needs, shown_over : as of `EffectCard` and `Search`
+    readable, evidence, scope, pushes, needs, shown_over : as of `EffectCard` and `Search`
     """
 
     parameter: str
@@ -108,7 +104,7 @@ class Variant:
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """How an effect is looked for in measured throws. The defaults serve most effects.
+    """The search for an effect in measured throws. The defaults serve most effects.
 
     Parameters
     ----------
@@ -133,7 +129,7 @@ class Search:
     first: tuple[str, ...] | None = None
     shape: tuple[str, ...] | None = None
     other_start: Values | None = None
-    finer: Starts = _no_starts
+    finer: Starts = _none
     variants: tuple[Variant, ...] = ()
     stone: str | None = None
     area: tuple[str, str, str, str] | None = None
@@ -212,8 +208,8 @@ class EffectCard:
     kernel: Any = field(default=None, repr=False)
     of_speed_and_spin: bool = False
     displacement: Displacement | None = field(default=None, repr=False)
-    x_breaks: Breaks = _no_breaks
-    y_breaks: Breaks = _no_breaks
+    x_breaks: Breaks = _none
+    y_breaks: Breaks = _none
     scope: Scope = "within throws"
     pushes: tuple[Push, ...] = ("along",)
     search: Search = field(default_factory=Search)
@@ -224,20 +220,15 @@ class EffectCard:
     turned: Turned | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        spoken_of = (
-            self.search.named | self.observed.keys() | {p.told_with for p in self.parameters}
-        )
-        unknown = sorted(spoken_of - self._names - {""})
+        told = {p.told_with for p in self.parameters if p.told_with}
+        unknown = sorted((self.search.named | self.observed.keys() | told) - self._names)
+        says = f"the card of {self.name}"
         if unknown:
-            raise InputError(
-                f"the card of {self.name} speaks of {unknown[0]!r}, no parameter of it"
-            )
+            raise InputError(f"{says} speaks of {unknown[0]!r}, no parameter of it")
         wants_kernel = self.is_physical and self.acts != "map"
         if wants_kernel != (self.kernel is not None):
-            raise InputError(
-                f"the card of {self.name}: acts={self.acts!r} "
-                f"{'wants a' if wants_kernel else 'takes no'} kernel"
-            )
+            wants = "wants a" if wants_kernel else "takes no"
+            raise InputError(f"{says}: acts={self.acts!r} {wants} kernel")
 
     @property
     def _names(self) -> set[str]:
@@ -245,7 +236,7 @@ class EffectCard:
 
     @property
     def is_physical(self) -> bool:
-        """Whether the stone feels it."""
+        """True where the stone feels it."""
         return self.acts not in ("measurement", "nothing")
 
     @property

@@ -1,6 +1,7 @@
 """An area whose friction differs from the map."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
+from functools import partial
 from math import tanh
 from typing import Any
 
@@ -23,39 +24,29 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 
 
 def _edge(name: str, symbol: str, meaning: str) -> Parameter:
-    return Parameter(
-        name=name, symbol=symbol, unit="m", meaning=meaning, low=-25.0, high=25.0, held=True
-    )
+    return Parameter(name, "m", meaning, symbol).within(-25.0, 25.0, held=True)
 
 
+SIDES = ("x_min", "x_max", "y_min", "y_max")
 SOFT_BREAKS = tuple(0.75 * k for k in range(-6, 7))
-"""Where a soft side counts as bent, in units of `edge`: tanh is straight enough in between."""
+"""Places where a soft side counts as bent, in units of `edge`: tanh is straight enough between."""
 
 
-def _turned(given: Mapping[str, float]) -> dict[str, float]:
+def _turned(given: Values) -> Values:
     """The patch as it lies seen from the other end."""
-    sides = {"x_min": "x_max", "x_max": "x_min", "y_min": "y_max", "y_max": "y_min"}
-    return {**given, **{side: -given[opposite] for side, opposite in sides.items()}}
+    opposite = dict(zip(SIDES, ("x_max", "x_min", "y_max", "y_min"), strict=True))
+    return {**given, **{side: -given[opposite[side]] for side in SIDES}}
 
 
-def _breaks(given: Mapping[str, float], *sides: str) -> tuple[float, ...]:
+def _breaks(axis: str, given: Values) -> tuple[float, ...]:
     edge = given.get("edge", 0.0)
-    return tuple(
-        given[side] + edge * u for side in sides for u in (SOFT_BREAKS if edge > 0.0 else (0.0,))
-    )
-
-
-def _x_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
-    return _breaks(given, "x_min", "x_max")
-
-
-def _y_breaks(given: Mapping[str, float]) -> tuple[float, ...]:
-    return _breaks(given, "y_min", "y_max")
+    units = SOFT_BREAKS if edge > 0.0 else (0.0,)
+    return tuple(given[f"{axis}_{side}"] + edge * u for side in ("min", "max") for u in units)
 
 
 def _finer(given: Values) -> Sequence[Values]:
     """Soft sides, all of them free."""
-    sides = {side: given[side] for side in ("x_min", "x_max", "y_min", "y_max")}
+    sides = {side: given[side] for side in SIDES}
     return tuple({"edge": edge, **sides} for edge in (0.5, 1.5))
 
 
@@ -73,40 +64,28 @@ CARD = EffectCard(
         _edge("x_max", "x_1", "right edge, sheet frame"),
         _edge("y_min", "y_0", "edge nearer the home end, sheet frame"),
         _edge("y_max", "y_1", "edge nearer the away end, sheet frame"),
-        Parameter(
-            name="factor",
-            symbol=r"f",
-            unit="1",
-            meaning="friction inside over friction of the map",
-            low=0.2,
-            high=5.0,
-            neutral=1.0,
+        Parameter("factor", "1", "friction inside over friction of the map", "f").within(
+            0.2, 5.0, neutral=1.0
         ),
         Parameter(
-            name="edge",
-            symbol=r"\varepsilon",
-            unit="m",
-            meaning="width in which friction changes at the sides, half of it inside; 0 is sharp",
-            low=0.0,
-            high=5.0,
-            default=0.0,
-            held=True,
-        ),
+            "edge",
+            "m",
+            "width in which friction changes at the sides, half of it inside; 0 is sharp",
+            r"\varepsilon",
+        ).within(0.0, 5.0, default=0.0, held=True),
     ),
     source="a worn, wet or freshly pebbled area",
     validity="a rectangle larger than the stone",
     evidence="throws that cross the area change their deceleration at its edges, at any speed",
     acts="friction",
     kernel=_kernel,
-    search=Search(
-        area=("x_min", "x_max", "y_min", "y_max"), shape=("y_min", "y_max"), finer=_finer
-    ),
+    search=Search(area=SIDES, shape=("y_min", "y_max"), finer=_finer),
     shown_over="y",
     turned=_turned,
     observed={"x_min": 4.0, "x_max": 4.0, "y_min": 40.0, "y_max": 40.0, "factor": 0.2, "edge": 2.0},
     observed_order=9,
     observed_times=2,
     dissipative=True,
-    x_breaks=_x_breaks,
-    y_breaks=_y_breaks,
+    x_breaks=partial(_breaks, "x"),
+    y_breaks=partial(_breaks, "y"),
 )

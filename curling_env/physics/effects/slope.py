@@ -14,16 +14,8 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 
 
 def _gradient(axis: Literal["x", "y"], side: str) -> Parameter:
-    return Parameter(
-        name=axis,
-        symbol=f"h_{axis}",
-        unit="m/m",
-        meaning=f"fall of the ice towards {side}",
-        low=-5e-3,
-        high=5e-3,
-        default=0.0,
-        neutral=0.0,
-        axis=axis,
+    return Parameter(axis, "m/m", f"fall of the ice towards {side}", f"h_{axis}").within(
+        -5e-3, 5e-3, default=0.0, neutral=0.0, axis=axis
     )
 
 

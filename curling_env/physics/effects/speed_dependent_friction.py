@@ -51,35 +51,18 @@ CARD = EffectCard(
     equation=r"\mu(s) = \mu \left[ 1 - c + c \, (s + s_0)^{-p} \right]",
     parameters=(
         Parameter(
-            name="exponent",
-            symbol=r"p",
-            unit="1",
-            meaning="how steeply friction falls with speed; ½ is the Penner–Maeno law",
-            low=-1.0,
-            high=2.0,
-            neutral=0.0,
-            usual=0.25,
-            spread=0.12,
-        ),
+            "exponent", "1", "how steeply friction falls with speed; ½ is the Penner–Maeno law", "p"
+        ).within(-1.0, 2.0, neutral=0.0, usual=0.25, spread=0.12),
         Parameter(
-            name="speed_offset",
-            symbol=r"s_0",
-            unit="m/s",
-            meaning="added to the slip, which bounds friction at rest",
-            low=0.0,
-            high=1.0,
-            default=0.0,
-        ),
+            "speed_offset", "m/s", "added to the slip, which bounds friction at rest", "s_0"
+        ).within(0.0, 1.0, default=0.0),
         Parameter(
-            name="share",
-            symbol=r"c",
-            unit="1",
-            meaning="part of the friction that follows the speed; with the exponent -1 friction "
+            "share",
+            "1",
+            "part of the friction that follows the speed; with the exponent -1 friction "
             "changes linearly, falling where this is negative",
-            low=-0.2,
-            high=1.0,
-            default=1.0,
-        ),
+            "c",
+        ).within(-0.2, 1.0, default=1.0),
     ),
     source="Penner (2001) and Maeno (2010): 0.008·v^(-1/2); Digital Curling FCV1: 1/(v + 0.064)",
     validity="slips of 0.01 to 4 m/s; the map's μ is the friction at 1 m/s",

@@ -29,47 +29,18 @@ CARD = EffectCard(
     equation=r"\dot\omega = {-}\operatorname{sign}(\omega) \; r \; \max(v, v_0)^{-p} "
     r"\left( \frac{|\omega|}{1.5\,\mathrm{rad/s}} \right)^{q}",
     parameters=(
-        Parameter(
-            name="rate",
-            symbol=r"r",
-            unit="rad/s²",
-            meaning="loss of spin at 1 m/s and 1.5 rad/s",
-            low=0.0,
-            high=0.5,
-            neutral=0.0,
-            usual=0.0115,
-            spread=0.006,
+        Parameter("rate", "rad/s²", "loss of spin at 1 m/s and 1.5 rad/s", "r").within(
+            0.0, 0.5, neutral=0.0, usual=0.0115, spread=0.006
+        ),
+        Parameter("speed_exponent", "1", "how the loss grows as the stone slows", "p").within(
+            0.0, 1.5, default=0.6, spread=0.25
+        ),
+        Parameter("speed_floor", "m/s", "speed below which the loss no longer grows", "v_0").within(
+            1e-4, 1.0, default=0.05, held=True
         ),
         Parameter(
-            name="speed_exponent",
-            symbol=r"p",
-            unit="1",
-            meaning="how the loss grows as the stone slows",
-            low=0.0,
-            high=1.5,
-            default=0.6,
-            spread=0.25,
-        ),
-        Parameter(
-            name="speed_floor",
-            symbol=r"v_0",
-            unit="m/s",
-            meaning="speed below which the loss no longer grows",
-            low=1e-4,
-            high=1.0,
-            default=0.05,
-            held=True,
-        ),
-        Parameter(
-            name="spin_exponent",
-            symbol=r"q",
-            unit="1",
-            meaning="how the loss grows with spin; 1 is a loss in proportion",
-            low=0.0,
-            high=2.0,
-            default=0.0,
-            spread=0.3,
-        ),
+            "spin_exponent", "1", "how the loss grows with spin; 1 is a loss in proportion", "q"
+        ).within(0.0, 2.0, default=0.0, spread=0.3),
     ),
     source="Digital Curling FCV1: 0.025/max(v, 0.001); measured spins fall as v^0.4, a symmetric "
     "band alone gives v^0.19",

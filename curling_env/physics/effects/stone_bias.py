@@ -24,35 +24,12 @@ CARD = EffectCard(
     equation=r"\mu \to f\,\mu, \quad a_\text{left} \to c\,a_\text{left} "
     r"\qquad \text{for stone}\ i",
     parameters=(
-        Parameter(
-            name="stone",
-            symbol="i",
-            unit="1",
-            meaning="identifier of the stone",
-            low=0.0,
-            high=1e6,
-            held=True,
+        Parameter("stone", "1", "identifier of the stone", "i").within(0.0, 1e6, held=True),
+        Parameter("factor", "1", "its friction over that of the others", "f").within(
+            0.5, 2.0, default=1.0, neutral=1.0
         ),
-        Parameter(
-            name="factor",
-            symbol=r"f",
-            unit="1",
-            meaning="its friction over that of the others",
-            low=0.5,
-            high=2.0,
-            default=1.0,
-            neutral=1.0,
-        ),
-        Parameter(
-            name="curl_factor",
-            symbol=r"c",
-            unit="1",
-            meaning="its curl over that of the others",
-            low=0.0,
-            high=3.0,
-            default=1.0,
-            neutral=1.0,
-            scales="left",
+        Parameter("curl_factor", "1", "its curl over that of the others", "c").within(
+            0.0, 3.0, default=1.0, neutral=1.0, scales="left"
         ),
     ),
     source="stone to stone spread of 0.5–1 % in friction; the rougher the running band, the more a "

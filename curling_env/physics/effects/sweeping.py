@@ -23,25 +23,10 @@ CARD = EffectCard(
     r"\qquad \text{while swept}",
     parameters=(
         Parameter(
-            name="friction_factor",
-            symbol=r"f",
-            unit="1",
-            meaning="friction under the brooms over friction without",
-            low=0.3,
-            high=1.5,
-            default=0.912,
-            neutral=1.0,
-        ),
-        Parameter(
-            name="curl_factor",
-            symbol=r"c",
-            unit="1",
-            meaning="curl under the brooms over curl without",
-            low=0.0,
-            high=2.0,
-            default=1.0,
-            neutral=1.0,
-            scales="left",
+            "friction_factor", "1", "friction under the brooms over friction without", "f"
+        ).within(0.3, 1.5, default=0.912, neutral=1.0),
+        Parameter("curl_factor", "1", "curl under the brooms over curl without", "c").within(
+            0.0, 2.0, default=1.0, neutral=1.0, scales="left"
         ),
     ),
     source="Marmo et al.: 5.84 m unswept against 6.40 m swept from 1 m/s, a factor of 0.912",

@@ -9,14 +9,8 @@ CARD = EffectCard(
     formula="reported t = factor·t",
     equation=r"t_\text{reported} = \kappa \, t",
     parameters=(
-        Parameter(
-            name="factor",
-            symbol=r"\kappa",
-            unit="1",
-            meaning="measured time over the true one",
-            low=0.5,
-            high=2.0,
-            neutral=1.0,
+        Parameter("factor", "1", "measured time over the true one", r"\kappa").within(
+            0.5, 2.0, neutral=1.0
         ),
     ),
     source="dimensional analysis: with x′ = λx and t′ = κt, friction becomes μ·λ/κ²",

@@ -5,7 +5,6 @@ known, `friction_estimation` replaces it by one that is radial in the image.
 """
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 
@@ -27,22 +26,7 @@ def _finer(_: Values) -> Sequence[Values]:
     return ({"centre_x": 0.0},)
 
 
-def _number(
-    name: str, symbol: str, unit: str, meaning: str, furthest: float, **others: Any
-) -> Parameter:
-    return Parameter(
-        name=name,
-        symbol=symbol,
-        unit=unit,
-        meaning=meaning,
-        low=-furthest,
-        high=furthest,
-        **others,
-    )
-
-
 _CENTRE = "where the optical axis meets the ice"
-
 
 CARD = EffectCard(
     name="lens_distortion",
@@ -54,17 +38,14 @@ CARD = EffectCard(
     r"q = \frac{|\mathbf{p} - \mathbf{c}|^2}{(20\,\mathrm{m})^2}, "
     r"\qquad \mathbf{c} = \begin{pmatrix} c_x \\ c_y \end{pmatrix}",
     parameters=(
-        _number(
-            "k1",
-            "k_1",
-            "1",
-            f"radial displacement over radius at {REFERENCE_RADIUS:g} m",
-            0.3,
-            neutral=0,
+        Parameter(
+            "k1", "1", f"radial displacement over radius at {REFERENCE_RADIUS:g} m", "k_1"
+        ).within(-0.3, 0.3, neutral=0),
+        Parameter("k2", "1", "the same, of fifth order", "k_2").within(
+            -0.3, 0.3, default=0.0, neutral=0.0
         ),
-        _number("k2", "k_2", "1", "the same, of fifth order", 0.3, default=0.0, neutral=0.0),
-        _number("centre_x", "c_x", "m", _CENTRE, 10.0, default=0.0, held=True),
-        _number("centre_y", "c_y", "m", _CENTRE, 25.0, default=0.0),
+        Parameter("centre_x", "m", _CENTRE, "c_x").within(-10.0, 10.0, default=0.0, held=True),
+        Parameter("centre_y", "m", _CENTRE, "c_y").within(-25.0, 25.0, default=0.0),
     ),
     source="Brown's radial terms, seen from above",
     validity="a camera above or beside the sheet",

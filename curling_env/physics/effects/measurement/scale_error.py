@@ -9,14 +9,8 @@ CARD = EffectCard(
     formula="reported x = factor·x",
     equation=r"\mathbf{p}_\text{reported} = \lambda \, \mathbf{p}",
     parameters=(
-        Parameter(
-            name="factor",
-            symbol=r"\lambda",
-            unit="1",
-            meaning="measured length over the true one",
-            low=0.5,
-            high=2.0,
-            neutral=1.0,
+        Parameter("factor", "1", "measured length over the true one", r"\lambda").within(
+            0.5, 2.0, neutral=1.0
         ),
     ),
     source="dimensional analysis: with x′ = λx and t′ = κt, friction becomes μ·λ/κ²",

@@ -16,15 +16,7 @@ def _displacement(_xy: Floats, theta: Floats, values: Values) -> Floats:
 
 
 def _offset(name: str, symbol: str, meaning: str) -> Parameter:
-    return Parameter(
-        name=name,
-        symbol=symbol,
-        unit="m",
-        meaning=meaning,
-        low=-FURTHEST,
-        high=FURTHEST,
-        neutral=0.0,
-    )
+    return Parameter(name, "m", meaning, symbol).within(-FURTHEST, FURTHEST, neutral=0.0)
 
 
 CARD = EffectCard(
