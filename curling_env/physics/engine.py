@@ -30,27 +30,17 @@ from curling_env.physics.events import (
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import ORDER
 from curling_env.physics.pymunk_contacts import Push, resolve_contacts
-from curling_env.physics.slides import (
-    SlideEnd,
-    delivery_of,
-    is_beyond,
-    play_bounds,
-    state_of,
-)
+from curling_env.physics.refusals import refuse_nowhere, refuse_overlaps
+from curling_env.physics.slides import SlideEnd, delivery_of, play_bounds, state_of
 from curling_env.physics.state import State
-from curling_env.physics.tuning import (
-    FINE_TOLERANCE,
-    MAX_COLLISIONS,
-    MAX_ROUNDS,
-    MAX_TIME,
-    OVERLAP_ALLOWED,
-)
+from curling_env.physics.tuning import FINE_TOLERANCE, MAX_COLLISIONS, MAX_ROUNDS, MAX_TIME
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Integers
 
-_MOTION = [State.VX, State.VY, State.OMEGA]
+INSIDE = "the side lines and the back line"
+"""The bounds of play in words."""
 
 
 class Status(StrEnum):
@@ -213,7 +203,7 @@ class Engine:
         position = self._begin(release, stones)
         moved_at = np.where(position.status == MOVING, 0.0, np.inf)
         samples = np.empty((n, int(MAX_TIME * fps) + 1 if fps else 0, 3))
-        contacts, count = self._run(release, stones, position, samples, 1.0 / fps if fps else 1.0)
+        contacts, count = self._run(release, position, samples, 1.0 / fps if fps else 1.0)
         for contact in contacts:
             for k in (contact.first, contact.second):
                 moved_at[k] = min(moved_at[k], contact.time)
@@ -255,8 +245,10 @@ class Engine:
             self._positions[n] = new_play_workspace(self.ice, n, self._tolerance)
         position = self._positions[n]
         position.stones[:] = [state_of(stone) for stone in (*stones, release)]
-        self._check(position.stones, self._bounds[release.direction])
-        moves = (position.stones[:, _MOTION] != 0).any(axis=1)
+        position.identity[:] = [stone.stone for stone in (*stones, release)]
+        refuse_nowhere(position.stones[None], self._bounds[release.direction], INSIDE)
+        refuse_overlaps(position.stones[None], self.ice.stone.radius)
+        moves = (position.stones[:, [State.VX, State.VY, State.OMEGA]] != 0).any(axis=1)
         position.status[:] = np.where(moves, MOVING, REST)
         position.status[-1] = MOVING
         position.lengths[:] = 0
@@ -267,26 +259,19 @@ class Engine:
     def _run(
         self,
         release: Release,
-        stones: Sequence[StoneState],
         position: PlayWorkspace,
         samples: Floats,
         dt: float,
     ) -> tuple[list[Contact], int]:
-        """Let the stones slide from contact to contact until none moves.
-
-        Returns
-        -------
-        the contacts that pushed, and the number of samples filled in
-        """
-        identity = np.array([float(stone.stone) for stone in (*stones, release)])
+        """Let the stones slide until none moves; returns contacts and the number of samples."""
         bounds, delivery = self._bounds[release.direction], delivery_of(release)
         work = position.approach if (position.status == REST).any() else position.work
         contacts: list[Contact] = []
         time, count, pause = 0.0, 0, SlideEnd.CONTACT
         for _ in range(MAX_COLLISIONS):
             pause, time, count = advance_and_sample(
-                self.law, self._contact.reach, position, identity, delivery, bounds, time, work,
-                dt, count, samples,
+                self.law, self._contact.reach, position, delivery, bounds, time, work, dt, count,
+                samples,
             )  # fmt: skip
             if pause != SlideEnd.CONTACT:
                 break
@@ -320,38 +305,14 @@ class Engine:
         self, stones: Sequence[StoneState], phases: Integers, direction: Direction, *, struck: bool
     ) -> tuple[Status, ...]:
         """What became of each stone; `struck`: whether the delivered one touched another."""
-        status = [
-            _left(stone, self._bounds[direction]) if phase == GONE else Status.REST
-            for stone, phase in zip(stones, phases, strict=True)
-        ]
+        status = [Status.REST] * len(stones)
+        for k in np.flatnonzero(phases == GONE).tolist():
+            by_side = left_by_the_side(stones[k].x, stones[k].y, self._bounds[direction])
+            status[k] = Status.OUT_SIDE if by_side else Status.OUT_BACK
         short = is_hogged(stones[-1].y, direction, self.ice.stone.radius)
         if status[-1] is Status.REST and short and not struck:
             status[-1] = Status.HOGGED
         return tuple(status)
-
-    def _check(self, states: Floats, bounds: Floats) -> None:
-        x, y = states[:, State.X], states[:, State.Y]
-        outside = is_beyond(x, y, bounds)
-        if outside.any():
-            k = int(np.argmax(outside))
-            raise InputError(
-                f"a stone must lie inside the side lines and the back line, got one at "
-                f"({x[k]:g}, {y[k]:g}) m"
-            )
-        if len(states) > 1:
-            apart = np.hypot(x[:, None] - x, y[:, None] - y)
-            apart[np.arange(len(states)), np.arange(len(states))] = np.inf
-            if apart.min() < 2 * self.ice.stone.radius - OVERLAP_ALLOWED:
-                i, j = (int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))
-                raise InputError(
-                    f"two stones cannot lie in one place: ({x[i]:g}, {y[i]:g}) and "
-                    f"({x[j]:g}, {y[j]:g}) m"
-                )
-
-
-def _left(state: StoneState, bounds: Floats) -> Status:
-    by_the_side = left_by_the_side(state.x, state.y, bounds)
-    return Status.OUT_SIDE if by_the_side else Status.OUT_BACK
 
 
 def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
@@ -380,7 +341,7 @@ def _trajectory(
     release: Release,
     throw: int,
     *,
-    swept: bool = False,
+    swept: bool,
 ) -> Trajectory:
     """The path of a stone, from the last sample before it moved to its end."""
     times = dt * np.arange(len(samples))

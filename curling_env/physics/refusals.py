@@ -2,72 +2,64 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.physics.compiled import compiled
 from curling_env.physics.slides import is_beyond
+from curling_env.physics.state import State
 from curling_env.physics.tuning import OVERLAP_ALLOWED
 from curling_env.typing import Floats
 
 
-def refuse_nowhere(stones: Floats, bounds: Floats) -> None:
+def refuse_nowhere(stones: Floats, bounds: Floats, inside: str) -> None:
     """Refuse places that are none; NaN twice stands for no stone.
 
     Parameters
     ----------
-    stones : (n, k, 2) centres, sheet frame [m]
+    stones : (n, k, 2) centres or (n, k, 6) states, sheet frame
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]
+    inside : the bounds in words
 
     Raises
     ------
     InputError : a stone beyond the bounds, or with one number only
     """
-    x, y = stones[..., 0], stones[..., 1]
-    no_x, no_y = np.isnan(x), np.isnan(y)
-    lost = (no_x != no_y) | is_beyond(x, y, bounds)
+    x, y = stones[..., State.X], stones[..., State.Y]
+    lost = (np.isnan(x) != np.isnan(y)) | is_beyond(x, y, bounds)
     if lost.any():
-        position, stone = (int(index) for index in np.argwhere(lost)[0])
-        x, y = (float(value) for value in stones[position, stone])
-        raise InputError(
-            f"stone {stone} lies at ({x:g}, {y:g}) m, outside the bounds of the ice; a position "
-            "without it has NaN twice",
-            where=f"position {position}",
-        )
+        i, k = np.argwhere(lost)[0].tolist()
+        raise _refusal(f"a stone must lie inside {inside}, got one at", stones, i, [k])
 
 
 def refuse_overlaps(stones: Floats, radius: float) -> None:
-    """Refuse stones (n, k, 2) of which two lie in one place.
+    """Refuse stones, given as in `refuse_nowhere`, of which two lie in one place.
 
     Raises
     ------
     InputError : centres nearer to each other than stones in contact
     """
-    least = (2 * radius - OVERLAP_ALLOWED) ** 2
-    for a in range(stones.shape[1] - 1):
-        apart = stones[:, a + 1 :] - stones[:, a : a + 1]
-        square = np.square(apart, out=apart)
-        overlap = square[..., 0] + square[..., 1] < least
-        if overlap.any():
-            position, b = (int(index) for index in np.argwhere(overlap)[0])
-            raise InputError(
-                f"stones {a} and {a + 1 + b} overlap: their centres are "
-                f"{np.sqrt(square[position, b].sum()):.3f} m apart",
-                where=f"position {position}",
-            )
+    i, first, second = _first_overlap(stones, (2 * radius - OVERLAP_ALLOWED) ** 2)
+    if i >= 0:
+        raise _refusal("two stones cannot lie in one place:", stones, i, [first, second])
 
 
-def refuse_releases_in_stones(releases: Floats, stones: Floats, radius: float) -> None:
-    """Refuse places of release (n, 2) that lie within a stone of (n, k, 2).
+@compiled
+def _first_overlap(stones: Any, least: float) -> Any:
+    """Position and numbers of the first stones whose squared distance is below `least`; or -1."""
+    for i in range(stones.shape[0]):
+        for a in range(stones.shape[1]):
+            for b in range(a + 1, stones.shape[1]):
+                dx = stones[i, b, State.X] - stones[i, a, State.X]
+                dy = stones[i, b, State.Y] - stones[i, a, State.Y]
+                if dx * dx + dy * dy < least:
+                    return i, a, b
+    return -1, -1, -1
 
-    Raises
-    ------
-    InputError : a release nearer to a stone than stones in contact
-    """
-    gaps = np.hypot(*(stones - releases[:, None]).transpose(2, 0, 1))
-    within = gaps < 2 * radius - OVERLAP_ALLOWED
-    if within.any():
-        position, stone = (int(index) for index in np.argwhere(within)[0])
-        raise InputError(
-            f"the stone is released {gaps[position, stone]:.3f} m from stone {stone}, within it",
-            where=f"position {position}",
-        )
+
+def _refusal(problem: str, stones: Floats, position: int, chosen: list[int]) -> InputError:
+    places = [f"({x:g}, {y:g})" for x, y in stones[position, chosen, :2]]
+    where = f"position {position}" if len(stones) > 1 else None
+    return InputError(f"{problem} {' and '.join(places)} m", where=where)
