@@ -30,7 +30,7 @@ from curling_env.physics.events import (
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import ORDER
 from curling_env.physics.pymunk_contacts import Push, resolve_contacts
-from curling_env.physics.refusals import refuse_nowhere, refuse_overlaps
+from curling_env.physics.refusals import refuse_impossible
 from curling_env.physics.slides import SlideEnd, delivery_of, play_bounds, state_of
 from curling_env.physics.state import State
 from curling_env.physics.tuning import FINE_TOLERANCE, MAX_COLLISIONS, MAX_ROUNDS, MAX_TIME
@@ -38,9 +38,6 @@ from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Integers
-
-INSIDE = "the side lines and the back line"
-"""The bounds of play in words."""
 
 
 class Status(StrEnum):
@@ -246,8 +243,13 @@ class Engine:
         position = self._positions[n]
         position.stones[:] = [state_of(stone) for stone in (*stones, release)]
         position.identity[:] = [stone.stone for stone in (*stones, release)]
-        refuse_nowhere(position.stones[None], self._bounds[release.direction], INSIDE)
-        refuse_overlaps(position.stones[None], self.ice.stone.radius)
+        refuse_impossible(
+            position.stones[None],
+            self.ice.stone.radius,
+            self._bounds[release.direction],
+            "the side lines and the back line",
+            bounded=n,
+        )
         moves = (position.stones[:, [State.VX, State.VY, State.OMEGA]] != 0).any(axis=1)
         position.status[:] = np.where(moves, MOVING, REST)
         position.status[-1] = MOVING

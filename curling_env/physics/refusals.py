@@ -4,62 +4,58 @@ from __future__ import annotations
 
 from typing import Any
 
-import numpy as np
-
 from curling_env.errors import InputError
 from curling_env.physics.compiled import compiled
-from curling_env.physics.slides import is_beyond
 from curling_env.physics.state import State
-from curling_env.physics.tuning import OVERLAP_ALLOWED
+from curling_env.physics.tuning import OVERLAP_ALLOWED, ROUNDING
 from curling_env.typing import Floats
 
 
-def refuse_nowhere(stones: Floats, bounds: Floats, inside: str) -> None:
-    """Refuse places that are none; NaN twice stands for no stone.
+def refuse_impossible(
+    stones: Floats, radius: float, bounds: Floats, inside: str, *, bounded: int
+) -> None:
+    """Refuse places that are none, and two stones in one place; NaN twice stands for no stone.
 
     Parameters
     ----------
     stones : (n, k, 2) centres or (n, k, 6) states, sheet frame
+    radius : of a stone [m]
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]
     inside : the bounds in words
+    bounded : number of stones of each position that must lie within the bounds, the first ones
 
     Raises
     ------
-    InputError : a stone beyond the bounds, or with one number only
+    InputError : a stone beyond the bounds, one with one number only, or centres nearer to each
+        other than those of stones in contact
     """
-    x, y = stones[..., State.X], stones[..., State.Y]
-    lost = (np.isnan(x) != np.isnan(y)) | is_beyond(x, y, bounds)
-    if lost.any():
-        i, k = np.argwhere(lost)[0].tolist()
-        raise _refusal(f"a stone must lie inside {inside}, got one at", stones, i, [k])
-
-
-def refuse_overlaps(stones: Floats, radius: float) -> None:
-    """Refuse stones, given as in `refuse_nowhere`, of which two lie in one place.
-
-    Raises
-    ------
-    InputError : centres nearer to each other than stones in contact
-    """
-    i, first, second = _first_overlap(stones, (2 * radius - OVERLAP_ALLOWED) ** 2)
+    i, a, b = _first_impossible(stones, bounded, bounds, (2 * radius - OVERLAP_ALLOWED) ** 2)
     if i >= 0:
-        raise _refusal("two stones cannot lie in one place:", stones, i, [first, second])
+        first, second = (f"({x:g}, {y:g})" for x, y in stones[i, [a, b], :2])
+        raise InputError(
+            f"a stone must lie inside {inside}, got one at {first} m"
+            if a == b
+            else f"two stones cannot lie in one place: {first} and {second} m",
+            where=f"position {i}" if len(stones) > 1 else None,
+        )
 
 
 @compiled
-def _first_overlap(stones: Any, least: float) -> Any:
-    """Position and numbers of the first stones whose squared distance is below `least`; or -1."""
+def _first_impossible(stones: Any, bounded: int, bounds: Any, least: float) -> Any:
+    """Position and numbers of two stones in one place; twice that of one beyond; or -1.
+
+    Bounds are exact to what numbers are rounded to; `least` is a squared distance.
+    """
     for i in range(stones.shape[0]):
         for a in range(stones.shape[1]):
-            for b in range(a + 1, stones.shape[1]):
-                dx = stones[i, b, State.X] - stones[i, a, State.X]
-                dy = stones[i, b, State.Y] - stones[i, a, State.Y]
+            x, y = stones[i, a, State.X], stones[i, a, State.Y]
+            inside = bounds[0] - ROUNDING <= x <= bounds[1] + ROUNDING
+            inside = inside and bounds[2] - ROUNDING <= y <= bounds[3] + ROUNDING
+            is_there = x == x or y == y
+            if a < bounded and is_there and not inside:
+                return i, a, a
+            for b in range(a):
+                dx, dy = x - stones[i, b, State.X], y - stones[i, b, State.Y]
                 if dx * dx + dy * dy < least:
-                    return i, a, b
+                    return i, b, a
     return -1, -1, -1
-
-
-def _refusal(problem: str, stones: Floats, position: int, chosen: list[int]) -> InputError:
-    places = [f"({x:g}, {y:g})" for x, y in stones[position, chosen, :2]]
-    where = f"position {position}" if len(stones) > 1 else None
-    return InputError(f"{problem} {' and '.join(places)} m", where=where)
