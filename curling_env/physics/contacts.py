@@ -45,7 +45,7 @@ from curling_env.sheet import Stone
 from curling_env.typing import Floats, Integers
 
 GONE = 2
-"""What a stone is doing that has left play, in both engines."""
+"""The status of a stone that has left play, in both engines."""
 
 
 class ContactLaw(NamedTuple):
@@ -63,7 +63,7 @@ class ContactLaw(NamedTuple):
 
 
 def contact_law(stone: Stone, *, touching: float = TOUCHING) -> ContactLaw:
-    """How stones of this kind push each other; they touch at a gap of up to `touching` [m]."""
+    """The law for stones of this kind, which touch at a gap of up to `touching` [m]."""
     return ContactLaw(
         touching=touching,
         reach=2 * stone.radius,
@@ -129,7 +129,7 @@ def new_contacts(stones: int) -> Contacts:
 
 @inlined
 def collides(gap: float, closing: float) -> bool:
-    """Whether stones that touch close too fast to be left alone [m, m/s]."""
+    """True if stones that touch close too fast to be left alone [m, m/s]."""
     return closing > (CREEP if gap > -CREEP_OVERLAP else OVERLAPPING_CREEP)
 
 
@@ -173,29 +173,24 @@ def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts)
             if closing < -CREEP:
                 continue
             row = table[found]
-            row[Entry.NX] = nx
-            row[Entry.NY] = ny
+            row[Entry.NX], row[Entry.NY] = nx, ny
             row[Entry.LEVER] = 0.5 * distance
             row[Entry.CLOSING] = closing
             row[Entry.X] = one[State.X] + other[State.X]
             row[Entry.Y] = one[State.Y] + other[State.Y]
-            row[Entry.PUSH] = 0.0
-            row[Entry.RUB] = 0.0
-            pairs[found, 0] = a
-            pairs[found, 1] = b
+            row[Entry.PUSH] = row[Entry.RUB] = 0.0
+            pairs[found, 0], pairs[found, 1] = a, b
             found += 1
             # Less than makes stones collide, so that whatever collided is found here.
             if closing > 0.5 * OVERLAPPING_CREEP:
-                joined[a] = 1
-                joined[b] = 1
+                joined[a] = joined[b] = 1
     grows = True
     while grows:
         grows = False
         for k in range(found):
             a, b = pairs[k, 0], pairs[k, 1]
             if joined[a] != joined[b]:
-                joined[a] = 1
-                joined[b] = 1
+                joined[a] = joined[b] = 1
                 grows = True
     count = 0
     for k in range(found):
@@ -273,12 +268,10 @@ def set_apart(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> N
         b_moves = b[State.VX] != 0.0 or b[State.VY] != 0.0
         if a_moves and b_moves:
             shift *= 0.5
-        if a_moves:
-            a[State.X] -= shift * row[Entry.NX]
-            a[State.Y] -= shift * row[Entry.NY]
-        if b_moves:
-            b[State.X] += shift * row[Entry.NX]
-            b[State.Y] += shift * row[Entry.NY]
+        for stone, moves, away in ((a, a_moves, -shift), (b, b_moves, shift)):
+            if moves:
+                stone[State.X] += away * row[Entry.NX]
+                stone[State.Y] += away * row[Entry.NY]
 
 
 @compiled

@@ -41,7 +41,7 @@ from curling_env.typing import Floats, Integers
 
 
 class Status(StrEnum):
-    """What became of a stone."""
+    """The fate of a stone."""
 
     REST = "rest"
     OUT_SIDE = "out_side"
@@ -53,7 +53,7 @@ class Status(StrEnum):
 
     @property
     def in_play(self) -> bool:
-        """Whether the stone stays on the sheet."""
+        """True where the stone stays on the sheet."""
         return self is Status.REST
 
 
@@ -107,7 +107,7 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What a throw led to.
+    """All that a throw led to.
 
     Parameters
     ----------
@@ -196,11 +196,11 @@ class Engine:
         ------
         InputError : a stone outside the lines, two in one place, or ice on which one never stops
         """
-        n = len(stones) + 1
+        n, dt = len(stones) + 1, 1.0 / fps if fps else 1.0
         position = self._begin(release, stones)
         moved_at = np.where(position.status == MOVING, 0.0, np.inf)
         samples = np.empty((n, int(MAX_TIME * fps) + 1 if fps else 0, 3))
-        contacts, count = self._run(release, position, samples, 1.0 / fps if fps else 1.0)
+        contacts, count = self._run(release, position, samples, dt)
         for contact in contacts:
             for k in (contact.first, contact.second):
                 moved_at[k] = min(moved_at[k], contact.time)
@@ -211,20 +211,25 @@ class Engine:
             )
         )
         ends = tuple(position.finished.tolist())
-        trajectories = tuple(
-            _trajectory(
-                samples[k, :count],
-                1.0 / fps,
-                moved_at[k],
-                ends[k],
-                final[k],
-                release,
-                throw,
-                swept=k == n - 1,
+        times: Floats = dt * np.arange(count, dtype=np.float64)
+
+        def path_of(k: int) -> Trajectory:
+            # From the last sample before the stone moved to its end.
+            keep = (times > moved_at[k] - dt) & (times < ends[k] - 1e-9)
+            t = np.append(times[keep], ends[k])
+            last = [final[k].x, final[k].y, final[k].theta]
+            rows = np.vstack([samples[k, :count][keep], last])
+            swept = (t >= release.sweep_start) & (t < release.sweep_end) & (k == n - 1)
+            return Trajectory(
+                t=t,
+                xy=rows[:, :2].copy(),
+                theta=rows[:, 2].copy(),
+                swept=swept.astype(np.float64),
+                throw=throw,
+                stone=final[k].stone,
+                clock=release.clock,
             )
-            for k in range(n)
-            if fps and np.isfinite(moved_at[k])
-        )
+
         struck = any(n - 1 in (contact.first, contact.second) for contact in contacts)
         return Outcome(
             stones=final,
@@ -232,7 +237,7 @@ class Engine:
             time=max(ends),
             ends=ends,
             contacts=tuple(contacts),
-            trajectories=trajectories,
+            trajectories=tuple(path_of(k) for k in range(n) if fps and np.isfinite(moved_at[k])),
         )
 
     def _begin(self, release: Release, stones: Sequence[StoneState]) -> PlayWorkspace:
@@ -259,11 +264,7 @@ class Engine:
         return position
 
     def _run(
-        self,
-        release: Release,
-        position: PlayWorkspace,
-        samples: Floats,
-        dt: float,
+        self, release: Release, position: PlayWorkspace, samples: Floats, dt: float
     ) -> tuple[list[Contact], int]:
         """Let the stones slide until none moves; returns contacts and the number of samples."""
         bounds, delivery = self._bounds[release.direction], delivery_of(release)
@@ -306,7 +307,7 @@ class Engine:
     def _status(
         self, stones: Sequence[StoneState], phases: Integers, direction: Direction, *, struck: bool
     ) -> tuple[Status, ...]:
-        """What became of each stone; `struck`: whether the delivered one touched another."""
+        """The status of each stone; `struck`: whether the delivered one touched another."""
         status = [Status.REST] * len(stones)
         for k in np.flatnonzero(phases == GONE).tolist():
             by_side = left_by_the_side(stones[k].x, stones[k].y, self._bounds[direction])
@@ -318,10 +319,11 @@ class Engine:
 
 
 def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
-    """Whether stones that left play at (x, y) did so over a side line; numbers or arrays.
+    """True where stones that left play did so over a side line.
 
     Parameters
     ----------
+    x, y : where they left; numbers or arrays [m]
     bounds : x_min, x_max, y_min, y_max of centres in play [m]
     """
     side = np.minimum(x - bounds[0], bounds[1] - x)
@@ -330,33 +332,5 @@ def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
 
 
 def is_hogged(y: Any, direction: Any, radius: float) -> Any:
-    """Whether delivered stones that rest at y have not wholly cleared the far hog line [m]."""
+    """True where delivered stones that rest at y have not wholly cleared the far hog line [m]."""
     return direction * y <= HOG_LINE_Y + radius
-
-
-def _trajectory(
-    samples: Floats,
-    dt: float,
-    start: float,
-    end: float,
-    final: StoneState,
-    release: Release,
-    throw: int,
-    *,
-    swept: bool,
-) -> Trajectory:
-    """The path of a stone, from the last sample before it moved to its end."""
-    times = dt * np.arange(len(samples))
-    keep = (times > start - dt) & (times < end - 1e-9)
-    t = np.append(times[keep], end)
-    rows = np.vstack([samples[keep], [final.x, final.y, final.theta]])
-    broom = (t >= release.sweep_start) & (t < release.sweep_end) & swept
-    return Trajectory(
-        t=t,
-        xy=rows[:, :2].copy(),
-        theta=rows[:, 2].copy(),
-        swept=broom.astype(np.float64),
-        throw=throw,
-        stone=final.stone,
-        clock=release.clock,
-    )

@@ -51,7 +51,7 @@ from curling_env.physics.tuning import (
 from curling_env.typing import Floats, Integers
 
 REST, MOVING = 0, 1
-"""What a stone is doing; or it is GONE."""
+"""Values of a stone's status; or it is GONE."""
 
 
 class PlayWorkspace(NamedTuple):
@@ -117,7 +117,7 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
 
 @inlined
 def _place(path: Any, length: int, k: int, t: float) -> Any:
-    """Node before time t, position and velocity then; at rest at its last place after the end."""
+    """Node before time t, from k on, and place and velocity then; at rest after the path's end."""
     while k < length - 2 and path[k + 1, Node.T] <= t:
         k += 1
     last = path[length - 1]
@@ -125,9 +125,7 @@ def _place(path: Any, length: int, k: int, t: float) -> Any:
         return k, last[Node.X], last[Node.Y], 0.0, 0.0
     a, b = path[k], path[k + 1]
     h = b[Node.T] - a[Node.T]
-    tau = t - a[Node.T]
-    # Between nodes friction hardly changes: a cubic through places and velocities.
-    u = tau / h
+    u = (t - a[Node.T]) / h
     x, vx = _cubic(a[Node.X], a[Node.VX], b[Node.X], b[Node.VX], h, u)
     y, vy = _cubic(a[Node.Y], a[Node.VY], b[Node.Y], b[Node.VY], h, u)
     return k, x, y, vx, vy
@@ -135,6 +133,7 @@ def _place(path: Any, length: int, k: int, t: float) -> Any:
 
 @inlined
 def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> Any:
+    """Place and velocity at share u of the time h between nodes: friction hardly changes there."""
     d = p1 - p0 - h * v0
     e = h * (v1 - v0)
     c2 = 3.0 * d - e
@@ -159,10 +158,7 @@ def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within:
     while t < until:
         j, ax, ay, avx, avy = _place(first, n, j, t)
         k, bx, by, bvx, bvy = _place(second, m, k, t)
-        dx = bx - ax
-        dy = by - ay
-        dvx = bvx - avx
-        dvy = bvy - avy
+        dx, dy, dvx, dvy = bx - ax, by - ay, bvx - avx, bvy - avy
         gap = math.sqrt(dx * dx + dy * dy) - reach
         closing = -(dx * dvx + dy * dvy) / (gap + reach)
         least = 0.0
@@ -177,7 +173,7 @@ def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within:
 
 @inlined
 def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
-    """Take a moving stone to time t on its path of n nodes; returns its status then."""
+    """Take a moving stone to time t on its path of n nodes; return its status then."""
     if t >= path[n - 1, Node.T]:
         for c in range(6):
             stone[c] = path[n - 1, Node.X + c]
@@ -191,10 +187,7 @@ def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
     stone[State.THETA], stone[State.OMEGA] = _cubic(
         a[Node.THETA], a[Node.OMEGA], b[Node.THETA], b[Node.OMEGA], h, u
     )
-    stone[State.X] = x
-    stone[State.Y] = y
-    stone[State.VX] = vx
-    stone[State.VY] = vy
+    stone[State.X], stone[State.Y], stone[State.VX], stone[State.VY] = x, y, vx, vy
     return MOVING
 
 
@@ -216,8 +209,6 @@ def advance(
 
     Parameters
     ----------
-    reach : distance between two centres in contact [m]
-    position, delivery, bounds : as in `play`
     start : time since release [s]
     traced : whether the path of a stone that moves alone is kept as well
 
@@ -295,11 +286,8 @@ def go_on(position: PlayWorkspace) -> None:
     for s in range(n):
         if rested or position.ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
             position.lengths[s] = 0
-        moves = (
-            stones[s, State.VX] != 0.0
-            or stones[s, State.VY] != 0.0
-            or stones[s, State.OMEGA] != 0.0
-        )
+        stone = stones[s]
+        moves = stone[State.VX] != 0.0 or stone[State.VY] != 0.0 or stone[State.OMEGA] != 0.0
         if status[s] == REST and moves:
             status[s] = MOVING
             position.finished[s] = 0.0
@@ -318,7 +306,7 @@ def advance_and_sample(
     count: int,
     samples: Any,
 ) -> Any:
-    """Do what `advance` does, and sample the paths; returns as well how many samples there are.
+    """Do what `advance` does, and sample the paths; return as well how many samples there are.
 
     Parameters
     ----------
@@ -344,7 +332,7 @@ def advance_and_sample(
 
 @inlined
 def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
-    """Solve the contacts of touching stones until none closes; returns how many pushed."""
+    """Solve the contacts of touching stones until none closes; return how many pushed."""
     stones, contacts, lengths = position.stones, position.contacts, position.lengths
     pushes = 0
     for _ in range(MAX_ROUNDS):
