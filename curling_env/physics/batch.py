@@ -252,26 +252,19 @@ def _play_all(
     k = before.shape[1]
     for i in range(rows.shape[0]):
         for s in range(k):
-            present = before[i, s, 0] == before[i, s, 0]
-            position.status[s] = REST if present else GONE
             for c in range(6):
-                position.stones[s, c] = 0.0
-            if present:
-                position.stones[s, State.X] = before[i, s, 0]
-                position.stones[s, State.Y] = before[i, s, 1]
+                position.stones[s, c] = before[i, s, c] if c < 2 else 0.0
+            position.status[s] = REST if before[i, s, 0] == before[i, s, 0] else GONE
         delivery = _release(rows[i], position.stones[k], position.motion)
         position.status[k] = MOVING
         position.identity[k] = rows[i, _STONE]
         time[i], collisions[i] = play(law, contact, position, delivery, bounds)
         for s in range(k + 1):
-            here = position.status[s] != GONE
-            was_there = s == k or before[i, s, 0] == before[i, s, 0]
-            x, y = position.stones[s, State.X], position.stones[s, State.Y]
-            last[i, s, 0] = x if was_there else np.nan
-            last[i, s, 1] = y if was_there else np.nan
-            after[i, s, 0] = x if here else np.nan
-            after[i, s, 1] = y if here else np.nan
-            theta[i, s] = position.stones[s, State.THETA] if here else np.nan
+            stone, here = position.stones[s], position.status[s] != GONE
+            for c in range(2):
+                last[i, s, c] = stone[c]
+                after[i, s, c] = stone[c] if here else np.nan
+            theta[i, s] = stone[State.THETA] if here else np.nan
 
 
 class BatchEngine:
