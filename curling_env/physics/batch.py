@@ -48,7 +48,7 @@ MOST_STONES = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Rests:
-    """Where lone throws ended.
+    """Ends of lone throws.
 
     Parameters
     ----------
@@ -110,7 +110,7 @@ def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
 
 @inlined
 def _release(row: Any, state: Any, motion: Any) -> ThrowTimes:
-    """Give a stone the state and the order of a release; returns the times of the throw."""
+    """Give a stone the state and the order of a release; return the times of the throw."""
     for c in range(6):
         state[c] = row[c]
     motion[ORDER] = row[_ORDER]
@@ -195,32 +195,27 @@ def throw_batch(
     x, y, theta, time = (np.empty(n) for _ in range(4))
     end = np.empty(n, dtype=np.int8)
     paths = np.empty((n, int(min(longest, MAX_TIME) * fps) + 1 if fps else 0, 3))
+
+    def slide_some(law: Law, limits: Limits, chosen: NDArray[np.intp], part: slice) -> None:
+        room, most = -1, USUAL_NODES if fps else 0
+        while most > room:
+            room = most
+            most = _slide_all(
+                law,
+                rows,
+                chosen[part],
+                limits,
+                1.0 / fps if fps else 1.0,
+                (x, y, theta, time, end, paths),
+                np.zeros(MOTION_SIZE),
+                np.empty((room, NODE_SIZE)),
+                new_workspace(tolerance),
+            )
+
     for k, surface in enumerate(ices):
-        chosen = np.flatnonzero(index == k)
         limits = Limits(edge_bounds(surface) if bounds is None else bounds, NO_OBSTACLES, 0.0)
-
-        def slide_some(
-            part: slice,
-            law: Law = compile_law(surface),
-            chosen: NDArray[np.intp] = chosen,
-            limits: Limits = limits,
-        ) -> None:
-            room, most = -1, USUAL_NODES if fps else 0
-            while most > room:
-                room = most
-                most = _slide_all(
-                    law,
-                    rows,
-                    chosen[part],
-                    limits,
-                    1.0 / fps if fps else 1.0,
-                    (x, y, theta, time, end, paths),
-                    np.zeros(MOTION_SIZE),
-                    np.empty((room, NODE_SIZE)),
-                    new_workspace(tolerance),
-                )
-
-        _share(slide_some, len(chosen), workers)
+        chosen = np.flatnonzero(index == k)
+        _share(partial(slide_some, compile_law(surface), limits, chosen), len(chosen), workers)
     return Rests(x=x, y=y, theta=theta, time=time, end=end, paths=paths if fps else None)
 
 
@@ -323,7 +318,10 @@ class BatchEngine:
         time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 
         def play_some(part: slice) -> None:
-            position = self._workspace(k + 1, is_shared=workers > 1)
+            # A thread that finds the kept arrays taken makes its own.
+            position = self._workspaces.pop(k + 1, None)
+            if position is None:
+                position = new_play_workspace(self.ice, k + 1, self._settings["tolerance"])
             position.identity[:k] = 0.0 if identity is None else identity
             _play_all(
                 self._law,
@@ -334,18 +332,10 @@ class BatchEngine:
                 position,
                 (after[part], last[part], theta[part], time[part], collisions[part]),
             )
+            self._workspaces[k + 1] = position
 
         _share(play_some, n, workers)
         return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
-
-    def _workspace(self, stones: int, *, is_shared: bool) -> PlayWorkspace:
-        """The arrays for that number of stones: kept ones, or where threads share the work new."""
-        kept = None if is_shared else self._workspaces.get(stones)
-        if kept is None:
-            kept = new_play_workspace(self.ice, stones, self._settings["tolerance"])
-            if not is_shared:
-                self._workspaces[stones] = kept
-        return kept
 
 
 def play_batch(

@@ -266,7 +266,7 @@ class Engine:
     def _run(
         self, release: Release, position: PlayWorkspace, samples: Floats, dt: float
     ) -> tuple[list[Contact], int]:
-        """Let the stones slide until none moves; returns contacts and the number of samples."""
+        """Let the stones slide until none moves; return contacts and the number of samples."""
         bounds, delivery = self._bounds[release.direction], delivery_of(release)
         work = position.approach if (position.status == REST).any() else position.work
         contacts: list[Contact] = []

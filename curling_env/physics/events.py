@@ -368,9 +368,7 @@ def play(
     time : until the last stone rests [s]
     collisions : their number; -1 if they never ended or a stone never stops
     """
-    t = 0.0
-    collisions = 0
-    work = position.work
+    t, collisions, work = 0.0, 0, position.work
     for s in range(position.stones.shape[0]):
         position.lengths[s] = 0
         position.finished[s] = 0.0
