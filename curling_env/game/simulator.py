@@ -144,7 +144,7 @@ class GameSimulator:
         self._rng = ThrowRng()
         self._engine: tuple[int, Engine] | None = None
 
-    # --- the course of a game -------------------------------------------------------------------
+    # --- the course of a game ---------------------------------------------------------------------
 
     def new_game(self, seed: int, *, last_stone: Team = Team.AWAY) -> GameState:
         """A game before its first end; `last_stone` has the hammer in it."""
@@ -158,8 +158,7 @@ class GameSimulator:
         Parameters
         ----------
         state : a game between two ends
-        power_play, throw_first : decisions in mixed doubles; see
-            `curling_env.game.rules.game.begin_end`
+        power_play, throw_first : decisions in mixed doubles, as in `game.rules.game.begin_end`
 
         Raises
         ------

@@ -226,10 +226,8 @@ def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
             work(slice(0, n))
         return
     chunk = max(MIN_CHUNK, n // (8 * workers))
-    parts = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
     with ThreadPoolExecutor(workers) as pool:
-        for done in [pool.submit(work, part) for part in parts]:
-            done.result()
+        list(pool.map(work, [slice(start, start + chunk) for start in range(0, n, chunk)]))
 
 
 @compiled

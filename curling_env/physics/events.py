@@ -218,8 +218,7 @@ def advance(
     t : time of the pause [s]
     """
     paths, lengths, ends = position.paths, position.lengths, position.ends
-    stones, status = position.stones, position.status
-    n = stones.shape[0]
+    stones, status, n = position.stones, position.status, position.stones.shape[0]
     resting = moving = 0
     for s in range(n):
         if status[s] == REST:
@@ -231,8 +230,7 @@ def advance(
     if moving == 0:
         return SlideEnd.REST, start
     limits = Limits(bounds, position.resting[:resting], reach, MAX_TIME)
-    until = np.inf
-    latest = start
+    until, latest = np.inf, start
     for s in range(n):
         if status[s] != MOVING:
             continue
@@ -278,8 +276,7 @@ def go_on(position: PlayWorkspace) -> None:
 
     The path of a stone that nothing pushes goes on, unless what it would meet is other now.
     """
-    status, stones = position.status, position.stones
-    n = stones.shape[0]
+    stones, status, n = position.stones, position.status, position.stones.shape[0]
     rested = False
     for s in range(n):
         rested = rested or (status[s] == REST and position.lengths[s] > 0)
@@ -314,9 +311,8 @@ def advance_and_sample(
     count : number of samples that are filled in already
     samples : (stones, m, 3) filled in with x, y and heading at the times k·dt; m = 0 for none
     """
-    traced = samples.shape[1] > 0
+    traced, first = samples.shape[1] > 0, count
     pause, t = advance(law, reach, position, delivery, bounds, start, work, traced)
-    first = count
     while count < samples.shape[1] and count * dt <= t:
         count += 1
     for s in range(samples.shape[0]):
