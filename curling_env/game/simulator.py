@@ -136,7 +136,7 @@ class GameSimulator:
         )
         self._initial_ice = ice_for_game(self.ice, self.ice_evolution, 0, sweeping=sweeping)
         self.ice_wears = wear_along_path(self._initial_ice) != 0.0
-        """Whether stones change the ice along their paths."""
+        """True if stones change the ice along their paths."""
         self.judgement = judgement
         self._ice_changes = ice_evolution != NO_EVOLUTION or judgement != NEVER_WRONG
         self._read: dict[tuple[int, Team, int], Ice] = {}
@@ -144,7 +144,7 @@ class GameSimulator:
         self._rng = ThrowRng()
         self._engine: tuple[int, Engine] | None = None
 
-    # --- the course of a game -------------------------------------------------------------------
+    # --- the course of a game ---------------------------------------------------------------------
 
     def new_game(self, seed: int, *, last_stone: Team = Team.AWAY) -> GameState:
         """A game before its first end; `last_stone` has the hammer in it."""
@@ -158,8 +158,7 @@ class GameSimulator:
         Parameters
         ----------
         state : a game between two ends
-        power_play, throw_first : decisions in mixed doubles; see
-            `curling_env.game.rules.game.begin_end`
+        power_play, throw_first : decisions in mixed doubles, as in `game.rules.game.begin_end`
 
         Raises
         ------
@@ -179,7 +178,7 @@ class GameSimulator:
         return self.begin_end(state, power_play=side, throw_first=first)
 
     def view(self, state: GameState, team: Team | None = None) -> PlayerView:
-        """What a team sees; by default the team to throw."""
+        """The view of a team, by default of the team to throw."""
         end = state.game.end
         if team is None:
             team = state.game.last_stone if end is None else end.to_throw
@@ -241,10 +240,9 @@ class GameSimulator:
         end = state.game.end
         if end is None:
             raise InputError("no end is in play")
-        team, direction = end.to_throw, direction_of(end.number)
-        skill = self.skill_of(team, end.number_of_stone)
-        thrown = self.with_execution_error(call.throw, skill, state)
-        stone = STONES_PER_TEAM * team + end.number_of_stone
+        team, number, direction = end.to_throw, end.number_of_stone, direction_of(end.number)
+        thrown = self.with_execution_error(call.throw, self.skill_of(team, number), state)
+        stone = STONES_PER_TEAM * team + number
         sweep = self.sweep_interval(
             call,
             thrown,
@@ -265,7 +263,6 @@ class GameSimulator:
             fps=PATH_FPS if paths or self.ice_wears else None,
             throw=state.throws,
         )
-        result = _result(end, outcome, direction)
         are_put_back = False
 
         def put_back(ruling: Ruling) -> bool:
@@ -274,13 +271,12 @@ class GameSimulator:
             are_put_back = opponent is None or opponent.puts_back(view, ruling)
             return are_put_back
 
-        game, ruling = deliver(state.game, result, put_back=put_back)
+        game, ruling = deliver(state.game, _result(end, outcome, direction), put_back=put_back)
         wear = state.wear
         if self.ice_wears:
             added = wear_of(self._initial_ice, [path.xy for path in outcome.trajectories])
             wear = added if wear is None else wear + added
-        after = self.after(state, game, wear)
-        return after, PlayedShot(
+        return self.after(state, game, wear), PlayedShot(
             end=end.number,
             number=end.delivered,
             team=team,
@@ -308,25 +304,15 @@ class GameSimulator:
 
     def with_execution_error(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
         """The throw as it leaves the hand; its error follows from the state's seed and throw."""
-        if meant.speed > self.delivery.max_speed:
-            meant = replace(meant, speed=self.delivery.max_speed)
         if skill.is_exact:
-            return meant
-        speed, angle, spin = skill.error(self._rng.at(state.seed, state.throws))
-        return Throw(
-            speed=min(max(meant.speed + speed, MIN_SPEED), MAX_SPEED),
-            angle=meant.angle + angle,
-            spin=min(max(meant.spin + spin, -MAX_SPIN), MAX_SPIN),
-            x=meant.x,
-        )
+            return replace(meant, speed=min(meant.speed, self.delivery.max_speed))
+        x, speed, angle, spin = self.with_execution_errors([meant], [skill], [state])[0].tolist()
+        return Throw(speed=speed, angle=angle, spin=spin, x=x)
 
     def with_execution_errors(
         self, meant: Sequence[Throw], skills: Sequence[Skill], states: Sequence[GameState]
     ) -> Floats:
-        """What `with_execution_error` makes of many throws, (n, 4), in less time.
-
-        The columns are x [m], speed [m/s], angle [rad] and spin [rad/s].
-        """
+        """Many throws as they leave the hand, (n, 4): x [m], speed [m/s], angle, spin [rad/s]."""
         out = np.array([(throw.x, throw.speed, throw.angle, throw.spin) for throw in meant])
         np.minimum(out[:, 1], self.delivery.max_speed, out=out[:, 1])
         at = self._rng.at
@@ -347,7 +333,7 @@ class GameSimulator:
         read: Ice | None = None,
         misjudged: float = 0.0,
     ) -> SweepInterval:
-        """When a delivery is swept: as called, else as the sweepers judge; equal times if never.
+        """The times of sweeping: as called, else as the sweepers judge; equal times if never.
 
         Parameters
         ----------
@@ -378,11 +364,9 @@ class GameSimulator:
     def _engine_for(self, state: GameState) -> Engine:
         if state.wear is not None:
             return Engine(self.current_ice(state), tolerance=self._tolerance)
-        if self._engine is None or (
-            self.ice_evolution.stone_spread and self._engine[0] != state.seed
-        ):
-            engine = Engine(self.current_ice(state), tolerance=self._tolerance)
-            self._engine = (state.seed, engine)
+        seed = state.seed if self.ice_evolution.stone_spread else 0
+        if self._engine is None or self._engine[0] != seed:
+            self._engine = seed, Engine(self.current_ice(state), tolerance=self._tolerance)
         return self._engine[1]
 
 
@@ -394,7 +378,7 @@ def state_on_sheet(lying: RestingStone, direction: Direction) -> StoneState:
 def result_of_places(
     end: End, moved: Mapping[int, Place | None], thrown: Place | None, struck: bool
 ) -> Result:
-    """What the rules need to know of a delivery, from where the stones came to rest.
+    """The result of a delivery as the rules take it, from where the stones came to rest.
 
     Parameters
     ----------

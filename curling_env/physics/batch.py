@@ -19,27 +19,17 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.contacts import GONE, ContactLaw, contact_law
-from curling_env.physics.events import (
-    MOVING,
-    REST,
-    PlayWorkspace,
-    new_play_workspace,
-    play,
-)
-from curling_env.physics.integrator import SlideEnd, ThrowTimes, integrate
+from curling_env.physics.events import MOVING, REST, PlayWorkspace, new_play_workspace, play
+from curling_env.physics.integrator import ThrowTimes, integrate
 from curling_env.physics.law import Law, compile_law
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.refusals import (
-    refuse_nowhere,
-    refuse_overlaps,
-    refuse_releases_in_stones,
-)
+from curling_env.physics.refusals import refuse_impossible
 from curling_env.physics.slides import USUAL_NODES, edge_bounds
 from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import Workspace, new_workspace
 from curling_env.physics.surroundings import NO_OBSTACLES, Limits
-from curling_env.physics.tuning import MAX_COLLISIONS, MAX_TIME, QUICK_TOLERANCE
+from curling_env.physics.tuning import MAX_TIME, QUICK_TOLERANCE
 from curling_env.throw import Release
 from curling_env.typing import Floats
 
@@ -47,10 +37,10 @@ RELEASE_FIELDS = (
     *("x", "y", "vx", "vy", "theta", "omega", "stone", "clock", "order"),
     *("sweep_start", "sweep_end"),
 )
-"""Columns of a table of releases; the fields of `Release` that move a stone."""
+"""Columns of a table of releases; the fields of `Release` that move a stone, its state first."""
 RELEASE_DTYPE = np.dtype([(name, np.float64) for name in RELEASE_FIELDS])
 """One release as an element of a structured array, numbers only."""
-_X, _Y, _VX, _VY, _THETA, _OMEGA, _STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = range(11)
+_STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = range(6, 11)
 MIN_CHUNK = 256
 """Least number of throws that a thread takes at a time."""
 MOST_STONES = 16
@@ -58,7 +48,7 @@ MOST_STONES = 16
 
 @dataclass(frozen=True, kw_only=True)
 class Rests:
-    """Where lone throws ended.
+    """Ends of lone throws.
 
     Parameters
     ----------
@@ -104,12 +94,7 @@ def release_table(releases: Sequence[Release]) -> NDArray[Any]:
 
 
 def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
-    """(n, 11) view of a table of releases.
-
-    Raises
-    ------
-    InputError : another dtype, or a number that is not finite
-    """
+    """(n, 11) view of a table of releases; refuses other dtypes and numbers that are not finite."""
     table = releases if isinstance(releases, np.ndarray) else release_table(releases)
     if table.dtype != RELEASE_DTYPE or table.ndim != 1:
         raise InputError(
@@ -124,43 +109,38 @@ def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
 
 
 @inlined
-def _release(row: Any, state: Any) -> None:
-    """Copy the state of a release to a stone."""
-    state[State.X] = row[_X]
-    state[State.Y] = row[_Y]
-    state[State.VX] = row[_VX]
-    state[State.VY] = row[_VY]
-    state[State.THETA] = row[_THETA]
-    state[State.OMEGA] = row[_OMEGA]
+def _release(row: Any, state: Any, motion: Any) -> ThrowTimes:
+    """Give a stone the state and the order of a release; return the times of the throw."""
+    for c in range(6):
+        state[c] = row[c]
+    motion[ORDER] = row[_ORDER]
+    return ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
 
 
 @compiled
 def _slide_all(
     law: Law,
     rows: Any,
+    chosen: Any,
     limits: Limits,
     dt: float,
     rests: Any,
-    paths: Any,
     motion: Any,
     nodes: Any,
     work: Workspace,
 ) -> int:
-    """Slide a stone for each row; fill in `rests`, arrays x, y, theta, time and end, and paths.
+    """Slide a stone for each chosen row; fill in its place in the arrays of `Rests`.
 
     Returns
     -------
     most nodes of a path: more than there is room for in `nodes` where paths are to be filled again
     """
     most = 0
-    x, y, theta, time, end = rests
-    for i in range(rows.shape[0]):
-        row = rows[i]
-        state = work.states[2]
-        _release(row, state)
-        motion[STONE] = row[_STONE]
-        motion[ORDER] = row[_ORDER]
-        delivery = ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
+    x, y, theta, time, end, paths = rests
+    state = work.states[2]
+    for i in chosen:
+        delivery = _release(rows[i], state, motion)
+        motion[STONE] = rows[i, _STONE]
         end[i], time[i], length = integrate(law, motion, delivery, limits, nodes, 0.0, work)
         x[i] = state[State.X]
         y[i] = state[State.Y]
@@ -209,48 +189,33 @@ def throw_batch(
     rows = _as_rows(releases)
     n = len(rows)
     ices = [ice] if isinstance(ice, Ice) else list(ice)
-    chosen = np.zeros(n, dtype=np.intp) if which is None else np.asarray(which)
-    if chosen.shape != (n,) or (n and not 0 <= chosen.min() <= chosen.max() < len(ices)):
+    index = np.zeros(n, dtype=np.intp) if which is None else np.asarray(which)
+    if index.shape != (n,) or (n and not 0 <= index.min() <= index.max() < len(ices)):
         raise InputError(f"expected for each of {n} releases the index of one of {len(ices)} ices")
     x, y, theta, time = (np.empty(n) for _ in range(4))
     end = np.empty(n, dtype=np.int8)
-    kept = int(min(longest, MAX_TIME) * fps) + 1 if fps else 0
-    paths = np.empty((n, kept, 3))
-    filled = (paths, x, y, theta, time, end)
-    for index, surface in enumerate(ices):
-        law = compile_law(surface)
-        limits = edge_bounds(surface) if bounds is None else bounds
+    paths = np.empty((n, int(min(longest, MAX_TIME) * fps) + 1 if fps else 0, 3))
 
-        def slide_some(
-            part: NDArray[np.intp] | slice, law: Law = law, limits: Floats = limits
-        ) -> None:
-            # A slice is filled in place; the results of a scattered choice are copied back.
-            mine = [whole[part] for whole in filled]
-            room, most = 0, USUAL_NODES if fps else 0
-            while True:
-                room = most
-                most = _slide_all(
-                    law,
-                    rows[part],
-                    Limits(limits, NO_OBSTACLES, 0.0),
-                    1.0 / fps if fps else 1.0,
-                    tuple(mine[1:]),
-                    mine[0],
-                    np.zeros(MOTION_SIZE),
-                    np.empty((room, NODE_SIZE)),
-                    new_workspace(tolerance),
-                )
-                if most <= room:
-                    break
-            if not isinstance(part, slice):
-                for whole, some in zip(filled, mine, strict=True):
-                    whole[part] = some
+    def slide_some(law: Law, limits: Limits, chosen: NDArray[np.intp], part: slice) -> None:
+        room, most = -1, USUAL_NODES if fps else 0
+        while most > room:
+            room = most
+            most = _slide_all(
+                law,
+                rows,
+                chosen[part],
+                limits,
+                1.0 / fps if fps else 1.0,
+                (x, y, theta, time, end, paths),
+                np.zeros(MOTION_SIZE),
+                np.empty((room, NODE_SIZE)),
+                new_workspace(tolerance),
+            )
 
-        if len(ices) == 1:
-            _share(slide_some, n, workers)
-        else:
-            mine = np.flatnonzero(chosen == index)
-            _share(lambda part, mine=mine, slide=slide_some: slide(mine[part]), len(mine), workers)
+    for k, surface in enumerate(ices):
+        limits = Limits(edge_bounds(surface) if bounds is None else bounds, NO_OBSTACLES, 0.0)
+        chosen = np.flatnonzero(index == k)
+        _share(partial(slide_some, compile_law(surface), limits, chosen), len(chosen), workers)
     return Rests(x=x, y=y, theta=theta, time=time, end=end, paths=paths if fps else None)
 
 
@@ -261,10 +226,8 @@ def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
             work(slice(0, n))
         return
     chunk = max(MIN_CHUNK, n // (8 * workers))
-    parts = [slice(start, min(start + chunk, n)) for start in range(0, n, chunk)]
     with ThreadPoolExecutor(workers) as pool:
-        for done in [pool.submit(work, part) for part in parts]:
-            done.result()
+        list(pool.map(work, [slice(start, start + chunk) for start in range(0, n, chunk)]))
 
 
 @compiled
@@ -273,41 +236,28 @@ def _play_all(
     contact: ContactLaw,
     rows: Any,
     before: Any,
-    identity: Any,
     bounds: Any,
     position: PlayWorkspace,
     results: Any,
 ) -> None:
-    """Play each row; fill in `results`, arrays after, last, theta, time and collisions."""
+    """Play each row; fill in `results`, the arrays of `Positions`."""
     after, last, theta, time, collisions = results
     k = before.shape[1]
     for i in range(rows.shape[0]):
-        row = rows[i]
         for s in range(k):
-            present = before[i, s, 0] == before[i, s, 0]
-            position.status[s] = REST if present else GONE
             for c in range(6):
-                position.stones[s, c] = 0.0
-            if present:
-                position.stones[s, State.X] = before[i, s, 0]
-                position.stones[s, State.Y] = before[i, s, 1]
-        _release(row, position.stones[k])
+                position.stones[s, c] = before[i, s, c] if c < 2 else 0.0
+            position.status[s] = REST if before[i, s, 0] == before[i, s, 0] else GONE
+        delivery = _release(rows[i], position.stones[k], position.motion)
         position.status[k] = MOVING
-        identity[k] = row[_STONE]
-        position.motion[ORDER] = row[_ORDER]
-        delivery = ThrowTimes(row[_CLOCK], row[_SWEEP], row[_SWEEP_END])
-        t, count = play(law, contact, position, k + 1, identity, delivery, bounds)
-        time[i] = t
-        collisions[i] = -1 if count > MAX_COLLISIONS else count
+        position.identity[k] = rows[i, _STONE]
+        time[i], collisions[i] = play(law, contact, position, delivery, bounds)
         for s in range(k + 1):
-            here = position.status[s] != GONE
-            was_there = s == k or before[i, s, 0] == before[i, s, 0]
-            x, y = position.stones[s, State.X], position.stones[s, State.Y]
-            last[i, s, 0] = x if was_there else np.nan
-            last[i, s, 1] = y if was_there else np.nan
-            after[i, s, 0] = x if here else np.nan
-            after[i, s, 1] = y if here else np.nan
-            theta[i, s] = position.stones[s, State.THETA] if here else np.nan
+            stone, here = position.stones[s], position.status[s] != GONE
+            for c in range(2):
+                last[i, s, c] = stone[c]
+                after[i, s, c] = stone[c] if here else np.nan
+            theta[i, s] = stone[State.THETA] if here else np.nan
 
 
 class BatchEngine:
@@ -350,7 +300,7 @@ class BatchEngine:
         """Throw a stone into each of many positions; parameters and errors as in `play_batch`."""
         rows = _as_rows(releases)
         stones = np.ascontiguousarray(stones, dtype=np.float64)
-        n, radius = len(rows), self.ice.stone.radius
+        n = len(rows)
         if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
             raise InputError(f"expected stones of shape ({n}, k, 2), got {stones.shape}")
         k = stones.shape[1]
@@ -359,38 +309,31 @@ class BatchEngine:
                 f"a position holds at most {MOST_STONES} stones, got {k} and the thrown"
             )
         limits = edge_bounds(self.ice) if bounds is None else bounds
-        refuse_nowhere(stones, limits)
-        refuse_overlaps(stones, radius)
-        refuse_releases_in_stones(rows[:, [_X, _Y]], stones, radius)
-        names = np.zeros(k + 1)
-        if identity is not None:
-            names[:k] = identity
+        all_stones = np.concatenate([stones, rows[:, None, : State.Y + 1]], axis=1)
+        inside = "the bounds of the ice"
+        refuse_impossible(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
         after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
         time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 
         def play_some(part: slice) -> None:
+            # A thread that finds the kept arrays taken makes its own.
+            position = self._workspaces.pop(k + 1, None)
+            if position is None:
+                position = new_play_workspace(self.ice, k + 1, self._settings["tolerance"])
+            position.identity[:k] = 0.0 if identity is None else identity
             _play_all(
                 self._law,
                 self._contact,
                 rows[part],
                 stones[part],
-                names.copy(),
                 limits,
-                self._workspace(k + 1, is_shared=workers > 1),
+                position,
                 (after[part], last[part], theta[part], time[part], collisions[part]),
             )
+            self._workspaces[k + 1] = position
 
         _share(play_some, n, workers)
         return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
-
-    def _workspace(self, stones: int, *, is_shared: bool) -> PlayWorkspace:
-        """The arrays for that number of stones: kept ones, or where threads share the work new."""
-        kept = None if is_shared else self._workspaces.get(stones)
-        if kept is None:
-            kept = new_play_workspace(self.ice, stones, self._settings["tolerance"])
-            if not is_shared:
-                self._workspaces[stones] = kept
-        return kept
 
 
 def play_batch(
@@ -422,15 +365,3 @@ def play_batch(
     """
     engine = BatchEngine(ice, tolerance=tolerance, tabulated=tabulated)
     return engine.play(stones, releases, identity=identity, bounds=bounds, workers=workers)
-
-
-__all__ = [
-    "RELEASE_DTYPE",
-    "BatchEngine",
-    "Positions",
-    "Rests",
-    "SlideEnd",
-    "play_batch",
-    "release_table",
-    "throw_batch",
-]

@@ -45,30 +45,25 @@ from curling_env.sheet import Stone
 from curling_env.typing import Floats, Integers
 
 GONE = 2
-"""What a stone is doing that has left play, in both engines."""
+"""The status of a stone that has left play, in both engines."""
 
 
 class ContactLaw(NamedTuple):
-    """The numbers that the contacts of stones depend on.
-
-    Parameters
-    ----------
-    reach : distance between two centres in contact [m]
-    restitution : 0 to 1
-    friction : Coulomb friction between two rims
-    turning : mass over moment of inertia [1/m²]
-    touching : gap up to which stones touch [m]
-    """
+    """The numbers that the contacts of stones depend on."""
 
     reach: float
+    """Distance between two centres in contact [m]."""
     restitution: float
     friction: float
+    """Coulomb friction between two rims."""
     turning: float
+    """Mass over moment of inertia [1/m²]."""
     touching: float
+    """Gap up to which stones touch [m]."""
 
 
 def contact_law(stone: Stone, *, touching: float = TOUCHING) -> ContactLaw:
-    """How stones of this kind push each other; they touch at a gap of up to `touching` [m]."""
+    """The law for stones of this kind, which touch at a gap of up to `touching` [m]."""
     return ContactLaw(
         touching=touching,
         reach=2 * stone.radius,
@@ -134,16 +129,8 @@ def new_contacts(stones: int) -> Contacts:
 
 @inlined
 def collides(gap: float, closing: float) -> bool:
-    """Whether stones that touch close too fast to be left alone [m, m/s]."""
+    """True if stones that touch close too fast to be left alone [m, m/s]."""
     return closing > (CREEP if gap > -CREEP_OVERLAP else OVERLAPPING_CREEP)
-
-
-@inlined
-def _comes_before(table: Any, a: int, b: int) -> bool:
-    """Whether contact a is nearer to the home end than b, or as near and further to the left."""
-    if table[a, Entry.Y] != table[b, Entry.Y]:
-        return table[a, Entry.Y] < table[b, Entry.Y]
-    return table[a, Entry.X] < table[b, Entry.X]
 
 
 @compiled
@@ -155,7 +142,6 @@ def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts)
 
     Parameters
     ----------
-    law : how stones push each other
     stones : (n, 6) states
     status : (n,) whether each is GONE
     contacts : filled in
@@ -174,49 +160,49 @@ def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts)
         if status[a] == GONE:
             continue
         for b in range(a + 1, n):
-            dx = stones[b, State.X] - stones[a, State.X]
-            dy = stones[b, State.Y] - stones[a, State.Y]
+            one, other = stones[a], stones[b]
+            dx = other[State.X] - one[State.X]
+            dy = other[State.Y] - one[State.Y]
             square = dx * dx + dy * dy
             if status[b] == GONE or square > far * far or square == 0.0:
                 continue
             distance = math.sqrt(square)
             nx, ny = dx / distance, dy / distance
-            closing = (stones[a, State.VX] - stones[b, State.VX]) * nx
-            closing += (stones[a, State.VY] - stones[b, State.VY]) * ny
+            closing = (one[State.VX] - other[State.VX]) * nx
+            closing += (one[State.VY] - other[State.VY]) * ny
             if closing < -CREEP:
                 continue
             row = table[found]
-            row[Entry.NX] = nx
-            row[Entry.NY] = ny
+            row[Entry.NX], row[Entry.NY] = nx, ny
             row[Entry.LEVER] = 0.5 * distance
             row[Entry.CLOSING] = closing
-            row[Entry.X] = stones[a, State.X] + stones[b, State.X]
-            row[Entry.Y] = stones[a, State.Y] + stones[b, State.Y]
-            row[Entry.PUSH] = 0.0
-            row[Entry.RUB] = 0.0
-            pairs[found, 0] = a
-            pairs[found, 1] = b
+            row[Entry.X] = one[State.X] + other[State.X]
+            row[Entry.Y] = one[State.Y] + other[State.Y]
+            row[Entry.PUSH] = row[Entry.RUB] = 0.0
+            pairs[found, 0], pairs[found, 1] = a, b
             found += 1
             # Less than makes stones collide, so that whatever collided is found here.
             if closing > 0.5 * OVERLAPPING_CREEP:
-                joined[a] = 1
-                joined[b] = 1
+                joined[a] = joined[b] = 1
     grows = True
     while grows:
         grows = False
         for k in range(found):
             a, b = pairs[k, 0], pairs[k, 1]
             if joined[a] != joined[b]:
-                joined[a] = 1
-                joined[b] = 1
+                joined[a] = joined[b] = 1
                 grows = True
     count = 0
     for k in range(found):
         if joined[pairs[k, 0]] == 0:
             continue
+        here = table[k, Entry.Y], table[k, Entry.X]
         place = count
-        while place > 0 and _comes_before(table, k, order[place - 1]):
-            order[place] = order[place - 1]
+        while place > 0:
+            last = order[place - 1]
+            if (table[last, Entry.Y], table[last, Entry.X]) <= here:
+                break
+            order[place] = last
             place -= 1
         order[place] = k
         count += 1
@@ -224,19 +210,8 @@ def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts)
 
 
 @compiled
-def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> int:
-    """Give the stones the velocities and spins that they have after their contacts.
-
-    Parameters
-    ----------
-    law : how stones push each other
-    stones : (n, 6) states; only velocities and spins change
-    contacts, count : what `find_contacts` found
-
-    Returns
-    -------
-    number of contacts that pushed
-    """
+def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> None:
+    """Give stones (n, 6) the velocities and spins they have after contacts that were found."""
     pairs, table, order, before = contacts.pairs, contacts.table, contacts.order, contacts.before
     fastest = 0.0
     for s in range(stones.shape[0]):
@@ -274,11 +249,6 @@ def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int)
             break
     if count > 1:  # one contact alone adds none
         add_no_energy(law, before, stones)
-    pushes = 0
-    for place in range(count):
-        if table[order[place], Entry.PUSH] > 0.0:
-            pushes += 1
-    return pushes
 
 
 @compiled
@@ -298,12 +268,10 @@ def set_apart(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> N
         b_moves = b[State.VX] != 0.0 or b[State.VY] != 0.0
         if a_moves and b_moves:
             shift *= 0.5
-        if a_moves:
-            a[State.X] -= shift * row[Entry.NX]
-            a[State.Y] -= shift * row[Entry.NY]
-        if b_moves:
-            b[State.X] += shift * row[Entry.NX]
-            b[State.Y] += shift * row[Entry.NY]
+        for stone, moves, away in ((a, a_moves, -shift), (b, b_moves, shift)):
+            if moves:
+                stone[State.X] += away * row[Entry.NX]
+                stone[State.Y] += away * row[Entry.NY]
 
 
 @compiled

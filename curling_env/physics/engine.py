@@ -30,31 +30,18 @@ from curling_env.physics.events import (
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import ORDER
 from curling_env.physics.pymunk_contacts import Push, resolve_contacts
-from curling_env.physics.slides import (
-    SlideEnd,
-    delivery_of,
-    is_beyond,
-    play_bounds,
-    state_of,
-)
+from curling_env.physics.refusals import refuse_impossible
+from curling_env.physics.slides import SlideEnd, delivery_of, play_bounds, state_of
 from curling_env.physics.state import State
-from curling_env.physics.tuning import (
-    FINE_TOLERANCE,
-    MAX_COLLISIONS,
-    MAX_ROUNDS,
-    MAX_TIME,
-    OVERLAP_ALLOWED,
-)
+from curling_env.physics.tuning import FINE_TOLERANCE, MAX_COLLISIONS, MAX_ROUNDS, MAX_TIME
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Integers
 
-_MOTION = [State.VX, State.VY, State.OMEGA]
-
 
 class Status(StrEnum):
-    """What became of a stone."""
+    """The fate of a stone."""
 
     REST = "rest"
     OUT_SIDE = "out_side"
@@ -66,7 +53,7 @@ class Status(StrEnum):
 
     @property
     def in_play(self) -> bool:
-        """Whether the stone stays on the sheet."""
+        """True where the stone stays on the sheet."""
         return self is Status.REST
 
 
@@ -120,7 +107,7 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """What a throw led to.
+    """All that a throw led to.
 
     Parameters
     ----------
@@ -209,11 +196,11 @@ class Engine:
         ------
         InputError : a stone outside the lines, two in one place, or ice on which one never stops
         """
-        n = len(stones) + 1
+        n, dt = len(stones) + 1, 1.0 / fps if fps else 1.0
         position = self._begin(release, stones)
         moved_at = np.where(position.status == MOVING, 0.0, np.inf)
         samples = np.empty((n, int(MAX_TIME * fps) + 1 if fps else 0, 3))
-        contacts, count = self._run(release, stones, position, samples, 1.0 / fps if fps else 1.0)
+        contacts, count = self._run(release, position, samples, dt)
         for contact in contacts:
             for k in (contact.first, contact.second):
                 moved_at[k] = min(moved_at[k], contact.time)
@@ -224,20 +211,25 @@ class Engine:
             )
         )
         ends = tuple(position.finished.tolist())
-        trajectories = tuple(
-            _trajectory(
-                samples[k, :count],
-                1.0 / fps,
-                moved_at[k],
-                ends[k],
-                final[k],
-                release,
-                throw,
-                swept=k == n - 1,
+        times: Floats = dt * np.arange(count, dtype=np.float64)
+
+        def path_of(k: int) -> Trajectory:
+            # From the last sample before the stone moved to its end.
+            keep = (times > moved_at[k] - dt) & (times < ends[k] - 1e-9)
+            t = np.append(times[keep], ends[k])
+            last = [final[k].x, final[k].y, final[k].theta]
+            rows = np.vstack([samples[k, :count][keep], last])
+            swept = (t >= release.sweep_start) & (t < release.sweep_end) & (k == n - 1)
+            return Trajectory(
+                t=t,
+                xy=rows[:, :2].copy(),
+                theta=rows[:, 2].copy(),
+                swept=swept.astype(np.float64),
+                throw=throw,
+                stone=final[k].stone,
+                clock=release.clock,
             )
-            for k in range(n)
-            if fps and np.isfinite(moved_at[k])
-        )
+
         struck = any(n - 1 in (contact.first, contact.second) for contact in contacts)
         return Outcome(
             stones=final,
@@ -245,7 +237,7 @@ class Engine:
             time=max(ends),
             ends=ends,
             contacts=tuple(contacts),
-            trajectories=trajectories,
+            trajectories=tuple(path_of(k) for k in range(n) if fps and np.isfinite(moved_at[k])),
         )
 
     def _begin(self, release: Release, stones: Sequence[StoneState]) -> PlayWorkspace:
@@ -255,8 +247,15 @@ class Engine:
             self._positions[n] = new_play_workspace(self.ice, n, self._tolerance)
         position = self._positions[n]
         position.stones[:] = [state_of(stone) for stone in (*stones, release)]
-        self._check(position.stones, self._bounds[release.direction])
-        moves = (position.stones[:, _MOTION] != 0).any(axis=1)
+        position.identity[:] = [stone.stone for stone in (*stones, release)]
+        refuse_impossible(
+            position.stones[None],
+            self.ice.stone.radius,
+            self._bounds[release.direction],
+            "the side lines and the back line",
+            bounded=n,
+        )
+        moves = (position.stones[:, [State.VX, State.VY, State.OMEGA]] != 0).any(axis=1)
         position.status[:] = np.where(moves, MOVING, REST)
         position.status[-1] = MOVING
         position.lengths[:] = 0
@@ -265,28 +264,17 @@ class Engine:
         return position
 
     def _run(
-        self,
-        release: Release,
-        stones: Sequence[StoneState],
-        position: PlayWorkspace,
-        samples: Floats,
-        dt: float,
+        self, release: Release, position: PlayWorkspace, samples: Floats, dt: float
     ) -> tuple[list[Contact], int]:
-        """Let the stones slide from contact to contact until none moves.
-
-        Returns
-        -------
-        the contacts that pushed, and the number of samples filled in
-        """
-        identity = np.array([float(stone.stone) for stone in (*stones, release)])
+        """Let the stones slide until none moves; return contacts and the number of samples."""
         bounds, delivery = self._bounds[release.direction], delivery_of(release)
         work = position.approach if (position.status == REST).any() else position.work
         contacts: list[Contact] = []
         time, count, pause = 0.0, 0, SlideEnd.CONTACT
         for _ in range(MAX_COLLISIONS):
             pause, time, count = advance_and_sample(
-                self.law, self._contact.reach, position, identity, delivery, bounds, time, work,
-                dt, count, samples,
+                self.law, self._contact.reach, position, delivery, bounds, time, work, dt, count,
+                samples,
             )  # fmt: skip
             if pause != SlideEnd.CONTACT:
                 break
@@ -319,46 +307,23 @@ class Engine:
     def _status(
         self, stones: Sequence[StoneState], phases: Integers, direction: Direction, *, struck: bool
     ) -> tuple[Status, ...]:
-        """What became of each stone; `struck`: whether the delivered one touched another."""
-        status = [
-            _left(stone, self._bounds[direction]) if phase == GONE else Status.REST
-            for stone, phase in zip(stones, phases, strict=True)
-        ]
+        """The status of each stone; `struck`: whether the delivered one touched another."""
+        status = [Status.REST] * len(stones)
+        for k in np.flatnonzero(phases == GONE).tolist():
+            by_side = left_by_the_side(stones[k].x, stones[k].y, self._bounds[direction])
+            status[k] = Status.OUT_SIDE if by_side else Status.OUT_BACK
         short = is_hogged(stones[-1].y, direction, self.ice.stone.radius)
         if status[-1] is Status.REST and short and not struck:
             status[-1] = Status.HOGGED
         return tuple(status)
 
-    def _check(self, states: Floats, bounds: Floats) -> None:
-        x, y = states[:, State.X], states[:, State.Y]
-        outside = is_beyond(x, y, bounds)
-        if outside.any():
-            k = int(np.argmax(outside))
-            raise InputError(
-                f"a stone must lie inside the side lines and the back line, got one at "
-                f"({x[k]:g}, {y[k]:g}) m"
-            )
-        if len(states) > 1:
-            apart = np.hypot(x[:, None] - x, y[:, None] - y)
-            apart[np.arange(len(states)), np.arange(len(states))] = np.inf
-            if apart.min() < 2 * self.ice.stone.radius - OVERLAP_ALLOWED:
-                i, j = (int(k) for k in np.unravel_index(np.argmin(apart), apart.shape))
-                raise InputError(
-                    f"two stones cannot lie in one place: ({x[i]:g}, {y[i]:g}) and "
-                    f"({x[j]:g}, {y[j]:g}) m"
-                )
-
-
-def _left(state: StoneState, bounds: Floats) -> Status:
-    by_the_side = left_by_the_side(state.x, state.y, bounds)
-    return Status.OUT_SIDE if by_the_side else Status.OUT_BACK
-
 
 def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
-    """Whether stones that left play at (x, y) did so over a side line; numbers or arrays.
+    """True where stones that left play did so over a side line.
 
     Parameters
     ----------
+    x, y : where they left; numbers or arrays [m]
     bounds : x_min, x_max, y_min, y_max of centres in play [m]
     """
     side = np.minimum(x - bounds[0], bounds[1] - x)
@@ -367,33 +332,5 @@ def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
 
 
 def is_hogged(y: Any, direction: Any, radius: float) -> Any:
-    """Whether delivered stones that rest at y have not wholly cleared the far hog line [m]."""
+    """True where delivered stones that rest at y have not wholly cleared the far hog line [m]."""
     return direction * y <= HOG_LINE_Y + radius
-
-
-def _trajectory(
-    samples: Floats,
-    dt: float,
-    start: float,
-    end: float,
-    final: StoneState,
-    release: Release,
-    throw: int,
-    *,
-    swept: bool = False,
-) -> Trajectory:
-    """The path of a stone, from the last sample before it moved to its end."""
-    times = dt * np.arange(len(samples))
-    keep = (times > start - dt) & (times < end - 1e-9)
-    t = np.append(times[keep], end)
-    rows = np.vstack([samples[keep], [final.x, final.y, final.theta]])
-    broom = (t >= release.sweep_start) & (t < release.sweep_end) & swept
-    return Trajectory(
-        t=t,
-        xy=rows[:, :2].copy(),
-        theta=rows[:, 2].copy(),
-        swept=broom.astype(np.float64),
-        throw=throw,
-        stone=final.stone,
-        clock=release.clock,
-    )

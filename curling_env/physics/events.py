@@ -46,22 +46,22 @@ from curling_env.physics.tuning import (
     MAX_TIME,
     MEETING_GAP,
     QUICK_TOLERANCE,
-    StepControl,
     step_control,
 )
 from curling_env.typing import Floats, Integers
 
 REST, MOVING = 0, 1
-"""What a stone is doing; or it is GONE."""
+"""Values of a stone's status; or it is GONE."""
 
 
 class PlayWorkspace(NamedTuple):
-    """The arrays in which one throw among n stones is played.
+    """The arrays in which one throw among n stones, the thrown one last, is played.
 
     Parameters
     ----------
     stones : (n, 6) states
     status : (n,) REST, MOVING or GONE
+    identity : (n,) identifiers of the stones, for effects that depend on them
     contacts : in which contacts are found and solved
     resting : (n, 2) centres of the stones at rest
     paths : (n, nodes, NODE_SIZE) of the moving stones
@@ -76,6 +76,7 @@ class PlayWorkspace(NamedTuple):
 
     stones: Floats
     status: Integers
+    identity: Floats
     contacts: Contacts
     resting: Floats
     paths: Floats
@@ -90,12 +91,17 @@ class PlayWorkspace(NamedTuple):
 
 def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE) -> PlayWorkspace:
     """The arrays for one thread; the rest of a lone stone is right within the tolerance [m]."""
-    rows, columns = ice.friction.mu.shape
+    nodes = 512 + 4 * sum(ice.friction.mu.shape)
+    usual = step_control(tolerance)
+    # Finer on the way, but not where the stone comes to rest by itself.
+    fine = step_control(APPROACH * tolerance)._replace(
+        target_error=APPROACH * usual.target_error, rest_speed=usual.rest_speed
+    )
     work = new_workspace(tolerance)
-    nodes = 512 + 4 * (rows + columns)
     return PlayWorkspace(
         stones=np.zeros((stones, 6)),
         status=np.zeros(stones, dtype=np.int64),
+        identity=np.zeros(stones),
         contacts=new_contacts(stones),
         resting=np.zeros((stones, 2)),
         paths=np.zeros((stones, nodes, NODE_SIZE)),
@@ -105,21 +111,13 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
         finished=np.zeros(stones),
         motion=np.zeros(MOTION_SIZE),
         work=work,
-        approach=work._replace(control=_approach_control(tolerance)),
-    )
-
-
-def _approach_control(tolerance: float) -> StepControl:
-    """Steps that are finer on the way, but not where the stone comes to rest by itself."""
-    usual = step_control(tolerance)
-    return step_control(APPROACH * tolerance)._replace(
-        target_error=APPROACH * usual.target_error, rest_speed=usual.rest_speed
+        approach=work._replace(control=fine),
     )
 
 
 @inlined
 def _place(path: Any, length: int, k: int, t: float) -> Any:
-    """Node before time t, position and velocity then; at rest at its last place after the end."""
+    """Node before time t, from k on, and place and velocity then; at rest after the path's end."""
     while k < length - 2 and path[k + 1, Node.T] <= t:
         k += 1
     last = path[length - 1]
@@ -127,9 +125,7 @@ def _place(path: Any, length: int, k: int, t: float) -> Any:
         return k, last[Node.X], last[Node.Y], 0.0, 0.0
     a, b = path[k], path[k + 1]
     h = b[Node.T] - a[Node.T]
-    tau = t - a[Node.T]
-    # Between nodes friction hardly changes: a cubic through places and velocities.
-    u = tau / h
+    u = (t - a[Node.T]) / h
     x, vx = _cubic(a[Node.X], a[Node.VX], b[Node.X], b[Node.VX], h, u)
     y, vy = _cubic(a[Node.Y], a[Node.VY], b[Node.Y], b[Node.VY], h, u)
     return k, x, y, vx, vy
@@ -137,6 +133,7 @@ def _place(path: Any, length: int, k: int, t: float) -> Any:
 
 @inlined
 def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> Any:
+    """Place and velocity at share u of the time h between nodes: friction hardly changes there."""
     d = p1 - p0 - h * v0
     e = h * (v1 - v0)
     c2 = 3.0 * d - e
@@ -146,32 +143,22 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 @inlined
 def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within: Any) -> float:
-    """When two moving stones first touch while approaching, infinite if they do not [s].
-
-    Parameters
-    ----------
-    position : with the paths of both
-    within : the times between which to look [s]
-    """
-    start, until = within
-    ends = position.ends
+    """Time within two at which moving stones first touch and approach; infinite if never [s]."""
+    t, until = within
     first, second = position.paths[a], position.paths[b]
     n, m = position.lengths[a], position.lengths[b]
     most = position.accelerations[a] + position.accelerations[b]
-    t = start
-    if ends[a] == SlideEnd.LEFT_BOUNDS:
-        until = min(until, first[n - 1, Node.T])
-    if ends[b] == SlideEnd.LEFT_BOUNDS:
-        until = min(until, second[m - 1, Node.T])
-    until = min(until, max(first[n - 1, Node.T], second[m - 1, Node.T]))
+    first_end, second_end = first[n - 1, Node.T], second[m - 1, Node.T]
+    if position.ends[a] == SlideEnd.LEFT_BOUNDS:
+        until = min(until, first_end)
+    if position.ends[b] == SlideEnd.LEFT_BOUNDS:
+        until = min(until, second_end)
+    until = min(until, max(first_end, second_end))
     j = k = 0
     while t < until:
         j, ax, ay, avx, avy = _place(first, n, j, t)
         k, bx, by, bvx, bvy = _place(second, m, k, t)
-        dx = bx - ax
-        dy = by - ay
-        dvx = bvx - avx
-        dvy = bvy - avy
+        dx, dy, dvx, dvy = bx - ax, by - ay, bvx - avx, bvy - avy
         gap = math.sqrt(dx * dx + dy * dy) - reach
         closing = -(dx * dvx + dy * dvy) / (gap + reach)
         least = 0.0
@@ -186,7 +173,7 @@ def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within:
 
 @inlined
 def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
-    """Take a moving stone to time t on its path of n nodes; returns its status then."""
+    """Take a moving stone to time t on its path of n nodes; return its status then."""
     if t >= path[n - 1, Node.T]:
         for c in range(6):
             stone[c] = path[n - 1, Node.X + c]
@@ -200,10 +187,7 @@ def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
     stone[State.THETA], stone[State.OMEGA] = _cubic(
         a[Node.THETA], a[Node.OMEGA], b[Node.THETA], b[Node.OMEGA], h, u
     )
-    stone[State.X] = x
-    stone[State.Y] = y
-    stone[State.VX] = vx
-    stone[State.VY] = vy
+    stone[State.X], stone[State.Y], stone[State.VX], stone[State.VY] = x, y, vx, vy
     return MOVING
 
 
@@ -212,8 +196,6 @@ def advance(
     law: Law,
     reach: float,
     position: PlayWorkspace,
-    count: int,
-    identity: Any,
     delivery: ThrowTimes,
     bounds: Any,
     start: float,
@@ -227,11 +209,7 @@ def advance(
 
     Parameters
     ----------
-    law : the ice
-    reach : distance between two centres in contact [m]
-    position, count, identity, delivery, bounds : as in `play`
     start : time since release [s]
-    work : of the slides
     traced : whether the path of a stone that moves alone is kept as well
 
     Returns
@@ -240,10 +218,9 @@ def advance(
     t : time of the pause [s]
     """
     paths, lengths, ends = position.paths, position.lengths, position.ends
-    stones, status = position.stones, position.status
-    resting = 0
-    moving = 0
-    for s in range(count):
+    stones, status, n = position.stones, position.status, position.stones.shape[0]
+    resting = moving = 0
+    for s in range(n):
         if status[s] == REST:
             position.resting[resting, 0] = stones[s, State.X]
             position.resting[resting, 1] = stones[s, State.Y]
@@ -253,10 +230,8 @@ def advance(
     if moving == 0:
         return SlideEnd.REST, start
     limits = Limits(bounds, position.resting[:resting], reach, MAX_TIME)
-    until = np.inf
-    latest = start
-    thrown = count - 1
-    for s in range(count):
+    until, latest = np.inf, start
+    for s in range(n):
         if status[s] != MOVING:
             continue
         if lengths[s] > 0:
@@ -264,9 +239,9 @@ def advance(
             continue
         for c in range(6):
             work.states[2, c] = stones[s, c]
-        position.motion[STONE] = identity[s]
-        sweep_start = delivery.sweep_start if s == thrown else 0.0
-        sweep_end = delivery.sweep_end if s == thrown else 0.0
+        position.motion[STONE] = position.identity[s]
+        sweep_start = delivery.sweep_start if s == n - 1 else 0.0
+        sweep_end = delivery.sweep_end if s == n - 1 else 0.0
         own = ThrowTimes(delivery.clock, sweep_start, sweep_end)
         path = paths[s] if moving > 1 or traced else paths[s, :0]
         end, at, length = integrate(law, position.motion, own, limits, path, start, work)
@@ -282,49 +257,37 @@ def advance(
         latest = max(latest, at)
         if end == SlideEnd.CONTACT:
             until = min(until, at)
-    if moving > 1:
-        for a in range(count):
-            for b in range(a + 1, count):
-                if status[a] == MOVING and status[b] == MOVING:
-                    met = _meeting_time(position, a, b, reach, (start, until))
-                    until = min(until, met)
+    for a in range(n):
+        for b in range(a + 1, n):
+            if status[a] == MOVING and status[b] == MOVING:
+                until = min(until, _meeting_time(position, a, b, reach, (start, until)))
     t = min(until, latest)
-    for s in range(count):
+    for s in range(n):
         if status[s] == MOVING:
-            n = lengths[s]
-            status[s] = _advance(stones[s], paths[s], n, ends[s], t)
+            status[s] = _advance(stones[s], paths[s], lengths[s], ends[s], t)
             if status[s] != MOVING:
-                position.finished[s] = paths[s, n - 1, Node.T]
+                position.finished[s] = paths[s, lengths[s] - 1, Node.T]
     return (SlideEnd.REST if until == np.inf else SlideEnd.CONTACT), t
-
-
-@part
-def _go_on(position: PlayWorkspace, count: int) -> None:
-    """Note after contacts which stones move, and which paths do not go on as they were.
-
-    The path of a stone that nothing pushes goes on, unless what it would meet is other now.
-    """
-    status, stones, finished = position.status, position.stones, position.finished
-    rested = False
-    for s in range(count):
-        rested = rested or (status[s] == REST and position.lengths[s] > 0)
-    for s in range(count):
-        if rested or position.ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
-            position.lengths[s] = 0
-        moves = (
-            stones[s, State.VX] != 0.0
-            or stones[s, State.VY] != 0.0
-            or stones[s, State.OMEGA] != 0.0
-        )
-        if status[s] == REST and moves:
-            status[s] = MOVING
-            finished[s] = 0.0
 
 
 @compiled
 def go_on(position: PlayWorkspace) -> None:
-    """Note after contacts which stones move, and which paths do not go on as they were."""
-    _go_on(position, position.stones.shape[0])
+    """Note after contacts which stones move, and which paths do not go on as they were.
+
+    The path of a stone that nothing pushes goes on, unless what it would meet is other now.
+    """
+    stones, status, n = position.stones, position.status, position.stones.shape[0]
+    rested = False
+    for s in range(n):
+        rested = rested or (status[s] == REST and position.lengths[s] > 0)
+    for s in range(n):
+        if rested or position.ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
+            position.lengths[s] = 0
+        stone = stones[s]
+        moves = stone[State.VX] != 0.0 or stone[State.VY] != 0.0 or stone[State.OMEGA] != 0.0
+        if status[s] == REST and moves:
+            status[s] = MOVING
+            position.finished[s] = 0.0
 
 
 @compiled
@@ -332,7 +295,6 @@ def advance_and_sample(
     law: Law,
     reach: float,
     position: PlayWorkspace,
-    identity: Any,
     delivery: ThrowTimes,
     bounds: Any,
     start: float,
@@ -341,33 +303,24 @@ def advance_and_sample(
     count: int,
     samples: Any,
 ) -> Any:
-    """What `advance` does with all stones of a position, and samples of their paths.
+    """Do what `advance` does, and sample the paths; return as well how many samples there are.
 
     Parameters
     ----------
-    law, reach, position, identity, delivery, bounds, start, work : as in `advance`
     dt : time between samples [s]
     count : number of samples that are filled in already
     samples : (stones, m, 3) filled in with x, y and heading at the times k·dt; m = 0 for none
-
-    Returns
-    -------
-    pause, t : as in `advance`
-    count : number of samples that are filled in
     """
-    stones = position.stones
-    n = stones.shape[0]
-    traced = samples.shape[1] > 0
-    pause, t = advance(law, reach, position, n, identity, delivery, bounds, start, work, traced)
-    first = count
+    traced, first = samples.shape[1] > 0, count
+    pause, t = advance(law, reach, position, delivery, bounds, start, work, traced)
     while count < samples.shape[1] and count * dt <= t:
-        for s in range(n):
-            samples[s, count, 0] = stones[s, State.X]
-            samples[s, count, 1] = stones[s, State.Y]
-            samples[s, count, 2] = stones[s, State.THETA]
         count += 1
-    for s in range(n):
-        length = position.lengths[s]
+    for s in range(samples.shape[0]):
+        stone, length = position.stones[s], position.lengths[s]
+        for k in range(first, count):
+            samples[s, k, 0] = stone[State.X]
+            samples[s, k, 1] = stone[State.Y]
+            samples[s, k, 2] = stone[State.THETA]
         if length > 0 and traced:
             sample_path(position.paths[s], length, dt, first, t, work.probe, samples[s])
     return pause, t, count
@@ -375,18 +328,19 @@ def advance_and_sample(
 
 @inlined
 def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
-    """Solve the contacts of touching stones until none closes; returns how many pushed."""
+    """Solve the contacts of touching stones until none closes; return how many pushed."""
     stones, contacts, lengths = position.stones, position.contacts, position.lengths
     pushes = 0
     for _ in range(MAX_ROUNDS):
         count = find_contacts(contact, stones, position.status, contacts)
         if count == 0:
             break
-        pushes += solve_contacts(contact, stones, contacts, count)
+        solve_contacts(contact, stones, contacts, count)
         set_apart(contact, stones, contacts, count)
         for place in range(count):
             row = contacts.order[place]
             if contacts.table[row, Entry.PUSH] > 0.0:
+                pushes += 1
                 lengths[contacts.pairs[row, 0]] = 0
                 lengths[contacts.pairs[row, 1]] = 0
     return pushes
@@ -394,48 +348,35 @@ def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
 
 @part
 def play(
-    law: Law,
-    contact: ContactLaw,
-    position: PlayWorkspace,
-    count: int,
-    identity: Any,
-    delivery: ThrowTimes,
-    bounds: Any,
+    law: Law, contact: ContactLaw, position: PlayWorkspace, delivery: ThrowTimes, bounds: Any
 ) -> Any:
     """Let a throw among other stones run until all are at rest.
 
     Parameters
     ----------
-    law, contact : the ice, and how its stones push each other
-    position : stones[:count] and status[:count] are given, the thrown stone last and MOVING, and
-        motion with ORDER set; stones and status become the final ones
-    count : number of stones
-    identity : (count,) identifiers of the stones, for effects that depend on them
+    position : stones, status and identity are given, the thrown stone MOVING, and motion with ORDER
+        set; stones and status become the final ones
     delivery : clock, and sweep of the thrown stone
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]; a stone beyond is out of play
 
     Returns
     -------
     time : until the last stone rests [s]
-    collisions : their number; MAX_COLLISIONS + 1 if they never ended or a stone never stops
+    collisions : their number; -1 if they never ended or a stone never stops
     """
-    t = 0.0
-    collisions = 0
-    work = position.work
-    for s in range(count):
+    t, collisions, work = 0.0, 0, position.work
+    for s in range(position.stones.shape[0]):
         position.lengths[s] = 0
         position.finished[s] = 0.0
         if position.status[s] == REST:
             work = position.approach
     while collisions <= MAX_COLLISIONS:
-        pause, t = advance(
-            law, contact.reach, position, count, identity, delivery, bounds, t, work, False
-        )
+        pause, t = advance(law, contact.reach, position, delivery, bounds, t, work, False)
         if pause == SlideEnd.REST:
-            break
+            return t, collisions
         if pause == SlideEnd.NEVER_STOPS:
-            return t, MAX_COLLISIONS + 1
+            break
         collisions += max(_resolve(contact, position), 1)
-        _go_on(position, count)
+        go_on(position)
         work = position.work
-    return t, collisions
+    return t, -1

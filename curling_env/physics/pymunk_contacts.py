@@ -1,8 +1,7 @@
 """The contacts of touching stones, solved by pymunk.
 
 Which contacts there are and what they do is the law of `contacts`, whose own solver the batch
-engine uses; a solver of other people's making checks it. A pymunk space is made of the stones that
-touch, steps for no time worth the name, and hands back velocities. It never moves anything.
+engine uses; a solver of other people's making checks it.
 """
 
 # pymunk's stubs leave vectors partly untyped; this is the one file that talks to it.
@@ -37,18 +36,11 @@ Push = tuple[int, int, float]
 def resolve_contacts(
     law: ContactLaw, states: Floats, phases: Integers, contacts: Contacts
 ) -> list[Push]:
-    """Let pymunk solve the contacts of touching stones, as `solve_contacts` does.
+    """Let pymunk solve the contacts of touching stones; return those that pushed.
 
     Parameters
     ----------
-    law : how stones push each other
-    states : (n, 6) as in `State`
-    phases : (n,) whether each is GONE
-    contacts : room for their contacts
-
-    Returns
-    -------
-    the contacts that pushed
+    states, phases, contacts : stones, status and contacts as in `find_contacts`
     """
     count = find_contacts(law, states, phases, contacts)
     if count == 0:
@@ -64,58 +56,53 @@ def resolve_contacts(
     return pushes
 
 
-def _add_stone(
-    space: pymunk.Space, law: ContactLaw, state: list[float], radius: float
-) -> pymunk.Body:
-    """A stone in its state, as a circle; two elasticities and frictions multiply to the law's."""
-    body = pymunk.Body(1.0, 1.0 / law.turning)
-    x, y, vx, vy, theta, omega = state
-    body.position, body.velocity = (x, y), (vx, vy)
-    body.angle, body.angular_velocity = theta, omega
-    circle = pymunk.Circle(body, radius)
-    circle.elasticity, circle.friction = law.restitution**0.5, law.friction**0.5
-    space.add(body, circle)
-    return body
+def _space_of(
+    law: ContactLaw, states: Floats, stones: list[int], radius: float
+) -> tuple[pymunk.Space, dict[Any, int]]:
+    """A space of stones as circles, and whose its bodies are.
+
+    Two elasticities and frictions multiply to the law's. How stones are numbered does not matter.
+    """
+    space = pymunk.Space()
+    bodies: dict[Any, int] = {}
+    for k in sorted(set(stones), key=lambda k: (states[k, State.Y], states[k, State.X])):
+        body = pymunk.Body(1.0, 1.0 / law.turning)
+        x, y, vx, vy, body.angle, body.angular_velocity = states[k].tolist()
+        body.position, body.velocity = (x, y), (vx, vy)
+        circle = pymunk.Circle(body, radius)
+        circle.elasticity, circle.friction = law.restitution**0.5, law.friction**0.5
+        space.add(body, circle)
+        bodies[body] = k
+    return space, bodies
 
 
-def _by_place(states: Floats, stones: list[int]) -> list[int]:
-    """The stones in an order that does not depend on how they are numbered."""
-    return sorted(set(stones), key=lambda k: (states[k, State.Y], states[k, State.X]))
-
-
-def _take_back(states: Floats, k: int, body: pymunk.Body) -> None:
-    states[k, [State.VX, State.VY]] = body.velocity
-    states[k, State.OMEGA] = body.angular_velocity
+def _push(space: pymunk.Space, bodies: dict[Any, int], states: Floats, iterations: int) -> None:
+    """Let the stones of a space push each other, and take their velocities over."""
+    space.iterations = iterations
+    space.step(NO_TIME)
+    for body, k in bodies.items():
+        states[k, [State.VX, State.VY]] = body.velocity
+        states[k, State.OMEGA] = body.angular_velocity
 
 
 def _resolve_one(law: ContactLaw, states: Floats, contacts: Contacts) -> Push:
     """One contact: circles that reach its point push each other there, whatever the gap."""
-    row = int(contacts.order[0])
-    pair = _by_place(states, contacts.pairs[row].tolist())
-    entry = contacts.table[row]
-    space = pymunk.Space()
-    space.iterations = 1
-    radius = float(entry[Entry.LEVER]) + 1e-12
-    bodies = [_add_stone(space, law, states[k].tolist(), radius) for k in pair]
-    space.step(NO_TIME)
-    for k, body in zip(pair, bodies, strict=True):
-        _take_back(states, k, body)
-    return min(pair), max(pair), float(entry[Entry.CLOSING])
+    row = contacts.order[0]
+    first, second = contacts.pairs[row].tolist()
+    radius = float(contacts.table[row, Entry.LEVER]) + 1e-12
+    space, bodies = _space_of(law, states, [first, second], radius)
+    _push(space, bodies, states, 1)
+    return first, second, float(contacts.table[row, Entry.CLOSING])
 
 
 def _resolve_many(law: ContactLaw, states: Floats, contacts: Contacts, count: int) -> list[Push]:
     """Several contacts at once, each told how it parts."""
     rows = contacts.order[:count]
-    found = {
-        frozenset(pair): row
-        for pair, row in zip(contacts.pairs[rows].tolist(), contacts.table[rows], strict=True)
-    }
-    space = pymunk.Space()
-    space.iterations = ITERATIONS * count
-    bodies: dict[Any, int] = {}
-    for k in _by_place(states, contacts.pairs[rows].ravel().tolist()):
-        # As much larger as touching stones may be apart.
-        bodies[_add_stone(space, law, states[k].tolist(), 0.5 * (law.reach + law.touching))] = k
+    pairs = contacts.pairs[rows]
+    found = dict(zip(map(frozenset, pairs.tolist()), contacts.table[rows], strict=True))
+    # As much larger as touching stones may be apart.
+    radius = 0.5 * (law.reach + law.touching)
+    space, bodies = _space_of(law, states, pairs.ravel().tolist(), radius)
     pushes: list[Push] = []
 
     def prepare(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
@@ -139,7 +126,5 @@ def _resolve_many(law: ContactLaw, states: Floats, contacts: Contacts, count: in
             pushes.append((first, second, max(float(entry[Entry.CLOSING]), 0.0)))
 
     space.on_collision(pre_solve=prepare, post_solve=note)
-    space.step(NO_TIME)
-    for body, k in bodies.items():
-        _take_back(states, k, body)
+    _push(space, bodies, states, ITERATIONS * count)
     return pushes

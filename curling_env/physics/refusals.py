@@ -2,72 +2,60 @@
 
 from __future__ import annotations
 
-import numpy as np
+from typing import Any
 
 from curling_env.errors import InputError
-from curling_env.physics.slides import is_beyond
-from curling_env.physics.tuning import OVERLAP_ALLOWED
+from curling_env.physics.compiled import compiled
+from curling_env.physics.state import State
+from curling_env.physics.tuning import OVERLAP_ALLOWED, ROUNDING
 from curling_env.typing import Floats
 
 
-def refuse_nowhere(stones: Floats, bounds: Floats) -> None:
-    """Refuse places that are none; NaN twice stands for no stone.
+def refuse_impossible(
+    stones: Floats, radius: float, bounds: Floats, inside: str, *, bounded: int
+) -> None:
+    """Refuse places that are none, and two stones in one place; NaN twice stands for no stone.
 
     Parameters
     ----------
-    stones : (n, k, 2) centres, sheet frame [m]
+    stones : (n, k, 2) centres or (n, k, 6) states, sheet frame
+    radius : of a stone [m]
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]
+    inside : the bounds in words
+    bounded : number of stones of each position that must lie within the bounds, the first ones
 
     Raises
     ------
-    InputError : a stone beyond the bounds, or with one number only
+    InputError : a stone beyond the bounds, one with one number only, or centres nearer to each
+        other than those of stones in contact
     """
-    x, y = stones[..., 0], stones[..., 1]
-    no_x, no_y = np.isnan(x), np.isnan(y)
-    lost = (no_x != no_y) | is_beyond(x, y, bounds)
-    if lost.any():
-        position, stone = (int(index) for index in np.argwhere(lost)[0])
-        x, y = (float(value) for value in stones[position, stone])
+    i, a, b = _first_impossible(stones, bounded, bounds, (2 * radius - OVERLAP_ALLOWED) ** 2)
+    if i >= 0:
+        first, second = (f"({x:g}, {y:g})" for x, y in stones[i, [a, b], :2])
         raise InputError(
-            f"stone {stone} lies at ({x:g}, {y:g}) m, outside the bounds of the ice; a position "
-            "without it has NaN twice",
-            where=f"position {position}",
+            f"a stone must lie inside {inside}, got one at {first} m"
+            if a == b
+            else f"two stones cannot lie in one place: {first} and {second} m",
+            where=f"position {i}" if len(stones) > 1 else None,
         )
 
 
-def refuse_overlaps(stones: Floats, radius: float) -> None:
-    """Refuse stones (n, k, 2) of which two lie in one place.
+@compiled
+def _first_impossible(stones: Any, bounded: int, bounds: Any, least: float) -> Any:
+    """Position and numbers of two stones in one place; twice that of one beyond; or -1.
 
-    Raises
-    ------
-    InputError : centres nearer to each other than stones in contact
+    Bounds are exact to what numbers are rounded to; `least` is a squared distance.
     """
-    least = (2 * radius - OVERLAP_ALLOWED) ** 2
-    for a in range(stones.shape[1] - 1):
-        apart = stones[:, a + 1 :] - stones[:, a : a + 1]
-        square = np.square(apart, out=apart)
-        overlap = square[..., 0] + square[..., 1] < least
-        if overlap.any():
-            position, b = (int(index) for index in np.argwhere(overlap)[0])
-            raise InputError(
-                f"stones {a} and {a + 1 + b} overlap: their centres are "
-                f"{np.sqrt(square[position, b].sum()):.3f} m apart",
-                where=f"position {position}",
-            )
-
-
-def refuse_releases_in_stones(releases: Floats, stones: Floats, radius: float) -> None:
-    """Refuse places of release (n, 2) that lie within a stone of (n, k, 2).
-
-    Raises
-    ------
-    InputError : a release nearer to a stone than stones in contact
-    """
-    gaps = np.hypot(*(stones - releases[:, None]).transpose(2, 0, 1))
-    within = gaps < 2 * radius - OVERLAP_ALLOWED
-    if within.any():
-        position, stone = (int(index) for index in np.argwhere(within)[0])
-        raise InputError(
-            f"the stone is released {gaps[position, stone]:.3f} m from stone {stone}, within it",
-            where=f"position {position}",
-        )
+    for i in range(stones.shape[0]):
+        for a in range(stones.shape[1]):
+            x, y = stones[i, a, State.X], stones[i, a, State.Y]
+            inside = bounds[0] - ROUNDING <= x <= bounds[1] + ROUNDING
+            inside = inside and bounds[2] - ROUNDING <= y <= bounds[3] + ROUNDING
+            is_there = x == x or y == y
+            if a < bounded and is_there and not inside:
+                return i, a, a
+            for b in range(a):
+                dx, dy = x - stones[i, b, State.X], y - stones[i, b, State.Y]
+                if dx * dx + dy * dy < least:
+                    return i, b, a
+    return -1, -1, -1

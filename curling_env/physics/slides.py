@@ -17,7 +17,7 @@ from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import new_workspace
 from curling_env.physics.surroundings import NO_BOUNDS as NO_BOUNDS
 from curling_env.physics.surroundings import NO_OBSTACLES, Limits
-from curling_env.physics.tuning import FINE_TOLERANCE, ROUNDING
+from curling_env.physics.tuning import FINE_TOLERANCE
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, Direction
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
@@ -66,15 +66,6 @@ def play_bounds(ice: Ice, direction: Direction) -> Floats:
     back = BACK_LINE_Y + ice.stone.radius
     start = max(HOG_LINE_Y, ice.sheet.length / 2)
     return np.array([-x, x, -start, back] if direction > 0 else [-x, x, -back, start])
-
-
-def is_beyond(x: Any, y: Any, bounds: Any) -> Any:
-    """Tell if centres lie beyond the bounds, by more than numbers are rounded to; NaN does not.
-
-    The centres are numbers or arrays, the bounds (4,) x_min, x_max, y_min, y_max [m].
-    """
-    across = (x < bounds[0] - ROUNDING) | (x > bounds[1] + ROUNDING)
-    return across | (y < bounds[2] - ROUNDING) | (y > bounds[3] + ROUNDING)
 
 
 def state_of(stone: Any) -> Floats:

@@ -118,13 +118,13 @@ def test_releases_that_are_none_are_refused() -> None:
     with pytest.raises(InputError, match="index"):
         throw_batch([load_ice("paper")], table[:1], which=np.array([1]))
     overlapping = np.array([[[0.0, 17.0], [0.1, 17.0]]])
-    with pytest.raises(InputError, match="stones 0 and 1 overlap"):
+    with pytest.raises(InputError, match="one place"):
         play_batch(load_ice("paper"), overlapping, table[:1])
     for place in ([0.0, 40.0], [np.inf, 0.0], [0.0, np.nan], [-1e308, 0.0]):
-        with pytest.raises(InputError, match="outside the bounds"):
+        with pytest.raises(InputError, match="inside the bounds"):
             play_batch(load_ice("paper"), np.array([[place]]), table[:1])
     beside = np.array([[[table["x"][0] + 0.1, table["y"][0]]]])
-    with pytest.raises(InputError, match="within it"):
+    with pytest.raises(InputError, match="one place"):
         play_batch(load_ice("paper"), beside, table[:1])
 
 
@@ -213,7 +213,7 @@ def test_a_stone_on_the_very_line_stays_in_play() -> None:
     on_it = np.array([[[np.nextafter(bounds[1], 9), 14.0], [0.5, np.nextafter(bounds[3], 99)]]])
     run = play_batch(ice, on_it, [Throw(speed=1.9).release()], bounds=bounds)
     np.testing.assert_array_equal(run.xy[:, :2], on_it)
-    with pytest.raises(InputError, match="outside the bounds"):
+    with pytest.raises(InputError, match="inside the bounds"):
         play_batch(ice, on_it + 1e-6, [Throw(speed=1.9).release()], bounds=bounds)
 
 

@@ -378,5 +378,5 @@ def test_steps_that_make_no_sense_are_refused():
 def test_stones_that_overlap_are_refused():
     envs = make(2, stones=((0.0, 0.0), (0.1, 0.0)))
     envs.reset(seed=0)
-    with pytest.raises(InputError, match="overlap"):
+    with pytest.raises(InputError, match="one place"):
         envs.step(np.zeros((2, 3)))
