@@ -18,9 +18,7 @@ import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
-from curling_env.physics.map_path import (
-    follow_map,
-)
+from curling_env.physics.map_path import follow_map
 from curling_env.physics.motion import GRAVITY, SWEPT
 from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.physics.step import Workspace, store_curves, take_step
@@ -276,20 +274,16 @@ def integrate(
         accepted = REPEAT_ABOVE * target
         times = (t, delivery.clock, h)
         first, last, n = take_step(law, motion, work, times, ratio, time_left, accepted, traced)
-        if h > MIN_STEP and (_crosses(x_breaks, 0, states, h) or _crosses(y_breaks, 1, states, h)):
-            for k in range(6):
-                now[k] = states[0, k]
-                terms[2, k] = terms[0, k]
-            work.moments[4] = mu
-            share = 0.5 * h / time_left
-            continue
-        missed = last > accepted or (first > SHORTEN_ABOVE * target and not fresh)
-        if missed and h > MIN_STEP:
-            for k in range(6):
-                now[k] = states[0, k]
-                terms[2, k] = terms[0, k]
-            work.moments[4] = mu
+        shorter = 1.0
+        if _crosses(x_breaks, 0, states, h) or _crosses(y_breaks, 1, states, h):
+            shorter = 0.5
+        elif last > accepted or (first > SHORTEN_ABOVE * target and not fresh):
             shorter = 0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(target / first)))
+        if shorter < 1.0 and h > MIN_STEP:
+            for k in range(6):
+                now[k] = states[0, k]
+                terms[2, k] = terms[0, k]
+            work.moments[4] = mu
             share = shorter * h / time_left
             continue
         bulge = rate * h * h / 16.0 + 2e-3

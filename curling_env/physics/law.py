@@ -241,14 +241,19 @@ def patch_of(law: Law, i: int, j: int) -> Any:
 
 
 @inlined
+def mu_in(patch: Any, u: float, v: float) -> float:
+    """Friction in a `patch_of` the map, at the fractions u along and v across it."""
+    base, across, along, twist = patch
+    return base + across * v + along * u + twist * u * v
+
+
+@inlined
 def mu_of_map(law: Law, x: float, y: float) -> float:
     """Friction of the map at a point of the sheet frame; the nearest cell beyond its edges."""
     u = (y - law.origin_y) / law.cell
     v = (x - law.origin_x) / law.cell
     i, j = math.floor(u), math.floor(v)
-    base, across, along, twist = patch_of(law, i, j)
-    u, v = u - i, v - j
-    return base + across * v + along * u + twist * u * v
+    return mu_in(patch_of(law, i, j), u - i, v - j)
 
 
 @inlined
