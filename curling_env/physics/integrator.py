@@ -20,7 +20,7 @@ from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
 from curling_env.physics.map_path import follow_map
 from curling_env.physics.motion import GRAVITY, SWEPT
-from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.state import Node, State
 from curling_env.physics.step import Workspace, store_curves, take_step
 from curling_env.physics.surroundings import (
     ALL,
@@ -46,7 +46,7 @@ from curling_env.physics.tuning import (
 
 
 class ThrowTimes(NamedTuple):
-    """What belongs to a throw besides its state.
+    """The times that belong to a throw besides its state.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class ThrowTimes(NamedTuple):
 
 
 class SlideEnd(IntEnum):
-    """Why a slide ended; a stone that slides for longer than it is followed never stops."""
+    """The end of a slide; a stone that slides for longer than it is followed never stops."""
 
     REST = 0
     LEFT_BOUNDS = 1
@@ -85,7 +85,7 @@ def _ahead(breaks: Any, position: float, velocity: float) -> float:
 
 @inlined
 def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
-    """Whether a step crosses a break, there and back included."""
+    """Tell whether a step crosses a break, there and back included."""
     if breaks.shape[0] == 0:
         return False
     low = min(states[0, axis], min(states[1, axis], states[2, axis]))
@@ -134,13 +134,9 @@ def _way_to_rest(speed: float, rate: float, tail: float) -> float:
 @inlined
 def append_node(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
     """Copy a node of the step that began at t to the path; returns the path's length then."""
-    if path.shape[0] == 0:
-        return 0
-    if m < path.shape[0]:
-        path[m, Node.T] = t + nodes[k, Node.T]
-        for c in range(1, NODE_SIZE):
-            path[m, c] = nodes[k, c]
-    return m + 1
+    node = nodes[k]
+    acceleration = (node[Node.AX], node[Node.AY], node[Node.ALPHA])
+    return append_state(path, m, node[Node.X :], t + node[Node.T], acceleration)
 
 
 @inlined

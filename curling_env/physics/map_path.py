@@ -44,7 +44,7 @@ def parabola_at(curves: Any, k: int, u: float) -> float:
 
 @inlined
 def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
-    """How far a stone has turned up to the fraction u of a step, and its spin then.
+    """Angle that a stone has turned by up to the fraction u of a step, and its spin then.
 
     The spin does not steer the stone, so both follow from the moments ∫ μ·u^k dt up to there.
     """

@@ -1,4 +1,4 @@
-"""What an effect's kernel reads and writes.
+"""The numbers that an effect's kernel reads and writes.
 
 A kernel is a small pure function ``kernel(motion, theta, push)``: it reads how the stone moves
 from `motion`, its own parameters from `theta` in the order of its card, and adds to `push`.
@@ -35,7 +35,7 @@ STONE = 11
 SWEPT = 12
 """1 while the stone is swept, else 0."""
 CONTACTS = 13
-"""How many contacts of the band are asked about: friction kernels that act per contact only."""
+"""Contacts of the band that are asked about: friction kernels that act per contact only."""
 MOST_CONTACTS = 16
 """Most contacts a kernel is asked about at once."""
 SLIP = 14

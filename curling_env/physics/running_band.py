@@ -1,4 +1,4 @@
-"""What the running band of a stone comes to: the sum of friction over its contacts.
+"""The running band of a stone: the sum of friction over its contacts.
 
 The band is summed as a continuous ring, which the paper's J contacts approach: a periodic trapezoid
 rule whose points crowd where the rim stands nearly still on the ice, within 7e-5 of the elliptic
