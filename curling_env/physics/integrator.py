@@ -121,14 +121,53 @@ def _time_short_of(distance: float, velocity: float, acceleration: float) -> flo
 
 @inlined
 def _way_to_rest(speed: float, rate: float, tail: float) -> float:
-    """Way to rest over the speed [s], along a parabola that begins at this rate and rests in time.
+    """Way over the speed [s], along a parabola that begins at this rate and rests at `tail`."""
+    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
+
+
+@inlined
+def _come_to_rest(now: Any, speed: float, rim: float, rate: float, turn: float) -> float:
+    """Bring centre and band to rest together; returns the time that it takes [s].
 
     Parameters
     ----------
-    speed, rate : of the centre or of the band, and how fast it falls [m/s, m/s²]
-    tail : time to rest [s]
+    speed, rim : of the centre and of the band [m/s]
+    rate, turn : their accelerations [m/s²]
     """
-    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
+    both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
+    tail = both / max((speed * rate + rim * turn) / both, 1e-6)
+    way = _way_to_rest(speed, rate, tail)
+    now[State.X] += way * now[State.VX]
+    now[State.Y] += way * now[State.VY]
+    now[State.THETA] += _way_to_rest(rim, turn, tail) * now[State.OMEGA]
+    now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
+    return tail
+
+
+@inlined
+def _hop_over_edge(now: Any, ax: float, ay: float, at: float, x_ahead: float) -> float:
+    """Move a stone across the edge of an effect; returns the time that it takes [s]."""
+    vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
+    across = math.fabs(vx if x_ahead < EDGE_MARGIN else vy)
+    hop = 2.0 * EDGE_MARGIN / max(across, 1e-3)
+    now[State.X] += hop * (vx + 0.5 * hop * ax)
+    now[State.Y] += hop * (vy + 0.5 * hop * ay)
+    now[State.THETA] += hop * (spin + 0.5 * hop * at)
+    now[State.VX] += hop * ax
+    now[State.VY] += hop * ay
+    now[State.OMEGA] += hop * at
+    return hop
+
+
+@inlined
+def _acceleration_between(a: Any, b: Any, tau: float) -> Any:
+    """Acceleration a time tau after node a, before node b: along x, along y and of the spin."""
+    u = tau / (b[Node.T] - a[Node.T])
+    return (
+        a[Node.AX] + u * (b[Node.AX] - a[Node.AX]),
+        a[Node.AY] + u * (b[Node.AY] - a[Node.AY]),
+        a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
+    )
 
 
 @inlined
@@ -198,9 +237,9 @@ def integrate(
     before = 1.0
     end = NEVER_STOPS
     for _ in range(MAX_STEPS):
-        vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
+        vx, vy = now[State.VX], now[State.VY]
         speed = math.sqrt(vx * vx + vy * vy)
-        rim = law.band_radius * math.fabs(spin)
+        rim = law.band_radius * math.fabs(now[State.OMEGA])
         ax = ay = at = 0.0
         mu = work.moments[4]
         if fresh:
@@ -214,18 +253,9 @@ def integrate(
             rate = math.sqrt(ax * ax + ay * ay)
             turn = law.band_radius * math.fabs(at)
         if max(speed, rim) < control.rest_speed:
-            # Centre and band come to rest together.
-            both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
-            tail = both / max((speed * rate + rim * turn) / both, 1e-6)
             if length == 0:
                 length = append_state(path, length, now, t, (ax, ay, at))
-            way = _way_to_rest(speed, rate, tail)
-            turning = _way_to_rest(rim, turn, tail)
-            now[State.X] += way * vx
-            now[State.Y] += way * vy
-            now[State.THETA] += turning * spin
-            now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
-            t += tail
+            t += _come_to_rest(now, speed, rim, rate, turn)
             length = append_state(path, length, now, t, (0.0, 0.0, 0.0))
             # The last millimetres to rest are not watched.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
@@ -243,16 +273,7 @@ def integrate(
             y_ahead = _ahead(y_breaks, now[State.Y], vy)
             until = min(_time_short_of(x_ahead, vx, ax), _time_short_of(y_ahead, vy, ay))
             if until == 0.0:
-                # At the edge of an effect: hop over it, and begin afresh beyond.
-                across = math.fabs(vx if x_ahead < EDGE_MARGIN else vy)
-                hop = 2.0 * EDGE_MARGIN / max(across, 1e-3)
-                now[State.X] += hop * (vx + 0.5 * hop * ax)
-                now[State.Y] += hop * (vy + 0.5 * hop * ay)
-                now[State.THETA] += hop * (spin + 0.5 * hop * at)
-                now[State.VX] += hop * ax
-                now[State.VY] += hop * ay
-                now[State.OMEGA] += hop * at
-                t += hop
+                t += _hop_over_edge(now, ax, ay, at, x_ahead)
                 fresh = True
                 share = control.first_share
                 continue
@@ -304,13 +325,7 @@ def integrate(
                     now[k] = work.probe[k]
                 t += nodes[at_node, Node.T] + tau
                 if tau > 0.0:
-                    a, b = nodes[at_node], nodes[at_node + 1]
-                    u = tau / (b[Node.T] - a[Node.T])
-                    there = (
-                        a[Node.AX] + u * (b[Node.AX] - a[Node.AX]),
-                        a[Node.AY] + u * (b[Node.AY] - a[Node.AY]),
-                        a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
-                    )
+                    there = _acceleration_between(nodes[at_node], nodes[at_node + 1], tau)
                     length = append_state(path, length, now, t, there)
                 end = CONTACT if contact else LEFT_BOUNDS
                 break
