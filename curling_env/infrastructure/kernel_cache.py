@@ -37,21 +37,20 @@ class KernelCacheWarning(UserWarning):
 
 
 def remarks() -> list[str]:
-    """What there is to say about the cache of this process."""
+    """Remarks on the cache of this process."""
     return _why_not_kept[:1]
 
 
 def _warn_once(why: str) -> None:
     if not _why_not_kept:
-        _why_not_kept.append(
-            f"compiled code is not kept, so that every start compiles again: {why}"
-        )
-        warnings.warn(_why_not_kept[0], KernelCacheWarning, stacklevel=3)
+        remark = f"compiled code is not kept, so that every start compiles again: {why}"
+        _why_not_kept.append(remark)
+        warnings.warn(remark, KernelCacheWarning, stacklevel=3)
 
 
 @cache
 def _objection(folder: Path) -> str:
-    """Why compiled code is not kept in a folder, which is made if need be; empty if it is kept."""
+    """The reason not to keep code in a folder, which is made if need be; empty if there is none."""
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = folder.stat()
@@ -85,7 +84,7 @@ class _Locator:
 
 
 class _Contents(CompileResultCacheImpl):
-    """What numba keeps of a function, behind a digest of it."""
+    """All that numba keeps of a function, behind a digest of it."""
 
     def __init__(self, function: Any, folder: Path) -> None:
         self._locator_classes = [_Locator(folder)]
@@ -139,6 +138,5 @@ class KernelCache(FunctionCache):
         try:
             super().save_overload(sig, data)
         except Exception as error:
-            _warn_once(
-                f"{self._folder} cannot be written ({getattr(error, 'strerror', '') or error})"
-            )
+            why = getattr(error, "strerror", "") or error
+            _warn_once(f"{self._folder} cannot be written ({why})")

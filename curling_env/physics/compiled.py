@@ -1,4 +1,4 @@
-"""How kernels are compiled, where the machine code is kept, and their logarithm and exponential.
+"""The compilation of kernels, the place of their machine code, and a logarithm and exponential.
 
 numba compiles them and keeps the machine code on disk (`infrastructure.kernel_cache`), so that a
 second start compiles nothing. A kernel may call others of the physics and of its own folder. The
@@ -18,6 +18,7 @@ from __future__ import annotations
 import gc
 import hashlib
 import os
+import re
 from collections.abc import Callable, Set
 from functools import cache, cached_property, partial
 from pathlib import Path
@@ -52,7 +53,9 @@ def _cache_folder(folder: Path) -> Path:
         while (package.parent / "__init__.py").exists():
             package = package.parent
         if (package / "__init__.py").exists():
-            sources |= {path for path in package.rglob("*.py") if _has_kernels(path)}
+            for path in package.rglob("*.py"):
+                if re.search(b"compiled|njit", path.read_bytes()):
+                    sources.add(path)
     content = hashlib.sha256()
     for source in sorted(sources):
         content.update(source.read_bytes())
@@ -62,11 +65,6 @@ def _cache_folder(folder: Path) -> Path:
         home = Path(os.devnull)  # in which nothing can be kept
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return (Path(chosen) if chosen else home / "curling-sheet") / content.hexdigest()[:16]
-
-
-def _has_kernels(source: Path) -> bool:
-    content = source.read_bytes()
-    return b"compiled" in content or b"njit" in content
 
 
 CACHE_FOLDER = _cache_folder(_PHYSICS)
@@ -99,7 +97,12 @@ class _Compilation(event.Listener):
 
 
 event.register("numba:compile", _Compilation())
-_njit = partial(cast("Any", numba.njit), nogil=True, error_model="numpy", no_cfunc_wrapper=True)
+
+
+def _njit(function: Callable[..., Any], fastmath: bool | Set[str], **options: Any) -> Any:
+    flags = fastmath if isinstance(fastmath, bool) else set(fastmath)
+    options |= {"nogil": True, "error_model": "numpy", "no_cfunc_wrapper": True, "fastmath": flags}
+    return cast("Any", numba.njit)(function, **options)
 
 
 FUSED = frozenset({"contract"})
@@ -127,14 +130,10 @@ def compiled(
     """
     if function is None:
         return partial(compiled, allocates=allocates, fastmath=fastmath)
-    made = _njit(function, _nrt=allocates, fastmath=_flags(fastmath))
+    made = _njit(function, fastmath, _nrt=allocates)
     if made is not function:  # which it is where numba is switched off
         made._cache = _cache_of(function)
     return made
-
-
-def _flags(fastmath: bool | Set[str]) -> bool | set[str]:
-    return fastmath if isinstance(fastmath, bool) else set(fastmath)
 
 
 class _Part:
@@ -175,9 +174,7 @@ def part(
     """
     if function is None:
         return partial(part, fastmath=fastmath, **options)
-    made = _njit(
-        function, _nrt=False, no_cpython_wrapper=True, fastmath=_flags(fastmath), **options
-    )
+    made = _njit(function, fastmath, _nrt=False, no_cpython_wrapper=True, **options)
     return made if made is function else _Part(made)
 
 
@@ -201,25 +198,20 @@ class EffectKernel:
 
     @cached_property
     def _compiled(self) -> Any:
-        made: Any = CFunc(
-            self.function,
-            ((_DOUBLES, _DOUBLES, _DOUBLES), types.void),
-            locals={},
-            options={"error_model": "numpy"},
-        )
+        signature = ((_DOUBLES, _DOUBLES, _DOUBLES), types.void)
+        made: Any = CFunc(self.function, signature, locals={}, options={"error_model": "numpy"})
         made._cache = _cache_of(self.function)
         made.compile()
         return made
 
     @property
     def address(self) -> int:
-        """Where its machine code lies in memory."""
+        """Address of its machine code in memory."""
         return self._compiled.address
 
 
-def effect_kernel(function: Callable[..., None]) -> EffectKernel:
-    """Make an effect's kernel of a function, ``(motion, theta, push) -> None``."""
-    return EffectKernel(function)
+effect_kernel = EffectKernel
+"""Make an effect's kernel of a function: the decorator."""
 
 
 @cast("Any", intrinsic)

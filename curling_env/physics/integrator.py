@@ -18,11 +18,9 @@ import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.law import MIN_SPEED, Law, mu_of_map
-from curling_env.physics.map_path import (
-    follow_map,
-)
+from curling_env.physics.map_path import follow_map
 from curling_env.physics.motion import GRAVITY, SWEPT
-from curling_env.physics.state import NODE_SIZE, Node, State
+from curling_env.physics.state import Node, State
 from curling_env.physics.step import Workspace, store_curves, take_step
 from curling_env.physics.surroundings import (
     ALL,
@@ -48,7 +46,7 @@ from curling_env.physics.tuning import (
 
 
 class ThrowTimes(NamedTuple):
-    """What belongs to a throw besides its state.
+    """The times that belong to a throw besides its state.
 
     Parameters
     ----------
@@ -62,7 +60,7 @@ class ThrowTimes(NamedTuple):
 
 
 class SlideEnd(IntEnum):
-    """Why a slide ended; a stone that slides for longer than it is followed never stops."""
+    """The end of a slide; a stone that slides for longer than it is followed never stops."""
 
     REST = 0
     LEFT_BOUNDS = 1
@@ -87,7 +85,7 @@ def _ahead(breaks: Any, position: float, velocity: float) -> float:
 
 @inlined
 def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
-    """Whether a step crosses a break, there and back included."""
+    """Tell whether a step crosses a break, there and back included."""
     if breaks.shape[0] == 0:
         return False
     low = min(states[0, axis], min(states[1, axis], states[2, axis]))
@@ -123,26 +121,61 @@ def _time_short_of(distance: float, velocity: float, acceleration: float) -> flo
 
 @inlined
 def _way_to_rest(speed: float, rate: float, tail: float) -> float:
-    """Way to rest over the speed [s], along a parabola that begins at this rate and rests in time.
+    """Way over the speed [s], along a parabola that begins at this rate and rests at `tail`."""
+    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
+
+
+@inlined
+def _come_to_rest(now: Any, speed: float, rim: float, rate: float, turn: float) -> float:
+    """Bring centre and band to rest together; returns the time that it takes [s].
 
     Parameters
     ----------
-    speed, rate : of the centre or of the band, and how fast it falls [m/s, m/s²]
-    tail : time to rest [s]
+    speed, rim : of the centre and of the band [m/s]
+    rate, turn : their accelerations [m/s²]
     """
-    return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
+    both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
+    tail = both / max((speed * rate + rim * turn) / both, 1e-6)
+    way = _way_to_rest(speed, rate, tail)
+    now[State.X] += way * now[State.VX]
+    now[State.Y] += way * now[State.VY]
+    now[State.THETA] += _way_to_rest(rim, turn, tail) * now[State.OMEGA]
+    now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
+    return tail
+
+
+@inlined
+def _hop_over_edge(now: Any, ax: float, ay: float, at: float, x_ahead: float) -> float:
+    """Move a stone across the edge of an effect; returns the time that it takes [s]."""
+    vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
+    across = math.fabs(vx if x_ahead < EDGE_MARGIN else vy)
+    hop = 2.0 * EDGE_MARGIN / max(across, 1e-3)
+    now[State.X] += hop * (vx + 0.5 * hop * ax)
+    now[State.Y] += hop * (vy + 0.5 * hop * ay)
+    now[State.THETA] += hop * (spin + 0.5 * hop * at)
+    now[State.VX] += hop * ax
+    now[State.VY] += hop * ay
+    now[State.OMEGA] += hop * at
+    return hop
+
+
+@inlined
+def _acceleration_between(a: Any, b: Any, tau: float) -> Any:
+    """Acceleration a time tau after node a, before node b: along x, along y and of the spin."""
+    u = tau / (b[Node.T] - a[Node.T])
+    return (
+        a[Node.AX] + u * (b[Node.AX] - a[Node.AX]),
+        a[Node.AY] + u * (b[Node.AY] - a[Node.AY]),
+        a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
+    )
 
 
 @inlined
 def append_node(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
     """Copy a node of the step that began at t to the path; returns the path's length then."""
-    if path.shape[0] == 0:
-        return 0
-    if m < path.shape[0]:
-        path[m, Node.T] = t + nodes[k, Node.T]
-        for c in range(1, NODE_SIZE):
-            path[m, c] = nodes[k, c]
-    return m + 1
+    node = nodes[k]
+    acceleration = (node[Node.AX], node[Node.AY], node[Node.ALPHA])
+    return append_state(path, m, node[Node.X :], t + node[Node.T], acceleration)
 
 
 @inlined
@@ -204,9 +237,9 @@ def integrate(
     before = 1.0
     end = NEVER_STOPS
     for _ in range(MAX_STEPS):
-        vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
+        vx, vy = now[State.VX], now[State.VY]
         speed = math.sqrt(vx * vx + vy * vy)
-        rim = law.band_radius * math.fabs(spin)
+        rim = law.band_radius * math.fabs(now[State.OMEGA])
         ax = ay = at = 0.0
         mu = work.moments[4]
         if fresh:
@@ -220,18 +253,9 @@ def integrate(
             rate = math.sqrt(ax * ax + ay * ay)
             turn = law.band_radius * math.fabs(at)
         if max(speed, rim) < control.rest_speed:
-            # Centre and band come to rest together.
-            both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
-            tail = both / max((speed * rate + rim * turn) / both, 1e-6)
             if length == 0:
                 length = append_state(path, length, now, t, (ax, ay, at))
-            way = _way_to_rest(speed, rate, tail)
-            turning = _way_to_rest(rim, turn, tail)
-            now[State.X] += way * vx
-            now[State.Y] += way * vy
-            now[State.THETA] += turning * spin
-            now[State.VX] = now[State.VY] = now[State.OMEGA] = 0.0
-            t += tail
+            t += _come_to_rest(now, speed, rim, rate, turn)
             length = append_state(path, length, now, t, (0.0, 0.0, 0.0))
             # The last millimetres to rest are not watched.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
@@ -249,16 +273,7 @@ def integrate(
             y_ahead = _ahead(y_breaks, now[State.Y], vy)
             until = min(_time_short_of(x_ahead, vx, ax), _time_short_of(y_ahead, vy, ay))
             if until == 0.0:
-                # At the edge of an effect: hop over it, and begin afresh beyond.
-                across = math.fabs(vx if x_ahead < EDGE_MARGIN else vy)
-                hop = 2.0 * EDGE_MARGIN / max(across, 1e-3)
-                now[State.X] += hop * (vx + 0.5 * hop * ax)
-                now[State.Y] += hop * (vy + 0.5 * hop * ay)
-                now[State.THETA] += hop * (spin + 0.5 * hop * at)
-                now[State.VX] += hop * ax
-                now[State.VY] += hop * ay
-                now[State.OMEGA] += hop * at
-                t += hop
+                t += _hop_over_edge(now, ax, ay, at, x_ahead)
                 fresh = True
                 share = control.first_share
                 continue
@@ -276,20 +291,16 @@ def integrate(
         accepted = REPEAT_ABOVE * target
         times = (t, delivery.clock, h)
         first, last, n = take_step(law, motion, work, times, ratio, time_left, accepted, traced)
-        if h > MIN_STEP and (_crosses(x_breaks, 0, states, h) or _crosses(y_breaks, 1, states, h)):
-            for k in range(6):
-                now[k] = states[0, k]
-                terms[2, k] = terms[0, k]
-            work.moments[4] = mu
-            share = 0.5 * h / time_left
-            continue
-        missed = last > accepted or (first > SHORTEN_ABOVE * target and not fresh)
-        if missed and h > MIN_STEP:
-            for k in range(6):
-                now[k] = states[0, k]
-                terms[2, k] = terms[0, k]
-            work.moments[4] = mu
+        shorter = 1.0
+        if _crosses(x_breaks, 0, states, h) or _crosses(y_breaks, 1, states, h):
+            shorter = 0.5
+        elif last > accepted or (first > SHORTEN_ABOVE * target and not fresh):
             shorter = 0.3 if fresh else max(0.3, 0.8 * math.sqrt(math.sqrt(target / first)))
+        if shorter < 1.0 and h > MIN_STEP:
+            for k in range(6):
+                now[k] = states[0, k]
+                terms[2, k] = terms[0, k]
+            work.moments[4] = mu
             share = shorter * h / time_left
             continue
         bulge = rate * h * h / 16.0 + 2e-3
@@ -314,13 +325,7 @@ def integrate(
                     now[k] = work.probe[k]
                 t += nodes[at_node, Node.T] + tau
                 if tau > 0.0:
-                    a, b = nodes[at_node], nodes[at_node + 1]
-                    u = tau / (b[Node.T] - a[Node.T])
-                    there = (
-                        a[Node.AX] + u * (b[Node.AX] - a[Node.AX]),
-                        a[Node.AY] + u * (b[Node.AY] - a[Node.AY]),
-                        a[Node.ALPHA] + u * (b[Node.ALPHA] - a[Node.ALPHA]),
-                    )
+                    there = _acceleration_between(nodes[at_node], nodes[at_node + 1], tau)
                     length = append_state(path, length, now, t, there)
                 end = CONTACT if contact else LEFT_BOUNDS
                 break

@@ -73,8 +73,12 @@ from curling_env.physics.wear import wear_under_contacts
 from curling_env.typing import Floats, Integers
 from curling_env.worn_tracks import WornTracks
 
+_Kernels = tuple[tuple[int, tuple[float, ...]], ...]
+"""The address of each kernel, and its parameters."""
+EVEN = np.ones((1, 1))
+"""The map of a law of which only P and Q are asked for."""
+NO_BREAKS = np.empty(0)
 NO_TRACKS = np.zeros((1, 1, 1))
-"""Tracks of no stone."""
 
 
 class Law(NamedTuple):
@@ -82,17 +86,17 @@ class Law(NamedTuple):
 
     Parameters
     ----------
-    mu : (rows, columns) friction of the map
-    patterned : whether the friction of the map varies
-    bilinear : whether it is interpolated between the centres of cells
-    origin_x, origin_y : first line of the map: the centre of a cell if bilinear, else its edge [m]
-    cell : distance between lines [m]
     band_radius : radius of the running band [m]
     turning : g·m·r/I, by which the sum over the band becomes an angular acceleration [1/s²]
     kernels : addresses of the effects' kernels: those per contact, then friction, then motion
     offsets : where the parameters of each kernel begin in theta
     theta : parameters of all effects
     per_contact : number of kernels that act per contact
+    mu : (rows, columns) friction of the map
+    patterned : whether the friction of the map varies
+    bilinear : whether it is interpolated between the centres of cells
+    origin_x, origin_y : first line of the map: the centre of a cell if bilinear, else its edge [m]
+    cell : distance between lines [m]
     x_breaks, y_breaks : sorted coordinates at which an effect is not smooth [m]
     table : what the band and the first kernels come to, see `law_table`; or `NO_TABLE`
     tabled : number of kernels that are in the table
@@ -102,22 +106,22 @@ class Law(NamedTuple):
     track_width, track_length : their sides along x and y [m]
     """
 
-    mu: Floats
-    patterned: bool
-    bilinear: bool
-    origin_x: float
-    origin_y: float
-    cell: float
     band_radius: float
     turning: float
     kernels: Integers
     offsets: Integers
     theta: Floats
     per_contact: int
-    x_breaks: Floats
-    y_breaks: Floats
-    table: Floats
-    tabled: int
+    mu: Floats = EVEN
+    patterned: bool = False
+    bilinear: bool = False
+    origin_x: float = 0.0
+    origin_y: float = 0.0
+    cell: float = 1.0
+    x_breaks: Floats = NO_BREAKS
+    y_breaks: Floats = NO_BREAKS
+    table: Floats = NO_TABLE
+    tabled: int = 0
     wear: float = 0.0
     tracks: Floats = NO_TRACKS
     track_x: float = 0.0
@@ -149,8 +153,8 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
             raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(cards)}")
         if not card.is_physical:
             continue
-        entry = (card.kernel.address, card.theta(effect.parameters))
-        groups[card.acts].append((*entry, card.of_speed_and_spin))
+        kernel = (card.kernel.address, tuple(card.theta(effect.parameters)))
+        groups[card.acts].append((kernel, card.of_speed_and_spin))
         x_breaks += card.x_breaks(effect.parameters)
         y_breaks += card.y_breaks(effect.parameters)
     sheet, stone = ice.sheet, ice.stone
@@ -158,43 +162,42 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
     to_line = 0.0 if bilinear else -sheet.cell_size / 2
     ordered = [entry for group in groups.values() for entry in group]
     wear = 0.0 if ice.tracks is None else wear_under_contacts(ice)
-    tabulated = tabulated and wear == 0.0 and all(fits for *_, fits in groups["contact_friction"])
+    tabulated = tabulated and wear == 0.0 and all(fits for _, fits in groups["contact_friction"])
     if tabulated:
-        ordered.sort(key=lambda entry: not entry[2])  # contacts' kernels stay the first
-    tabled = sum(fits for *_, fits in ordered) if tabulated else 0
-    sizes = [len(theta) for _, theta, _ in ordered]
+        ordered.sort(key=lambda entry: not entry[1])  # contacts' kernels stay the first
+    tabled = sum(fits for _, fits in ordered) if tabulated else 0
+    kernels = tuple(kernel for kernel, _ in ordered)
     law = Law(
+        band_radius=stone.band_radius,
+        turning=GRAVITY * stone.mass * stone.band_radius / stone.inertia,
+        per_contact=len(groups["contact_friction"]),
+        **_side_by_side(kernels),
         mu=np.ascontiguousarray(ice.friction.mu, dtype=np.float64),
         patterned=not ice.friction.is_uniform,
         bilinear=bilinear,
         origin_x=float(sheet.x_centres[0]) + to_line,
         origin_y=float(sheet.y_centres[0]) + to_line,
         cell=sheet.cell_size,
-        band_radius=stone.band_radius,
-        turning=GRAVITY * stone.mass * stone.band_radius / stone.inertia,
-        kernels=np.array([address for address, _, _ in ordered], dtype=np.int64),
-        offsets=np.array(list(accumulate(sizes, initial=0))[:-1], dtype=np.int64),
-        theta=np.array([value for _, theta, _ in ordered for value in theta], dtype=np.float64),
-        per_contact=len(groups["contact_friction"]),
         x_breaks=np.array(sorted(set(x_breaks)), dtype=np.float64),
         y_breaks=np.array(sorted(set(y_breaks)), dtype=np.float64),
-        table=NO_TABLE,
         tabled=tabled,
     )
     if ice.tracks is not None and wear != 0.0:
         law = on_tracks(law, ice.tracks, ice.tracks.passes[None], wear)
     if not tabulated:
         return law
-    held = sum(sizes[:tabled])
-    table = _table_of(
-        law.band_radius,
-        law.turning,
-        law.per_contact,
-        tuple(law.kernels[:tabled].tolist()),
-        tuple(law.offsets[:tabled].tolist()),
-        tuple(law.theta[:held].tolist()),
-    )
+    table = _table_of(law.band_radius, law.turning, law.per_contact, kernels[:tabled])
     return law._replace(table=table)
+
+
+def _side_by_side(kernels: _Kernels) -> dict[str, Any]:
+    """The kernels of a `Law`, their parameters, and where those of each begin."""
+    sizes = [len(theta) for _, theta in kernels]
+    return {
+        "kernels": np.array([address for address, _ in kernels], dtype=np.int64),
+        "offsets": np.array(list(accumulate(sizes, initial=0))[:-1], dtype=np.int64),
+        "theta": np.array([value for _, theta in kernels for value in theta], dtype=np.float64),
+    }
 
 
 def on_tracks(law: Law, tracks: WornTracks, layers: Floats, wear: float) -> Law:
@@ -238,16 +241,19 @@ def patch_of(law: Law, i: int, j: int) -> Any:
 
 
 @inlined
+def mu_in(patch: Any, u: float, v: float) -> float:
+    """Friction in a `patch_of` the map, at the fractions u along and v across it."""
+    base, across, along, twist = patch
+    return base + across * v + along * u + twist * u * v
+
+
+@inlined
 def mu_of_map(law: Law, x: float, y: float) -> float:
     """Friction of the map at a point of the sheet frame; the nearest cell beyond its edges."""
     u = (y - law.origin_y) / law.cell
     v = (x - law.origin_x) / law.cell
-    i = math.floor(u)
-    j = math.floor(v)
-    base, across, along, twist = patch_of(law, i, j)
-    u -= i
-    v -= j
-    return base + across * v + along * u + twist * u * v
+    i, j = math.floor(u), math.floor(v)
+    return mu_in(patch_of(law, i, j), u - i, v - j)
 
 
 @inlined
@@ -283,24 +289,18 @@ def law_terms(
         drag, torque, along, sideways, turn = look_up(law.table, speed, spin)
         first = law.tabled
     if not tabled or first < law.kernels.shape[0]:
-        motion[X] = x
-        motion[Y] = y
+        motion[X], motion[Y] = x, y
         motion[SPEED] = speed
         motion[LOG_SPEED] = quick_log(max(speed, MIN_SPEED))
-        motion[TRAVEL_X] = travel_x
-        motion[TRAVEL_Y] = travel_y
+        motion[TRAVEL_X], motion[TRAVEL_Y] = travel_x, travel_y
         motion[SPIN] = spin
     if law.wear != 0.0:
         drag, aside, torque = band_on_tracks(law, speed, spin, motion, push)
     elif not tabled:
         drag, torque = running_band(law, speed, spin, motion, push)
-    push[FRICTION] = 1.0
-    push[BEND] = 1.0
-    push[ALONG] = along
-    push[LEFT] = sideways
-    push[TURN] = turn
-    push[PUSH_X] = 0.0
-    push[PUSH_Y] = 0.0
+    push[FRICTION] = push[BEND] = 1.0
+    push[ALONG], push[LEFT], push[TURN] = along, sideways, turn
+    push[PUSH_X] = push[PUSH_Y] = 0.0
     for k in range(first, law.kernels.shape[0]):
         call_kernel(law.kernels[k], motion, law.theta, law.offsets[k], push)
     brake = -GRAVITY * push[FRICTION] * drag
@@ -349,43 +349,19 @@ def _tabulate(
             law_terms(law, motion, push, 0.0, 0.0, 0.0, speeds[i], spins[j], terms)
             out[i, j, 0] = -terms[1] / GRAVITY
             out[i, j, 1] = terms[2] / law.turning if law.turning > 0.0 else 0.0
-            out[i, j, 2] = terms[4]
-            out[i, j, 3] = -terms[3]
-            out[i, j, 4] = terms[5]
+            out[i, j, 2], out[i, j, 3], out[i, j, 4] = terms[4], -terms[3], terms[5]
             plain = plain and push[BEND] == 1.0 and push[PUSH_X] == 0.0 and push[PUSH_Y] == 0.0
     return plain
 
 
 @lru_cache(maxsize=16)
-def _table_of(
-    band_radius: float,
-    turning: float,
-    per_contact: int,
-    kernels: tuple[int, ...],
-    offsets: tuple[int, ...],
-    theta: tuple[float, ...],
-) -> Floats:
-    """The table of these kernels; `NO_TABLE` if one of them does what a table does not hold.
-
-    The parameters are those of `Law`.
-    """
+def _table_of(band_radius: float, turning: float, per_contact: int, kernels: _Kernels) -> Floats:
+    """The table of these kernels; `NO_TABLE` if one of them does what a table does not hold."""
     law = Law(
-        mu=np.ones((1, 1)),
-        patterned=False,
-        bilinear=False,
-        origin_x=0.0,
-        origin_y=0.0,
-        cell=1.0,
         band_radius=band_radius,
         turning=turning,
-        kernels=np.array(kernels, dtype=np.int64),
-        offsets=np.array(offsets, dtype=np.int64),
-        theta=np.array(theta, dtype=np.float64),
         per_contact=per_contact,
-        x_breaks=np.empty(0),
-        y_breaks=np.empty(0),
-        table=NO_TABLE,
-        tabled=0,
+        **_side_by_side(kernels),
     )
     speeds, spins = table_states()
     values = np.empty((len(speeds), len(spins), COLUMNS))

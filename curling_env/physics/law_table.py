@@ -21,7 +21,7 @@ from curling_env.physics.compiled import inlined
 from curling_env.typing import Floats
 
 COLUMNS = 5
-"""What the table holds of each state: drag and torque as `running_band` gives them, times the
+"""Numbers of the table for each state: drag and torque as `running_band` gives them, times the
 effects' factors, acceleration along the travel and to its left, angular acceleration."""
 SLOWEST, FASTEST = 2.0**-11, 8.0
 """Speeds of the table [m/s]; whole powers of two."""
@@ -68,7 +68,7 @@ def as_table(values: Floats) -> Floats:
 
 @inlined
 def in_table(table: Any, speed: float, spin: float) -> bool:
-    """Whether a speed and a spin lie within a table; nothing lies within `NO_TABLE`."""
+    """Tell whether a speed and a spin lie within a table; nothing lies within `NO_TABLE`."""
     return (
         table.shape[0] > 0
         and SLOWEST <= speed < FASTEST

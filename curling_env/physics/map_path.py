@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.physics.compiled import compiled, inlined, part
-from curling_env.physics.law import Law, patch_of
+from curling_env.physics.law import Law, mu_in, patch_of
 from curling_env.physics.state import Node, State
 
 
@@ -44,7 +44,7 @@ def parabola_at(curves: Any, k: int, u: float) -> float:
 
 @inlined
 def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
-    """How far a stone has turned up to the fraction u of a step, and its spin then.
+    """Angle that a stone has turned by up to the fraction u of a step, and its spin then.
 
     The spin does not steer the stone, so both follow from the moments ∫ μ·u^k dt up to there.
     """
@@ -62,9 +62,9 @@ def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
 def _follow_even_ice(
     mu: float, curves: Any, h: float, states: Any, moments: Any, nodes: Any
 ) -> int:
-    """Follow P and Q where friction is the same everywhere: the motion is a polynomial in time.
+    """Do as `follow_map` where friction is the same everywhere: a polynomial in time.
 
-    The parameters and what is returned are those of `follow_map`; P does not follow the speed.
+    P does not follow the speed.
     """
     traced = nodes.shape[0] > 0
     for row in range(0 if traced else 1, 3):
@@ -118,33 +118,23 @@ def follow_map(
     """
     if not law.patterned:
         return _follow_even_ice(law.mu[0, 0], curves, h, states, moments, nodes)
-    x: Any = states[0, State.X]
-    y: Any = states[0, State.Y]
-    vx: Any = states[0, State.VX]
-    vy: Any = states[0, State.VY]
+    x, y, vx, vy = states[0, State.X], states[0, State.Y], states[0, State.VX], states[0, State.VY]
     cell: Any = law.cell
     per_cell = 1.0 / cell
+    per_h = 1.0 / h
     i = math.floor((y - law.origin_y) * per_cell)
     j = math.floor((x - law.origin_x) * per_cell)
     low_y: Any = law.origin_y + i * cell
     low_x: Any = law.origin_x + j * cell
-    base, across, along, twist = patch_of(law, i, j)
-    u: Any = (y - low_y) * per_cell
-    v: Any = (x - low_x) * per_cell
-    mu: Any = base + across * v + along * u + twist * u * v
-    tx = direction[0]
-    ty = direction[1]
+    patch = patch_of(law, i, j)
+    mu: Any = mu_in(patch, (y - low_y) * per_cell, (x - low_x) * per_cell)
+    tx, ty = direction[0], direction[1]
     speed: Any = vx * tx + vy * ty
     px = curves[0, 0] + speed * curves[3, 0]
     py = curves[0, 1] + speed * curves[3, 1]
     ax: Any = mu * px + curves[0, 3]
     ay: Any = mu * py + curves[0, 4]
-    m0: Any = 0.0
-    m1: Any = 0.0
-    m2: Any = 0.0
-    m3: Any = 0.0
-    per_h = 1.0 / h
-    begun: float = 0.0
+    m0 = m1 = m2 = m3 = begun = 0.0
     target = 0.5 * h
     row = 1
     n = 0
@@ -153,7 +143,7 @@ def follow_map(
         _write_node(nodes, 0, states, curves, (h, 0.0), (m0, m1, m2, m3), now, mu)
         n = 1
     while True:
-        dt: float = target - begun
+        dt = target - begun
         line = 0
         step_i = step_j = 0
         # The next line ahead on each axis; one already passed is taken at once.
@@ -162,15 +152,13 @@ def follow_map(
             ahead = low_y + cell - y if vy > 0.0 else y - low_y
             until = 0.0 if ahead <= 0.0 else _time_to(ahead, math.fabs(vy), ay * step_i, dt)
             if until < dt:
-                dt = until
-                line = 1
+                dt, line = until, 1
         if vx != 0.0:
             step_j = 1 if vx > 0.0 else -1
             ahead = low_x + cell - x if vx > 0.0 else x - low_x
             until = 0.0 if ahead <= 0.0 else _time_to(ahead, math.fabs(vx), ax * step_j, dt)
             if until < dt:
-                dt = until
-                line = 2
+                dt, line = until, 2
         if dt > 0.0:
             half = 0.5 * dt
             sixth = dt / 6.0
@@ -178,12 +166,8 @@ def follow_map(
             mid_y = y + half * (vy + 0.5 * half * ay)
             end_x = x + dt * (vx + half * ax)
             end_y = y + dt * (vy + half * ay)
-            u = (mid_y - low_y) * per_cell
-            v = (mid_x - low_x) * per_cell
-            mu_mid = base + across * v + along * u + twist * u * v
-            u = (end_y - low_y) * per_cell
-            v = (end_x - low_x) * per_cell
-            mu_end = base + across * v + along * u + twist * u * v
+            mu_mid = mu_in(patch, (mid_y - low_y) * per_cell, (mid_x - low_x) * per_cell)
+            mu_end = mu_in(patch, (end_y - low_y) * per_cell, (end_x - low_x) * per_cell)
             f0 = begun * per_h
             f = (begun + half) * per_h
             speed = (vx + half * ax) * tx + (vy + half * ay) * ty
@@ -207,22 +191,14 @@ def follow_map(
             y += dt * (vy + sixth * (ay + 2.0 * mid_ay) + 0.5 * late_y)
             vx += sixth * (ax + 4.0 * mid_ax + end_ax) + late_x
             vy += sixth * (ay + 4.0 * mid_ay + end_ay) + late_y
-            w0 = sixth * mu
-            w = 4.0 * sixth * mu_mid
-            w1 = sixth * mu_end
+            w0, w, w1 = sixth * mu, 4.0 * sixth * mu_mid, sixth * mu_end
             m0 += w0 + w + w1
-            w0 *= f0
-            w *= f
-            w1 *= f1
+            w0, w, w1 = w0 * f0, w * f, w1 * f1
             m1 += w0 + w + w1
-            w0 *= f0
-            w *= f
-            w1 *= f1
+            w0, w, w1 = w0 * f0, w * f, w1 * f1
             m2 += w0 + w + w1
             m3 += w0 * f0 + w * f + w1 * f1
-            mu = mu_end
-            ax = end_ax
-            ay = end_ay
+            mu, ax, ay = mu_end, end_ax, end_ay
         if line != 0:
             if not law.bilinear and n < nodes.shape[0]:  # μ jumps: a node on each side
                 now = (x, y, vx, vy, ax, ay)
@@ -234,11 +210,11 @@ def follow_map(
             else:
                 j += step_j
                 low_x = law.origin_x + j * cell
-            base, across, along, twist = patch_of(law, i, j)
+            patch = patch_of(law, i, j)
             if not law.bilinear:
-                ax += (base - mu) * px
-                ay += (base - mu) * py
-                mu = base
+                ax += (patch[0] - mu) * px
+                ay += (patch[0] - mu) * py
+                mu = patch[0]
         if n < nodes.shape[0]:
             now = (x, y, vx, vy, ax, ay)
             _write_node(nodes, n, states, curves, (h, begun), (m0, m1, m2, m3), now, mu)
@@ -246,21 +222,15 @@ def follow_map(
         if line == 0:
             moved = (m0, m1, m2, m3)
             turned, spin = _turn(curves, states[0, State.OMEGA], h, begun * per_h, moved)
-            states[row, State.X] = x
-            states[row, State.Y] = y
-            states[row, State.VX] = vx
-            states[row, State.VY] = vy
+            states[row, State.X], states[row, State.Y] = x, y
+            states[row, State.VX], states[row, State.VY] = vx, vy
             states[row, State.THETA] = states[0, State.THETA] + turned
             states[row, State.OMEGA] = spin
             if row == 2:
                 break
             row = 2
             target = h
-    moments[0] = m0
-    moments[1] = m1
-    moments[2] = m2
-    moments[3] = m3
-    moments[4] = mu
+    moments[0], moments[1], moments[2], moments[3], moments[4] = m0, m1, m2, m3, mu
     return n
 
 
@@ -268,40 +238,31 @@ def follow_map(
 def _write_node(
     nodes: Any, n: int, states: Any, curves: Any, times: Any, moments: Any, now: Any, mu: float
 ) -> None:
-    """Fill in node n.
-
-    Parameters
-    ----------
-    times : length of the step and time since its beginning [s]
-    moments : four numbers, ∫ μ·u^k dt up to now
-    now : x, y, vx, vy, ax, ay
-    """
+    """Fill in node n; `moments` are ∫ μ·u^k dt up to now, k = 0 to 3."""
     h, t = times
-    x, y, vx, vy, ax, ay = now
     u = t / h
     turned, spin = _turn(curves, states[0, State.OMEGA], h, u, moments)
-    nodes[n, Node.T] = t
-    nodes[n, Node.X] = x
-    nodes[n, Node.Y] = y
-    nodes[n, Node.VX] = vx
-    nodes[n, Node.VY] = vy
-    nodes[n, Node.THETA] = states[0, State.THETA] + turned
-    nodes[n, Node.OMEGA] = spin
-    nodes[n, Node.AX] = ax
-    nodes[n, Node.AY] = ay
-    nodes[n, Node.ALPHA] = mu * parabola_at(curves, 2, u) + parabola_at(curves, 5, u)
+    node = nodes[n]
+    node[Node.T] = t
+    node[Node.X], node[Node.Y], node[Node.VX], node[Node.VY], node[Node.AX], node[Node.AY] = now
+    node[Node.THETA], node[Node.OMEGA] = states[0, State.THETA] + turned, spin
+    node[Node.ALPHA] = mu * parabola_at(curves, 2, u) + parabola_at(curves, 5, u)
 
 
 @inlined
-def quintic(begin: Any, end: Any, h: float, u: float) -> Any:
-    """Position and velocity at the fraction u of an interval of length h.
+def _quintic(begin: Any, end: Any, places: Any, tau: float) -> Any:
+    """Position and velocity a time tau after the first of two nodes.
 
     Parameters
     ----------
-    begin, end : position, velocity and acceleration at both ends
+    begin, end : the nodes
+    places : of position, velocity and acceleration in a node
     """
-    p0, v0, a0 = begin
-    p1, v1, a1 = end
+    x, v, a = places
+    p0, v0, a0 = begin[x], begin[v], begin[a]
+    p1, v1, a1 = end[x], end[v], end[a]
+    h = end[Node.T] - begin[Node.T]
+    u = tau / h
     d = p1 - p0 - h * (v0 + 0.5 * h * a0)
     e = h * (v1 - v0 - h * a0)
     f = h * h * (a1 - a0)
@@ -317,28 +278,16 @@ def quintic(begin: Any, end: Any, h: float, u: float) -> Any:
 def place_between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
     """Position and velocity of a state (6,) a time tau after node k, before node k + 1."""
     a, b = nodes[k], nodes[k + 1]
-    h = b[Node.T] - a[Node.T]
-    u = tau / h
-    out[State.X], out[State.VX] = quintic(
-        (a[Node.X], a[Node.VX], a[Node.AX]), (b[Node.X], b[Node.VX], b[Node.AX]), h, u
-    )
-    out[State.Y], out[State.VY] = quintic(
-        (a[Node.Y], a[Node.VY], a[Node.AY]), (b[Node.Y], b[Node.VY], b[Node.AY]), h, u
-    )
+    out[State.X], out[State.VX] = _quintic(a, b, (Node.X, Node.VX, Node.AX), tau)
+    out[State.Y], out[State.VY] = _quintic(a, b, (Node.Y, Node.VY, Node.AY), tau)
 
 
 @inlined
 def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
     """State (6,) a time tau after node k, before node k + 1."""
     place_between_nodes(nodes, k, tau, out)
-    a, b = nodes[k], nodes[k + 1]
-    h = b[Node.T] - a[Node.T]
-    out[State.THETA], out[State.OMEGA] = quintic(
-        (a[Node.THETA], a[Node.OMEGA], a[Node.ALPHA]),
-        (b[Node.THETA], b[Node.OMEGA], b[Node.ALPHA]),
-        h,
-        tau / h,
-    )
+    places = (Node.THETA, Node.OMEGA, Node.ALPHA)
+    out[State.THETA], out[State.OMEGA] = _quintic(nodes[k], nodes[k + 1], places, tau)
 
 
 @compiled
@@ -366,12 +315,10 @@ def sample_path(
             node += 1
         if t < path[length - 1, Node.T]:
             between_nodes(path, node, max(t - path[node, Node.T], 0.0), probe)
-            rows[k, 0] = probe[State.X]
-            rows[k, 1] = probe[State.Y]
+            rows[k, 0], rows[k, 1] = probe[State.X], probe[State.Y]
             rows[k, 2] = probe[State.THETA]
         else:
-            rows[k, 0] = path[length - 1, Node.X]
-            rows[k, 1] = path[length - 1, Node.Y]
+            rows[k, 0], rows[k, 1] = path[length - 1, Node.X], path[length - 1, Node.Y]
             rows[k, 2] = path[length - 1, Node.THETA]
         k += 1
     return k

@@ -1,4 +1,4 @@
-"""What an effect's kernel reads and writes.
+"""The numbers that an effect's kernel reads and writes.
 
 A kernel is a small pure function ``kernel(motion, theta, push)``: it reads how the stone moves
 from `motion`, its own parameters from `theta` in the order of its card, and adds to `push`.
@@ -12,18 +12,14 @@ import math
 from curling_env.physics.compiled import part
 
 # --- motion: how the stone moves -------------------------------------------------------------
-X = 0
-"""Centre of the stone across the sheet [m], sheet frame."""
-Y = 1
-"""Centre of the stone along the sheet [m], sheet frame."""
+X, Y = 0, 1
+"""Centre of the stone across and along the sheet [m], sheet frame."""
 SPEED = 2
 """Speed of the centre [m/s]."""
 LOG_SPEED = 3
 """Natural logarithm of the speed in m/s, already taken: exp(p·LOG_SPEED) is speed^p."""
-TRAVEL_X = 4
-"""Direction of travel, x part of a unit vector in the sheet frame."""
-TRAVEL_Y = 5
-"""Direction of travel, y part of a unit vector in the sheet frame."""
+TRAVEL_X, TRAVEL_Y = 4, 5
+"""Direction of travel, a unit vector in the sheet frame."""
 HEADING = 6
 """Heading of the handle [rad]."""
 SPIN = 7
@@ -39,7 +35,7 @@ STONE = 11
 SWEPT = 12
 """1 while the stone is swept, else 0."""
 CONTACTS = 13
-"""How many contacts of the band are asked about: friction kernels that act per contact only."""
+"""Contacts of the band that are asked about: friction kernels that act per contact only."""
 MOST_CONTACTS = 16
 """Most contacts a kernel is asked about at once."""
 SLIP = 14
@@ -61,10 +57,8 @@ LEFT = 3
 """Acceleration to the left of the direction of travel [m/s²]; add to it."""
 TURN = 4
 """Angular acceleration, counter-clockwise positive [rad/s²]; add to it."""
-PUSH_X = 5
-"""Acceleration along the sheet frame's x [m/s²]; add to it."""
-PUSH_Y = 6
-"""Acceleration along the sheet frame's y [m/s²]; add to it."""
+PUSH_X, PUSH_Y = 5, 6
+"""Acceleration along the sheet frame's x and y [m/s²]; add to it."""
 CONTACT_FRICTION = 7
 """Factor on the friction of contact q at CONTACT_FRICTION + q; multiply it."""
 PUSH_SIZE = CONTACT_FRICTION + MOST_CONTACTS

@@ -1,4 +1,4 @@
-"""What the running band of a stone comes to: the sum of friction over its contacts.
+"""The running band of a stone: the sum of friction over its contacts.
 
 The band is summed as a continuous ring, which the paper's J contacts approach: a periodic trapezoid
 rule whose points crowd where the rim stands nearly still on the ice, within 7e-5 of the elliptic
@@ -103,11 +103,9 @@ def running_band(law: Any, speed: float, spin: float, motion: Any, push: Any) ->
     else:
         rim = 0.0
     # Contacts at φ and π − φ slip equally fast: each stands for both.
-    n = front.shape[0]
     _slips_and_factors(law, front, speed, rim, motion, push)
-    drag = 0.0
-    torque = 0.0
-    for q in range(n):
+    drag = torque = 0.0
+    for q in range(front.shape[0]):
         weight = front[q, 2] * push[CONTACT_FRICTION + q] / motion[SLIP + q]
         drag += weight * (speed - rim * front[q, 0])
         torque -= weight * (rim - speed * front[q, 0])
@@ -122,8 +120,7 @@ def _worn(law: Any, layer: int, x: float, y: float) -> float:
     v = min(max((x - law.track_x) / law.track_width, 0.0), columns - 1.0)
     i, j = int(u), int(v)
     i1, j1 = min(i + 1, rows - 1), min(j + 1, columns - 1)
-    u -= i
-    v -= j
+    u, v = u - i, v - j
     near = (1.0 - v) * law.tracks[layer, i, j] + v * law.tracks[layer, i, j1]
     far = (1.0 - v) * law.tracks[layer, i1, j] + v * law.tracks[layer, i1, j1]
     return math.exp(law.wear * ((1.0 - u) * near + u * far))
@@ -151,14 +148,11 @@ def band_on_tracks(law: Any, speed: float, spin: float, motion: Any, push: Any) 
         front = _MOST
     elif ratio > 0.5:
         front = _SIXTEEN
-    n = front.shape[0]
     _slips_and_factors(law, front, speed, rim, motion, push)
     layer = int(motion[RAN])
     forward_x, forward_y = radius * motion[TRAVEL_X], radius * motion[TRAVEL_Y]
-    drag = 0.0
-    left = 0.0
-    torque = 0.0
-    for q in range(n):
+    drag = left = torque = 0.0
+    for q in range(front.shape[0]):
         # The contacts at φ and π − φ: beside the centre by as much, ahead of it and behind.
         aside = side * front[q, 0]
         x = motion[X] - aside * forward_y

@@ -91,6 +91,12 @@ def new_workspace(tolerance: float = QUICK_TOLERANCE) -> Workspace:
 
 
 @inlined
+def _parabola(begin: float, middle: float, end: float) -> Any:
+    """Coefficients of the parabola through values at the fractions 0, 1/2 and 1 of a step."""
+    return begin, 4.0 * middle - end - 3.0 * begin, 2.0 * (end - 2.0 * middle + begin)
+
+
+@inlined
 def _at_most(value: float, most: float) -> float:
     return min(max(value, -most), most)
 
@@ -129,12 +135,13 @@ def _follow_speed(work: Workspace, s0: float, s1: float, s2: float) -> None:
     curves = work.curves
     if s2 - s0 > -MIN_SPEED_LOSS * s0:
         return
+    v0, v1, v2 = _parabola(s0, s1, s2)
     for k in range(2):
         follow = (curves[1, k] + curves[2, k]) / (s2 - s0)
         follow = _at_most(follow, math.fabs(curves[0, k]) / s0)
-        curves[0, k] -= follow * s0
-        curves[1, k] -= follow * (4.0 * s1 - s2 - 3.0 * s0)
-        curves[2, k] -= follow * 2.0 * (s2 - 2.0 * s1 + s0)
+        curves[0, k] -= follow * v0
+        curves[1, k] -= follow * v1
+        curves[2, k] -= follow * v2
         curves[3, k] = follow
 
 
@@ -142,15 +149,14 @@ def _follow_speed(work: Workspace, s0: float, s1: float, s2: float) -> None:
 def store_curves(work: Workspace) -> None:
     """Keep the parabolas through P, Q and the velocity for the step that follows."""
     states, terms = work.states, work.terms
+    curves, velocity = work.last_curves, work.last_velocity
     for k in range(6):
-        work.last_curves[0, k] = terms[0, k]
-        work.last_curves[1, k] = 4.0 * terms[1, k] - terms[2, k] - 3.0 * terms[0, k]
-        work.last_curves[2, k] = 2.0 * (terms[2, k] - 2.0 * terms[1, k] + terms[0, k])
+        found = _parabola(terms[0, k], terms[1, k], terms[2, k])
+        curves[0, k], curves[1, k], curves[2, k] = found
     for c in range(2):
-        v0, v1, v2 = states[0, State.VX + c], states[1, State.VX + c], states[2, State.VX + c]
-        work.last_velocity[0, c] = v0
-        work.last_velocity[1, c] = 4.0 * v1 - v2 - 3.0 * v0
-        work.last_velocity[2, c] = 2.0 * (v2 - 2.0 * v1 + v0)
+        v = State.VX + c
+        found = _parabola(states[0, v], states[1, v], states[2, v])
+        velocity[0, c], velocity[1, c], velocity[2, c] = found
 
 
 @inlined
@@ -185,7 +191,7 @@ def take_step(
     """
     t, clock, h = times
     states, terms, curves, moments = work.states, work.terms, work.curves, work.moments
-    direction = work.direction
+    direction, changes = work.direction, work.changes
     vx, vy = states[0, State.VX], states[0, State.VY]
     s0 = math.sqrt(vx * vx + vy * vy)
     direction[0] = vx / max(s0, MIN_SPEED)
@@ -196,10 +202,8 @@ def take_step(
         for k in range(6):
             terms[0, k] = curves[0, k] + s0 * curves[3, k]
     first_node = 0 if fresh else 1
-    first = 0.0
-    last = 0.0
+    first = last = 0.0
     count = 0
-    changes = work.changes
     for attempt in range(MAX_PASSES):
         for node in range(first_node, 3):
             if node == 1:
@@ -213,9 +217,7 @@ def take_step(
             if node == 0:
                 for k in range(6):
                     curves[0, k] = terms[0, k]
-                    curves[1, k] = 0.0
-                    curves[2, k] = 0.0
-                    curves[3, k] = 0.0
+                    curves[1, k] = curves[2, k] = curves[3, k] = 0.0
         first_node = 1
         s1 = states[1, State.VX] * direction[0] + states[1, State.VY] * direction[1]
         s2 = states[2, State.VX] * direction[0] + states[2, State.VY] * direction[1]
@@ -227,10 +229,8 @@ def take_step(
             p2 = terms[2, k] - curve_at(curves, k, 1.0, s2)
             q1 = terms[1, k + 3] - parabola_at(curves, k + 3, 0.5)
             q2 = terms[2, k + 3] - parabola_at(curves, k + 3, 1.0)
-            p_u = 4.0 * p1 - p2
-            p_uu = 2.0 * p2 - 4.0 * p1
-            q_u = 4.0 * q1 - q2
-            q_uu = 2.0 * q2 - 4.0 * q1
+            p_u, p_uu = 4.0 * p1 - p2, 2.0 * p2 - 4.0 * p1
+            q_u, q_uu = 4.0 * q1 - q2, 2.0 * q2 - 4.0 * q1
             place = h * (p_u * (m1 - m2) + p_uu * (m2 - m3) + h * (q_u / 6.0 + q_uu / 12.0))
             rate = p_u * m1 + p_uu * m2 + h * (q_u / 2.0 + q_uu / 3.0)
             position = State.THETA if k == 2 else k
@@ -241,10 +241,7 @@ def take_step(
             curves[2, k] += p_uu
             curves[1, k + 3] += q_u
             curves[2, k + 3] += q_uu
-            changes[k, 0] = p_u
-            changes[k, 1] = p_uu
-            changes[k, 2] = q_u
-            changes[k, 3] = q_uu
+            changes[k, 0], changes[k, 1], changes[k, 2], changes[k, 3] = p_u, p_uu, q_u, q_uu
             off = math.fabs(place) + 0.5 * time_left * math.fabs(rate)
             last = max(last, off if k < 2 else LENGTH_PER_RADIAN * off)
         if attempt == 0:

@@ -1,4 +1,4 @@
-"""What a sliding stone may run into: bounds and resting stones, and when it reaches them."""
+"""Obstacles of a sliding stone: bounds and resting stones, and when it reaches them."""
 
 # Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
@@ -30,7 +30,7 @@ ALL = -1
 
 
 class Limits(NamedTuple):
-    """What ends a slide before the stone rests.
+    """The limits of a slide, which end it before the stone rests.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Limits(NamedTuple):
 
 @inlined
 def room(s: Any, bounds: Any) -> float:
-    """How far inside its bounds a state is [m]; negative outside."""
+    """Distance of a state from its nearest bound [m]; negative outside."""
     x, y = s[State.X], s[State.Y]
     return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
 
@@ -75,7 +75,7 @@ def free_time(gap: float, closing: float, most: float) -> float:
 
 @inlined
 def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
-    """What a stone comes to next.
+    """Find what a stone comes to next.
 
     Parameters
     ----------
@@ -120,7 +120,7 @@ def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
 
 @inlined
 def is_stuck(s: Any, limits: Limits) -> bool:
-    """Whether a stone lies beyond a bound or within reach of an obstacle."""
+    """Tell whether a stone lies beyond a bound or within reach of an obstacle."""
     stuck = room(s, limits.bounds) < 0.0
     obstacles = limits.obstacles
     for k in range(obstacles.shape[0]):
@@ -166,13 +166,13 @@ def nearby(states: Any, bulge: float, limits: Limits) -> int:
 
 @inlined
 def may_leave(states: Any, bulge: float, bounds: Any) -> bool:
-    """Whether a step may cross a bound; `bulge` as in `nearby`."""
+    """Tell whether a step may cross a bound; `bulge` as in `nearby`."""
     return room(states[1], bounds) < bulge or room(states[2], bounds) < bulge
 
 
 @inlined
 def first_touch(nodes: Any, n: int, probe: Any, limits: Limits, near: int) -> Any:
-    """Where the path of a step first crosses a bound or comes within reach of an obstacle.
+    """Find where the path of a step first crosses a bound or comes within reach of an obstacle.
 
     From each place the stone goes on for no longer than it certainly touches nothing, so that
     nothing is passed however slightly it would be touched.

@@ -8,13 +8,13 @@ from typing import NamedTuple
 # They were held against Runge–Kutta steps of 0.1 ms on 300 ices whose friction differs by up to a
 # tenth from cell to cell, with patches, slopes, sweeping and drift.
 QUICK_TOLERANCE = 1e-3
-"""How far a rest may be off on the roughest ice where very many throws are made [m]."""
+"""Distance by which a rest may be off on the roughest ice where very many throws are made [m]."""
 FINE_TOLERANCE = 1e-4
 """The same for a single throw [m]."""
 
 
 class StepControl(NamedTuple):
-    """How long steps may be.
+    """The lengths that steps may have.
 
     Parameters
     ----------
@@ -117,7 +117,7 @@ MAX_ROUNDS = 50
 ENERGY_ROUNDING = 1e-13
 """Gain of energy that is rounding, as a part of the energy."""
 OVERLAP_ALLOWED = 1e-3
-"""How far resting stones may overlap as given [m]: positions are written to a millimetre."""
+"""Depth by which resting stones may overlap as given [m]: positions are written to a millimetre."""
 APPROACH = 0.3
 """Tolerance of the delivered stone's path among others, up to its first contact, as a part of the
 tolerance. A contact magnifies ten times and more what the place of the stones is off by."""
