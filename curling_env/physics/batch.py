@@ -237,10 +237,11 @@ def _play_all(
     rows: Any,
     before: Any,
     bounds: Any,
-    position: PlayWorkspace,
+    workspaces: Any,
     results: Any,
 ) -> None:
     """Play each row; fill in `results`, the arrays of `Positions`."""
+    position, usual, approach = workspaces
     after, last, theta, time, collisions = results
     k = before.shape[1]
     for i in range(rows.shape[0]):
@@ -251,7 +252,7 @@ def _play_all(
         delivery = _release(rows[i], position.stones[k], position.motion)
         position.status[k] = MOVING
         position.identity[k] = rows[i, _STONE]
-        time[i], collisions[i] = play(law, contact, position, delivery, bounds)
+        time[i], collisions[i] = play(law, contact, position, usual, approach, delivery, bounds)
         for s in range(k + 1):
             stone, here = position.stones[s], position.status[s] != GONE
             for c in range(2):
@@ -282,7 +283,7 @@ class BatchEngine:
         self._settings = {"tolerance": tolerance, "tabulated": tabulated}
         self._law = compile_law(ice, tabulated=tabulated)
         self._contact = contact_law(ice.stone)
-        self._workspaces: dict[int, PlayWorkspace] = {}
+        self._workspaces: dict[int, tuple[PlayWorkspace, Workspace, Workspace]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The law holds addresses of this process.
@@ -317,20 +318,20 @@ class BatchEngine:
 
         def play_some(part: slice) -> None:
             # A thread that finds the kept arrays taken makes its own.
-            position = self._workspaces.pop(k + 1, None)
-            if position is None:
-                position = new_play_workspace(self.ice, k + 1, self._settings["tolerance"])
-            position.identity[:k] = 0.0 if identity is None else identity
+            kept = self._workspaces.pop(k + 1, None)
+            if kept is None:
+                kept = new_play_workspace(self.ice, k + 1, self._settings["tolerance"])
+            kept[0].identity[:k] = 0.0 if identity is None else identity
             _play_all(
                 self._law,
                 self._contact,
                 rows[part],
                 stones[part],
                 limits,
-                position,
+                kept,
                 (after[part], last[part], theta[part], time[part], collisions[part]),
             )
-            self._workspaces[k + 1] = position
+            self._workspaces[k + 1] = kept
 
         _share(play_some, n, workers)
         return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)

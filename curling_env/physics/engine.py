@@ -33,6 +33,7 @@ from curling_env.physics.pymunk_contacts import Push, resolve_contacts
 from curling_env.physics.refusals import refuse_impossible
 from curling_env.physics.slides import SlideEnd, delivery_of, play_bounds, state_of
 from curling_env.physics.state import State
+from curling_env.physics.step import Workspace
 from curling_env.physics.tuning import FINE_TOLERANCE, MAX_COLLISIONS, MAX_ROUNDS, MAX_TIME
 from curling_env.sheet import HOG_LINE_Y, Direction
 from curling_env.throw import Release
@@ -168,7 +169,7 @@ class Engine:
         self.law = compile_law(ice)
         self._tolerance = tolerance
         self._contact = contact_law(ice.stone)
-        self._positions: dict[int, PlayWorkspace] = {}
+        self._workspaces: dict[int, tuple[PlayWorkspace, Workspace, Workspace]] = {}
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def __reduce__(self) -> tuple[Any, ...]:
@@ -243,9 +244,9 @@ class Engine:
     def _begin(self, release: Release, stones: Sequence[StoneState]) -> PlayWorkspace:
         """The position before the throw, in the arrays kept for that number of stones."""
         n = len(stones) + 1
-        if n not in self._positions:
-            self._positions[n] = new_play_workspace(self.ice, n, self._tolerance)
-        position = self._positions[n]
+        if n not in self._workspaces:
+            self._workspaces[n] = new_play_workspace(self.ice, n, self._tolerance)
+        position, _, _ = self._workspaces[n]
         position.stones[:] = [state_of(stone) for stone in (*stones, release)]
         position.identity[:] = [stone.stone for stone in (*stones, release)]
         refuse_impossible(
@@ -268,7 +269,8 @@ class Engine:
     ) -> tuple[list[Contact], int]:
         """Let the stones slide until none moves; return contacts and the number of samples."""
         bounds, delivery = self._bounds[release.direction], delivery_of(release)
-        work = position.approach if (position.status == REST).any() else position.work
+        _, usual, approach = self._workspaces[len(position.stones)]
+        work = approach if (position.status == REST).any() else usual
         contacts: list[Contact] = []
         time, count, pause = 0.0, 0, SlideEnd.CONTACT
         for _ in range(MAX_COLLISIONS):
@@ -280,9 +282,9 @@ class Engine:
                 break
             pushes = self._resolve(position)
             contacts += [Contact(time=time, first=i, second=j, speed=v) for i, j, v in pushes]
-            work = position.work
+            work = usual
         if pause != SlideEnd.REST:
-            fastest = float(np.hypot(*position.work.states[2, [State.VX, State.VY]]))
+            fastest = float(np.hypot(*usual.states[2, [State.VX, State.VY]]))
             raise InputError(
                 f"a stone never stops on this ice: still {fastest:.3g} m/s after {time:.0f} s; "
                 "check its friction and slope"
@@ -301,7 +303,7 @@ class Engine:
             for first, second, _ in pushes:
                 position.lengths[[first, second]] = 0
             all_pushes += pushes
-        go_on(position)
+        go_on(position.stones, position.status, position.lengths, position.ends, position.finished)
         return all_pushes
 
     def _status(

@@ -70,8 +70,6 @@ class PlayWorkspace(NamedTuple):
     accelerations : (n,) bounds of the acceleration on each path [m/s²]
     finished : (n,) times at which stones came to rest or left play [s]; 0 for one that never moved
     motion : (MOTION_SIZE,)
-    work : of one slide
-    approach : of the delivered stone among others up to its first contact, which is finer
     """
 
     stones: Floats
@@ -85,12 +83,18 @@ class PlayWorkspace(NamedTuple):
     accelerations: Floats
     finished: Floats
     motion: Floats
-    work: Workspace
-    approach: Workspace
 
 
-def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE) -> PlayWorkspace:
-    """The arrays for one thread; the rest of a lone stone is right within the tolerance [m]."""
+def new_play_workspace(
+    ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
+) -> tuple[PlayWorkspace, Workspace, Workspace]:
+    """The arrays for one thread; the rest of a lone stone is right within the tolerance [m].
+
+    Returns
+    -------
+    those of a throw, those of a slide, and the same with finer steps: for the delivered stone among
+    others, up to its first contact
+    """
     nodes = 512 + 4 * sum(ice.friction.mu.shape)
     usual = step_control(tolerance)
     # Finer on the way, but not where the stone comes to rest by itself.
@@ -98,7 +102,7 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
         target_error=APPROACH * usual.target_error, rest_speed=usual.rest_speed
     )
     work = new_workspace(tolerance)
-    return PlayWorkspace(
+    position = PlayWorkspace(
         stones=np.zeros((stones, 6)),
         status=np.zeros(stones, dtype=np.int64),
         identity=np.zeros(stones),
@@ -110,9 +114,8 @@ def new_play_workspace(ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
         accelerations=np.zeros(stones),
         finished=np.zeros(stones),
         motion=np.zeros(MOTION_SIZE),
-        work=work,
-        approach=work._replace(control=fine),
     )
+    return position, work, work._replace(control=fine)
 
 
 @inlined
@@ -142,16 +145,21 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 
 @inlined
-def _meeting_time(position: PlayWorkspace, a: int, b: int, reach: float, within: Any) -> float:
-    """Time within two at which moving stones first touch and approach; infinite if never [s]."""
+def _meeting_time(one: Any, other: Any, most: float, reach: float, within: Any) -> float:
+    """Time within two at which moving stones first touch and approach; infinite if never [s].
+
+    Parameters
+    ----------
+    one, other : path, its number of nodes, and its `SlideEnd`
+    most : bound of their accelerations together [m/s²]
+    """
     t, until = within
-    first, second = position.paths[a], position.paths[b]
-    n, m = position.lengths[a], position.lengths[b]
-    most = position.accelerations[a] + position.accelerations[b]
+    first, n, end = one
+    second, m, other_end = other
     first_end, second_end = first[n - 1, Node.T], second[m - 1, Node.T]
-    if position.ends[a] == SlideEnd.LEFT_BOUNDS:
+    if end == SlideEnd.LEFT_BOUNDS:
         until = min(until, first_end)
-    if position.ends[b] == SlideEnd.LEFT_BOUNDS:
+    if other_end == SlideEnd.LEFT_BOUNDS:
         until = min(until, second_end)
     until = min(until, max(first_end, second_end))
     j = k = 0
@@ -260,7 +268,9 @@ def advance(
     for a in range(n):
         for b in range(a + 1, n):
             if status[a] == MOVING and status[b] == MOVING:
-                until = min(until, _meeting_time(position, a, b, reach, (start, until)))
+                most = position.accelerations[a] + position.accelerations[b]
+                one, other = (paths[a], lengths[a], ends[a]), (paths[b], lengths[b], ends[b])
+                until = min(until, _meeting_time(one, other, most, reach, (start, until)))
     t = min(until, latest)
     for s in range(n):
         if status[s] == MOVING:
@@ -270,24 +280,24 @@ def advance(
     return (SlideEnd.REST if until == np.inf else SlideEnd.CONTACT), t
 
 
-@compiled
-def go_on(position: PlayWorkspace) -> None:
+@part
+def go_on(stones: Any, status: Any, lengths: Any, ends: Any, finished: Any) -> None:
     """Note after contacts which stones move, and which paths do not go on as they were.
 
-    The path of a stone that nothing pushes goes on, unless what it would meet is other now.
+    The path of a stone that nothing pushes goes on, unless what it would meet is other now. The
+    parameters are those of `PlayWorkspace`.
     """
-    stones, status, n = position.stones, position.status, position.stones.shape[0]
     rested = False
-    for s in range(n):
-        rested = rested or (status[s] == REST and position.lengths[s] > 0)
-    for s in range(n):
-        if rested or position.ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
-            position.lengths[s] = 0
+    for s in range(stones.shape[0]):
+        rested = rested or (status[s] == REST and lengths[s] > 0)
+    for s in range(stones.shape[0]):
+        if rested or ends[s] == SlideEnd.CONTACT or status[s] != MOVING:
+            lengths[s] = 0
         stone = stones[s]
         moves = stone[State.VX] != 0.0 or stone[State.VY] != 0.0 or stone[State.OMEGA] != 0.0
         if status[s] == REST and moves:
             status[s] = MOVING
-            position.finished[s] = 0.0
+            finished[s] = 0.0
 
 
 @compiled
@@ -327,12 +337,13 @@ def advance_and_sample(
 
 
 @inlined
-def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
+def _resolve(
+    contact: ContactLaw, stones: Any, status: Any, lengths: Any, contacts: Contacts
+) -> int:
     """Solve the contacts of touching stones until none closes; return how many pushed."""
-    stones, contacts, lengths = position.stones, position.contacts, position.lengths
     pushes = 0
     for _ in range(MAX_ROUNDS):
-        count = find_contacts(contact, stones, position.status, contacts)
+        count = find_contacts(contact, stones, status, contacts)
         if count == 0:
             break
         solve_contacts(contact, stones, contacts, count)
@@ -348,7 +359,13 @@ def _resolve(contact: ContactLaw, position: PlayWorkspace) -> int:
 
 @part
 def play(
-    law: Law, contact: ContactLaw, position: PlayWorkspace, delivery: ThrowTimes, bounds: Any
+    law: Law,
+    contact: ContactLaw,
+    position: PlayWorkspace,
+    usual: Workspace,
+    approach: Workspace,
+    delivery: ThrowTimes,
+    bounds: Any,
 ) -> Any:
     """Let a throw among other stones run until all are at rest.
 
@@ -356,6 +373,7 @@ def play(
     ----------
     position : stones, status and identity are given, the thrown stone MOVING, and motion with ORDER
         set; stones and status become the final ones
+    usual, approach : see `new_play_workspace`
     delivery : clock, and sweep of the thrown stone
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]; a stone beyond is out of play
 
@@ -364,19 +382,20 @@ def play(
     time : until the last stone rests [s]
     collisions : their number; -1 if they never ended or a stone never stops
     """
-    t, collisions, work = 0.0, 0, position.work
-    for s in range(position.stones.shape[0]):
-        position.lengths[s] = 0
+    stones, status, lengths = position.stones, position.status, position.lengths
+    t, collisions, work = 0.0, 0, usual
+    for s in range(stones.shape[0]):
+        lengths[s] = 0
         position.finished[s] = 0.0
-        if position.status[s] == REST:
-            work = position.approach
+        if status[s] == REST:
+            work = approach
     while collisions <= MAX_COLLISIONS:
         pause, t = advance(law, contact.reach, position, delivery, bounds, t, work, False)
         if pause == SlideEnd.REST:
             return t, collisions
         if pause == SlideEnd.NEVER_STOPS:
             break
-        collisions += max(_resolve(contact, position), 1)
-        go_on(position)
-        work = position.work
+        collisions += max(_resolve(contact, stones, status, lengths, position.contacts), 1)
+        go_on(stones, status, lengths, position.ends, position.finished)
+        work = usual
     return t, -1

@@ -102,7 +102,7 @@ def _at_most(value: float, most: float) -> float:
 
 
 @inlined
-def _predict(law: Law, work: Workspace, ratio: float) -> None:
+def _predict(work: Workspace, ratio: float, patterned: bool) -> None:
     """Predict P and Q of a step from those of the one before; ratio is of their lengths."""
     last, velocity, curves = work.last_curves, work.last_velocity, work.curves
     tx, ty = work.direction[0], work.direction[1]
@@ -116,7 +116,7 @@ def _predict(law: Law, work: Workspace, ratio: float) -> None:
     now = b0 + u * (b1 + u * b2)
     gain = 0.0
     s0 = max(b0 + b1 + b2, MIN_SPEED)
-    if law.patterned and slowing < -MIN_SPEED_LOSS * then:
+    if patterned and slowing < -MIN_SPEED_LOSS * then:
         gain = min(max(then / max(now, MIN_SPEED), 1.0), 2.0) / slowing
     for k in range(6):
         c0, c1, c2 = last[0, k], last[1, k], last[2, k]
@@ -198,7 +198,7 @@ def take_step(
     direction[1] = vy / max(s0, MIN_SPEED)
     fresh = ratio <= 0.0
     if not fresh:
-        _predict(law, work, ratio)
+        _predict(work, ratio, law.patterned)
         for k in range(6):
             terms[0, k] = curves[0, k] + s0 * curves[3, k]
     first_node = 0 if fresh else 1
