@@ -274,6 +274,7 @@ def integrate(
             until = min(_time_short_of(x_ahead, vx, ax), _time_short_of(y_ahead, vy, ay))
             if until == 0.0:
                 t += _hop_over_edge(now, ax, ay, at, x_ahead)
+                motion[SWEPT] = 1.0 if delivery.sweep_start <= t < delivery.sweep_end else 0.0
                 fresh = True
                 share = control.first_share
                 continue

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-import subprocess
 from collections import Counter
 from pathlib import Path
 
 import mutation
-import pytest
 from mutants.operators import mutants_of
 from mutants.touched import Touched, distance
 
@@ -31,28 +29,6 @@ def clamp(x, low, names=()):
     progress("half", 0.5)
     return min(x, LIMIT)
 '''
-
-
-@pytest.fixture
-def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """A project with one module in one area, and a test that sees some of its faults."""
-    (tmp_path / "module.py").write_text(
-        "def larger(a, b):\n    return a if a > b else b\n\n\n"
-        "def least(values):\n    return min(values)\n\n\n"
-        "def unused(x):\n    return x + 1\n"
-    )
-    tests = tmp_path / "tests"
-    tests.mkdir()
-    (tests / "test_module.py").write_text(
-        "import pytest\nfrom module import larger, least\n\n"
-        "@pytest.fixture(scope='module')\ndef three():\n    return least([3, 4])\n\n"
-        "def test_larger():\n    assert larger(1, 2) == 2\n\n"
-        "def test_first(three):\n    pass\n\n"
-        "def test_least(three):\n    assert three == 3\n"
-    )
-    monkeypatch.setattr(mutation, "AREAS", {"all": ["module.py"]})
-    subprocess.run(["git", "init", "-q"], cwd=tmp_path, check=True)
-    return tmp_path
 
 
 def test_operators_conditions_numbers_and_statements_change_and_words_do_not(tmp_path):
@@ -102,25 +78,3 @@ def test_the_closest_and_quickest_tests_come_first():
         "tests/b/t.py::x",
     ]
     assert distance("a/m.py", "tests/a/test_n.py::x") == 1
-
-
-@pytest.mark.slow
-def test_mutants_are_killed_by_the_tests_that_touch_them_and_others_survive(project):
-    trees = mutation.Trees(project, project / "out", 1)
-    touched = mutation.record_all(project, trees, project / "out" / "recorded", 1)
-    of = touched.lines["module.py"]
-    assert of["tests/test_module.py::test_larger"] == {2}
-    # What a shared fixture runs counts for every test that asks for it.
-    assert of["tests/test_module.py::test_first"] == of["tests/test_module.py::test_least"] == {6}
-    judged = {}
-    for mutant in mutation.draw(project, 100, 0, ["all"]):
-        with trees.one() as tree:
-            judged[mutant.mutant] = tree.judge(mutant, touched)
-    assert judged["return max(values)"].killed_by == "tests/test_module.py::test_least"
-    assert judged["return a if a < b else b"].killed_by == "tests/test_module.py::test_larger"
-    assert judged["return a if a >= b else b"].verdict == "survived"  # it is the same
-    assert (project / "module.py").read_text().count("a > b") == 1
-    table = project / "mutants.csv"
-    mutation.write_table(table, list(judged.values()))
-    assert mutation.read_table(table) == list(judged.values())
-    assert "module.py:2" in mutation.summary(list(judged.values()))

@@ -156,3 +156,15 @@ def test_ice_that_never_lets_go_and_a_start_off_the_ice_are_refused() -> None:
         slide(steep, Throw(speed=1, angle=0, spin=0).release(), bounds=FAR * 1e3)
     with pytest.raises(InputError, match="off the ice"):
         slide(load_ice("paper"), Release(x=3.0, y=0, vx=0, vy=1))
+
+
+def test_a_sweep_that_begins_on_the_edge_of_a_patch_is_not_missed() -> None:
+    patch = {"x_min": -1.0, "x_max": 1.0, "y_min": 0.0, "y_max": 3.0, "factor": 1.1, "edge": 0.0}
+    ice = load_ice("standard").with_effect(ActiveEffect(name="friction_patch", parameters=patch))
+    ice = ice.with_effect(ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9}))
+    throw = Throw(speed=1.9)
+    at_edge = slide(ice, throw.release(), bounds=np.array([-9.0, 9.0, -30.0, 0.0])).time
+    rests = [
+        slide(ice, throw.release(sweep=(at_edge + k * 2e-7, 60.0))).y for k in range(-20, 21, 2)
+    ]
+    assert np.ptp(rests) < 1e-3
