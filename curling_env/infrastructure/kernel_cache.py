@@ -1,6 +1,6 @@
 """Machine code kept between starts, which may be lost, damaged or forbidden and never stops anyone.
 
-numba keeps it as pickles, which can run code, so only a folder that nobody else can write is used.
+numba keeps it as pickles, which can run code, so only a folder that no other user can write is used.
 What was damaged is compiled again; where nothing can be kept, every start compiles.
 """
 
@@ -102,7 +102,7 @@ class _Contents(CompileResultCacheImpl):
 
 
 class KernelCache(FunctionCache):
-    """The cache of one function, whose troubles are nobody's.
+    """The cache of one function; its troubles stop no kernel.
 
     Parameters
     ----------

@@ -3,7 +3,7 @@
 numba compiles them and keeps the machine code on disk (`infrastructure.kernel_cache`), so that a
 second start compiles nothing. A kernel may call others of the physics and of its own folder. The
 name of its cache folder is therefore a digest of all those sources, so that a change in any of them
-compiles it anew.
+compiles it again.
 
 An effect's kernel is called through its address, so that any set of effects, those a user registers
 included, runs without compiling the engines again.

@@ -180,7 +180,7 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     coach.dispatch_event("#drop", "drop", {"dataTransfer": data})
     expect(films).to_have_count(2)
     expect(coach.get_by_role("link", name="Mark the sheet")).to_be_visible()
-    assert coach.evaluate("window.isTheSame")  # loading anew would lose films that wait
+    assert coach.evaluate("window.isTheSame")  # a reload would lose films that wait
 
     # Somebody else watches on a phone.
     athlete = open_page(browser, errors, viewport=PHONE, has_touch=True, color_scheme="dark")
