@@ -1,6 +1,6 @@
 """Machine code kept between starts, which may be lost, damaged or forbidden and never stops anyone.
 
-numba keeps it as pickles, which can run code, so only a folder that no other user can write is used.
+numba keeps it as pickles, which can run code, so a folder that other users can write is not used.
 What was damaged is compiled again; where nothing can be kept, every start compiles.
 """
 
