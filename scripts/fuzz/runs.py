@@ -25,8 +25,8 @@ from processes import end_with
 from fuzz.readers import read
 from fuzz.surroundings import surround
 
-MAX_SECONDS = 40.0
-"""Processor time that a run may take, the first with kernels to compile included [s]."""
+MAX_SECONDS = 20.0
+"""Processor time that a run may take [s]."""
 PATIENCE = 6.0
 """Times as much on the clock, because a machine may be busy."""
 ANSWER = 60.0
