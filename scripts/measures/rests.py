@@ -1,8 +1,6 @@
 """Compare the rests of lone stones with a fine reference, on ices that vary in every respect.
 
-    python scripts/rest_accuracy.py              rests beside the stored reference
-    python scripts/rest_accuracy.py --integrate  the stored reference beside a new integration
-    python scripts/rest_accuracy.py --write      store a new reference
+    cd scripts && python -m measures.rests    store a new reference
 
 The reference integrates the law in Runge-Kutta steps of 0.1 ms, cut at every line of the map
 (`tests/curling_env/physics/conftest.py`). Its rests are stored, so that they also hold an
@@ -12,7 +10,6 @@ cell to cell or over 1 m, patches, slopes, sweeping and drift; or they are prese
 
 from __future__ import annotations
 
-import argparse
 import json
 from collections.abc import Iterator
 from importlib.util import module_from_spec, spec_from_file_location
@@ -23,12 +20,11 @@ import numpy as np
 from tqdm import tqdm
 
 from curling_env import Ice, Release, load_ice
-from curling_env.physics import FINE_TOLERANCE, NO_BOUNDS, QUICK_TOLERANCE, slide
+from curling_env.physics import NO_BOUNDS, slide
 from curling_env.typing import Floats
 
-ROOT = Path(__file__).parents[1]
-REFERENCE = ROOT / "tests" / "curling_env" / "physics" / "conftest.py"
-STORED = Path(__file__).parent / "measures" / "rests.json"
+REFERENCE = Path(__file__).parents[2] / "tests" / "curling_env" / "physics" / "conftest.py"
+STORED = Path(__file__).with_name("rests.json")
 ROUGH_ICES = 300
 """Number of ices that are drawn at random, with a throw on each."""
 PRESETS = ("standard", "fitted", "club", "fcv1", "paper")
@@ -94,24 +90,11 @@ def differences(rests: Floats, expected: Floats) -> dict[str, Floats]:
     }
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--integrate", action="store_true")
-    parser.add_argument("--write", action="store_true")
-    chosen = parser.parse_args()
-    if chosen.write:
-        rows = [json.dumps(row) for row in integrated().round(DIGITS).tolist()]
-        STORED.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")
-        return
-    if chosen.integrate:
-        found = {"reference": integrated()}
-    else:
-        tolerances = {"quick": QUICK_TOLERANCE, "fine": FINE_TOLERANCE}
-        found = {name: simulated(tolerance) for name, tolerance in tolerances.items()}
-    for name, rests in found.items():
-        for unit, off in differences(rests, stored()).items():
-            print(f"{name:10} median {np.median(off):.3g}, largest {off.max():.3g} {unit}")
+def write() -> None:
+    """Store a new reference."""
+    rows = [json.dumps(row) for row in integrated().round(DIGITS).tolist()]
+    STORED.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    write()

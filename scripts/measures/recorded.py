@@ -1,7 +1,6 @@
 """Replay a recorded game and a recorded batch of throws, and compare every rest to the last bit.
 
-    python scripts/recorded_game.py            compare
-    python scripts/recorded_game.py --write    record them again
+    cd scripts && python -m measures.recorded    record them again
 
 The game has two ends on `standard` ice that wears, with sweeping and execution errors. Each
 delivery is played into the recorded position, so that differences do not add up.
@@ -9,7 +8,6 @@ delivery is played into the recorded position, so that differences do not add up
 
 from __future__ import annotations
 
-import argparse
 import json
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -33,7 +31,7 @@ from curling_env.game import (
 from curling_env.physics import play_batch, play_bounds
 from curling_env.typing import Floats
 
-STORED = Path(__file__).parent / "measures" / "recorded_game.json"
+STORED = Path(__file__).with_name("recorded_game.json")
 SEED = 7
 BATCH_THROWS = 40
 
@@ -122,18 +120,13 @@ def compare() -> dict[str, float]:
     return found
 
 
-def main() -> None:
-    parser = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    parser.add_argument("--write", action="store_true")
-    if parser.parse_args().write:
-        lines = ",\n".join(json.dumps(row) for row in recorded())
-        rows = ",\n".join(json.dumps(row) for row in batch().tolist())
-        text = f'{{"deliveries": [\n{lines}\n],\n"batch": [\n{rows}\n]}}\n'
-        STORED.write_text(text, encoding="utf-8")
-        return
-    for name, value in compare().items():
-        print(f"{name}: {value:.6g}")
+def write() -> None:
+    """Record the game and the batch again."""
+    lines = ",\n".join(json.dumps(row) for row in recorded())
+    rows = ",\n".join(json.dumps(row) for row in batch().tolist())
+    text = f'{{"deliveries": [\n{lines}\n],\n"batch": [\n{rows}\n]}}\n'
+    STORED.write_text(text, encoding="utf-8")
 
 
 if __name__ == "__main__":
-    main()
+    write()
