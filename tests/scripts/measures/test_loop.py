@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
 from measures.hidden_ice import (
     POSITION_NOISE,
     draw_hidden_ice,

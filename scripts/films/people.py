@@ -1,7 +1,7 @@
-"""The people of `other_films.py`: a thrower, sweepers at work, a skip. Spheres and lines in depth.
+"""People in films of known throws: a thrower, sweepers at work, a skip. Spheres and lines in depth.
 
 They share no code with the people that the project renders. A sweeper brushes 5 to 15 cm ahead of
-the stone's edge, bent over, now and then for some seconds; what is nearer to the camera is drawn
+the stone's edge, bent over, for some seconds at a time; what is nearer to the camera is drawn
 later, so that heads, arms and brooms hide the stone where a camera would see them do so.
 """
 
@@ -14,7 +14,8 @@ from typing import Any
 import cv2
 import numpy as np
 from numpy.typing import NDArray
-from other_views import View
+
+from films.rink import View
 
 Array = NDArray[np.floating[Any]]
 
@@ -108,6 +109,7 @@ class People:
     def __init__(
         self, sides: str, path: tuple[Array, Array], way: int, rng: np.random.Generator
     ) -> None:
+        self.sides = sides
         self._t, self._rows, self._way = *path, way
         self._hand = int(rng.choice([-1, 1]))
         coats = rng.permutation(len(COATS))

@@ -1,28 +1,21 @@
-"""Takeouts whose truth is known: filmed, tracked, and every stone held against its true path.
-
-python scripts/takeout_films.py -o runs/takeouts             seeds 90 to 100, nobody on the ice
-python scripts/takeout_films.py -o runs/swept --people       seeds 110 to 115, sweepers at work
+"""Takeouts whose truth is known: filmed, tracked, and every stone compared with its true path.
 
 A stone is thrown at one to three others in or before the house, which are hit one after the other
-or by each other; two more lie there. The films are rendered by the package. Of each stone that
-moved a line tells how far its track is off, in mm, before and after the first contact of the thrown
-stone; the last line counts the stones that were found. What is in the folder is not made again.
+or by each other; two more lie there. The films are rendered by the package.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-import cv2
 import numpy as np
-import typer
 
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
-from curling_env.infrastructure.files.storage import make_directory, read_json, write_json
+from curling_env.infrastructure.files.storage import read_json, write_json
 from curling_env.physics import Engine, Outcome, StoneState
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
@@ -91,7 +84,7 @@ WITH_PEOPLE = (
 
 
 def takeout(rng: np.random.Generator, hit: int) -> tuple[Outcome, Sequence[StoneState]]:
-    """A throw that hits so many stones, all of which stay in play, and what lies there before."""
+    """Return a throw that hits a number of stones, which all stay in play, and what lay there."""
     ice = Ice.uniform(rng.uniform(0.0105, 0.0125))
     for _ in range(900):
         throw = Throw(
@@ -176,9 +169,8 @@ class Seen:
     Parameters
     ----------
     stone : 0 for the thrown one, then those that were hit
-    thrown : whether the track is said to be that of the thrown stone
+    thrown : whether the track is reported as that of the thrown stone
     before, after : root mean square error before and after the first contact; NaN without rows [m]
-    within : share of the coordinates in their 95 % intervals
     turned : root mean square error of the heading after the contact; NaN where none is given [rad]
     """
 
@@ -186,29 +178,17 @@ class Seen:
     thrown: bool
     before: float
     after: float
-    within: float
     turned: float
 
     @property
     def right(self) -> bool:
-        """Whether the track is that of the stone that it is said to be."""
+        """Whether the track is that of the stone that is reported."""
         near = bool(np.fmax(self.before, self.after) < SAME)
         return near and self.thrown == (self.stone == 0)
 
-    @property
-    def line(self) -> str:
-        """The same in words."""
-        said = "thrown stone" if self.thrown else "stone that was hit"
-        parts = {"before": self.before, "after": self.after}
-        off = ", ".join(f"{1e3 * x:.0f} mm {when}" for when, x in parts.items() if np.isfinite(x))
-        return (
-            f"   {said}{'' if self.right else ' (wrong)'}: {off}; "
-            f"{100 * self.within:.0f} % in 95 % intervals, heading {self.turned:.2f} rad off"
-        )
-
 
 def seen_of(track: Trajectory, truth: dict[str, Any]) -> Seen:
-    """Hold the track of a stone that moved against the truth."""
+    """Compare the track of a stone that moved with the truth."""
     paths, contact = truth["paths"], truth["contact"]
 
     def off(path: dict[str, Any]) -> Floats:
@@ -231,13 +211,11 @@ def seen_of(track: Trajectory, truth: dict[str, Any]) -> Seen:
     def root_mean_square(values: Floats) -> float:
         return float(np.sqrt(np.mean(values**2))) if len(values) else np.nan
 
-    within = np.abs(away[scored]) < 1.96 * track.sigma_xy[scored, None]
     return Seen(
         stone=stone,
         thrown=track.stone == 0,
         before=root_mean_square(np.hypot(*away[before].T)),
         after=root_mean_square(np.hypot(*away[after].T)),
-        within=float(within.mean()) if len(within) else np.nan,
         turned=root_mean_square(turned),
     )
 
@@ -248,41 +226,25 @@ class Result:
 
     Parameters
     ----------
-    name : of the film
-    contact : time of the first contact [s]
     hit, resting : number of stones that were hit, and of those that nothing touched
     seen : tracks of the stones that moved
-    resting_off : errors of the untouched stones that were found [m]
-    notes : warnings of the tracker
-    refused : its error, if it refused the film
+    resting_found : number of untouched stones that were found
     """
 
-    name: str
-    contact: float
     hit: int
     resting: int
     seen: tuple[Seen, ...] = ()
-    resting_off: tuple[float, ...] = ()
-    notes: tuple[str, ...] = ()
-    refused: str = ""
+    resting_found: int = 0
 
     @property
     def hit_found(self) -> int:
-        """Number of stones that were hit and have a track of their own."""
+        """Number of stones that were hit and have their own track."""
         return len({one.stone for one in self.seen if one.right and not one.thrown})
 
     @property
     def wrong(self) -> bool:
         """Whether the track of the thrown stone is on another stone or far from its own."""
         return any(one.thrown and not one.right for one in self.seen)
-
-    def lines(self) -> Iterator[str]:
-        """The result in words, a line for each stone that moved."""
-        yield f"{self.name}: contact at {self.contact:.2f} s"
-        if self.refused:
-            yield f"   refused: {self.refused}"
-        yield from (one.line for one in self.seen)
-        yield from (f"   warning: {note}" for note in self.notes)
 
 
 def judged(one: Film, folder: Path, *, people: bool) -> Result:
@@ -291,44 +253,12 @@ def judged(one: Film, folder: Path, *, people: bool) -> Result:
     if not files["truth.json"].exists():
         film(one, folder, people=people)
     truth = read_json(files["truth.json"])
-    result = Result(
-        name=one.name,
-        contact=truth["contact"],
-        hit=len(truth["paths"]) - 1,
-        resting=len(truth["resting"]),
-    )
+    result = Result(hit=len(truth["paths"]) - 1, resting=len(truth["resting"]))
     try:
         found = track_film(files["mp4"], load_scene(files["scene.json"]))
-    except CurlingError as error:
-        return replace(result, refused=str(error))
+    except CurlingError:
+        return result
     seen = [seen_of(track, truth) for track in found.trajectories if len(track) > 2]
     still = np.array([t.xy[0] for t in found.trajectories if len(t) == 2]).reshape(-1, 2)
-    off = [float(np.hypot(*(still - xy).T).min(initial=np.inf)) for xy in truth["resting"]]
-    return replace(
-        result,
-        seen=tuple(seen),
-        resting_off=tuple(away for away in off if away < SAME),
-        notes=found.unexplained,
-    )
-
-
-def main(
-    output: Annotated[Path, typer.Option("-o", "--output", metavar="DIR")] = Path("runs/takeouts"),
-    people: Annotated[bool, typer.Option("--people", help="With thrower, sweepers, skip.")] = False,
-) -> None:
-    """Film takeouts, track them, and report the error of every stone's track."""
-    cv2.setNumThreads(1)
-    make_directory(output)
-    results: list[Result] = []
-    for one in WITH_PEOPLE if people else BARE:
-        results.append(judged(one, output, people=people))
-        print(*results[-1].lines(), sep="\n", flush=True)
-    print(
-        f"{sum(one.hit_found for one in results)} of {sum(one.hit for one in results)} stones "
-        f"found that were hit, {sum(len(one.resting_off) for one in results)} of "
-        f"{sum(one.resting for one in results)} others"
-    )
-
-
-if __name__ == "__main__":
-    typer.run(main)
+    near = [np.hypot(*(still - xy).T).min(initial=np.inf) < SAME for xy in truth["resting"]]
+    return replace(result, seen=tuple(seen), resting_found=int(np.sum(near)))

@@ -1,6 +1,6 @@
-"""The rink of `other_films.py`: ice and paint, a stone, and a camera that sees them.
+"""A rink whose pictures share no code with what the project renders: camera, ice, paint, stone.
 
-A stone is cast ray by ray; all of it shares no code with what the project renders.
+A stone is cast ray by ray.
 """
 
 from __future__ import annotations
@@ -12,7 +12,6 @@ import cv2
 import numba
 import numpy as np
 from numpy.typing import NDArray
-from other_views import PLACES, View, view_of
 
 Array = NDArray[np.floating[Any]]
 
@@ -24,14 +23,74 @@ ICE, FLOOR, DARK = (232, 228, 224), (70, 64, 60), (60, 60, 60)
 STONE_HEIGHT = 0.1143
 BAND = 0.0625
 """Radius of a stone's running band [m]."""
-REAL, ROUND = (6.0, 12.0), (2.2, 3.4)
-"""Exponents of a stone's profile. Of granite of 2.65 g/cm³ and with a handle of 0.5 kg, stones of
-the first kind weigh 17.2 to 19.6 kg, of the second 14.9 to 17.4; the rules ask for 17.24 to 19.96.
-"""
+PROFILE = (6.0, 12.0)
+"""Range of the exponents of a stone's profile. With granite of 2.65 g/cm³ and a handle of 0.5 kg,
+such stones weigh 17.2 to 19.6 kg; the rules ask for 17.24 to 19.96."""
 LAYERS = 44
 """Levels at which a ray is tested against the stone."""
 FINE = 4
 """Rays along each side of a pixel."""
+
+
+# --- the camera ---------------------------------------------------------------------------------
+
+PLACES: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...], float, float]] = {
+    "end": ((0.4, -36.5, 8.8), (0.0, -12.5, 0.0), (0.0, 0.0, 1.0), 1.16, -0.12),
+    "gantry": ((0.2, 0.1, 15.5), (0.0, 0.0, 0.0), (-1.0, 0.0, 0.0), 0.335, -0.05),
+    "side": ((-13.8, 0.2, 10.6), (0.3, 0.0, 0.0), (0.0, 0.0, 1.0), 0.36, -0.08),
+    "ceiling": ((0.1, 15.2, 6.1), (0.0, 15.0, 0.0), (-1.0, 0.0, 0.0), 0.54, -0.2),
+}
+"""Place, target, what is up, focal length and displacement of the picture's end, in widths."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """A camera: rotation (3, 3), place (3,), focal length, axis, distortion and size [px]."""
+
+    turn: Array
+    place: Array
+    focal: float
+    axis: tuple[float, float]
+    k1: float
+    k2: float
+    size: tuple[int, int]
+
+    def pixels(self, points: Array) -> Array:
+        """Where points (n, 3) [m] are seen, (n, 2) [px]."""
+        local = (points - self.place) @ self.turn.T
+        a, b = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
+        r = a * a + b * b
+        bend = 1 + r * (self.k1 + r * self.k2)
+        return np.stack([self.focal * a * bend, self.focal * b * bend], 1) + np.array(self.axis)
+
+    def rays(self, u: Array, v: Array) -> Array:
+        """Directions (..., 3) through pixels; the bend is undone by repetition."""
+        p, q = (u - self.axis[0]) / self.focal, (v - self.axis[1]) / self.focal
+        a, b = p.copy(), q.copy()
+        for _ in range(24):
+            r = a * a + b * b
+            bend = 1 + r * (self.k1 + r * self.k2)
+            a, b = p / bend, q / bend
+        return np.stack([a, b, np.ones_like(a)], -1) @ self.turn
+
+
+def view_of(name: str, height: int, rng: np.random.Generator) -> View:
+    """A camera of a kind, hung a little elsewhere."""
+    place, target, up, focal, bend = PLACES[name]
+    size = (height * 4 // 3, height) if name == "ceiling" else (round(height * 16 / 9), height)
+    size = (size[0] - size[0] % 2, size[1])
+    at = np.array(place) * [1, 1, rng.uniform(0.92, 1.08)] + rng.normal(0, 0.15, 3)
+    to = np.array(target) + np.append(rng.normal(0, 0.1, 2), 0.0)
+    ahead = (to - at) / np.linalg.norm(to - at)
+    right = np.cross(ahead, np.array(up))
+    right /= np.linalg.norm(right)
+    f = focal * rng.uniform(0.96, 1.0) * (1 if name == "end" else at[2] / place[2]) * size[0]
+    half = (size[0] / 2 / f) ** 2
+    k1 = bend * rng.uniform(0.5, 1.0) / half
+    off = rng.normal(0, 0.004, 2) * size[0]
+    return View(turn=np.stack([right, np.cross(ahead, right), ahead]), place=at, focal=float(f),
+                axis=(size[0] / 2 + off[0], size[1] / 2 + off[1]), k1=float(k1),
+                k2=float(-0.12 * k1 / half), size=size)  # fmt: skip
 
 
 # --- the ice ------------------------------------------------------------------------------------
@@ -218,14 +277,14 @@ class Rink:
     scene: dict[str, Any]
 
 
-def rink_of(camera: str, height: int, seed: int, *, round_stones: bool = False) -> Rink:
+def rink_of(camera: str, height: int, seed: int) -> Rink:
     """The rink of a seed, seen by a camera; the same one whatever the lines of its picture."""
     key = seed, list(PLACES).index(camera)
     rng = np.random.default_rng([*key, 1])
     view = view_of(camera, height, rng)
     sun = np.array([rng.normal(0, 0.5), rng.normal(0, 0.5), 1.0])
     grey = rng.uniform(70, 120)
-    below, above = rng.uniform(*(ROUND if round_stones else REAL), 2).tolist()
+    below, above = rng.uniform(*PROFILE, 2).tolist()
     stone = Granite(radius=float(rng.uniform(0.140, 0.146)), below=below, above=above,
                     body=np.array([grey, grey, 0.97 * grey]),
                     handle=np.array([(40, 40, 200), (40, 190, 220)][seed % 2], float),
