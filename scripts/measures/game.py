@@ -126,7 +126,7 @@ def values() -> dict[str, float]:
     for known in NETWORKS:
         own = network_named(known.name)
         lines = end_simulator(known.ice, known.rules, known.delivery).lines
-        batches = [played_ends(own, known, (99, 0, k))[0] for k in range(VALUE_BATCHES)]
+        batches = [played_ends(own, known, (99, 0, k)) for k in range(VALUE_BATCHES)]
         errors = {
             other.name: np.mean(
                 [negative_log_likelihood(network_named(other.name), lines, b) for b in batches]

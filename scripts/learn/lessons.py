@@ -2,22 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.playing.learned.features import checked
 from agents.playing.learned.values import ShotValues
 from agents.playing.learned.views import views_of
 from agents.playing.search.positions import SLOTS
 from curling_env.envs.game.shots import SHOTS
-from curling_env.errors import InputError
 from curling_env.game import GameSimulator
-from curling_env.infrastructure.files.storage import read_arrays, write_arrays
 from curling_env.typing import Integers, Progress, Singles, no_progress
 
 
@@ -47,71 +42,30 @@ class Lessons:
             expected=self.expected[part],
         )
 
-    @classmethod
-    def load(cls, path: str | Path) -> Lessons:
-        """The lessons in a file; nothing in the file is executed.
-
-        Raises
-        ------
-        InputError : no such file, or no lessons
-        """
-        arrays = read_arrays(path, what="lessons of ends")
-        if set(arrays) != set(_PARTS):
-            raise InputError(f"holds no lessons of ends: they are {', '.join(_PARTS)}", source=path)
-        lessons = cls(**{name: arrays[name].astype(np.float32) for name in _PARTS})
-        checked(lessons.observations)
-        if {lessons.once.shape, lessons.expected.shape} != {(len(lessons), len(SHOTS))}:
-            raise InputError("holds lessons of another list of shots", source=path)
-        return lessons
-
-    def save(self, path: str | Path) -> None:
-        """Write the lessons.
-
-        Raises
-        ------
-        OutputError : the file cannot be written
-        """
-        write_arrays(path, {name: getattr(self, name) for name in _PARTS})
-
-
-_PARTS = ("observations", "once", "expected")
-
 
 def lessons_of(
-    observations: ArrayLike,
-    simulator: GameSimulator,
-    *,
-    seed: int = 0,
-    progress: Progress = no_progress,
+    observations: ArrayLike, simulator: GameSimulator, *, progress: Progress = no_progress
 ) -> Lessons:
-    """Lessons in positions, by simulation.
+    """Return lessons in positions, by simulation.
 
     Parameters
     ----------
     observations : (n, k) flat observations of `CurlingEnd-v0`
     simulator : ice, rules and hands of the game that they are of
-    seed : seed of the hands' errors; each position has others
     progress : called after every position
 
     Raises
     ------
     InputError : observations of another kind
     """
-    views, values = views_of(observations, simulator, seed=seed), ShotValues()
-    once, expected = values.once_and_expected(views, progress=progress)
+    views = views_of(observations, simulator, seed=0)
+    once, expected = ShotValues().once_and_expected(views, progress=progress)
     seen = np.asarray(observations, dtype=np.float32)
     return Lessons(observations=seen, once=once, expected=expected)
 
 
-def joined(several: Sequence[Lessons]) -> Lessons:
-    """Lessons one after the other."""
-    return Lessons(
-        **{name: np.concatenate([getattr(one, name) for one in several]) for name in _PARTS}
-    )
-
-
 def mirrored(lessons: Lessons) -> Lessons:
-    """The same lessons with left and right exchanged: stones, handles, sides of hits."""
+    """Return the same lessons with left and right exchanged: stones, handles, sides of hits."""
     observations = lessons.observations.copy()
     observations[:, -3 * SLOTS + 1 :: 3] *= -1
     return Lessons(

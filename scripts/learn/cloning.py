@@ -1,11 +1,7 @@
-"""The network that calls shots as PyTorch trains it, and learning what shots are worth.
-
-Needs PyTorch: ``pip install 'curling-sheet[train]'``. What has been learnt needs only NumPy.
-"""
+"""The network that calls shots as PyTorch trains it, and learning what shots are worth."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -13,7 +9,6 @@ import torch
 from torch import nn
 
 from agents.playing.learned.features import Seen, features_of
-from agents.playing.learned.lessons import Lessons, joined, mirrored
 from agents.playing.learned.network import (
     ABOUT_PLACES,
     ABOUT_STONES,
@@ -25,6 +20,7 @@ from agents.playing.learned.network import (
 )
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.typing import Progress, Singles, no_progress
+from learn.lessons import Lessons, mirrored
 
 FIRST = 4.0
 """By how much a point that a shot promises changes its worth at first."""
@@ -35,6 +31,8 @@ FIRST_SHARE = 0.1
 NEARLY_AS_GOOD, ALIKE = 0.1, 0.05
 """Shots that lose so many points are nearly as good as the best; and how much it counts to call the
 good ones as often as that says, against the points lost."""
+LEARNING_RATE = 4e-3
+"""At first; it falls to zero."""
 PART = 2000
 """Positions whose features are worked out together."""
 
@@ -111,36 +109,34 @@ def clone(
     *,
     epochs: int = 20,
     batch: int = 256,
-    learning_rate: float = 4e-3,
     held_out: float = 0.05,
-    seed: int = 0,
     progress: Progress = no_progress,
-) -> tuple[ShotNetwork, Mapping[str, float]]:
+) -> tuple[ShotNetwork, float]:
     """A network that calls the shots that are worth most (behaviour cloning with soft labels).
 
     Parameters
     ----------
     lessons : what every shot is worth in which position; each also serves mirrored
-    epochs, batch, learning_rate : of the learning; the rate falls to zero
+    epochs, batch : passes through the lessons, and positions for each step
     held_out : share of the lessons that only measure, the last ones
-    seed : seed of everything random
     progress : called after every epoch
 
     Returns
     -------
-    the network; and of the lessons held out the mean of the points `lost` to the best shot, and the
-    share in which that was called (`alike`)
+    the network, and `points_lost` in the lessons held out
     """
-    torch.manual_seed(seed)
+    torch.manual_seed(0)
     torch.set_num_threads(1)
-    rng = np.random.default_rng(seed)
+    rng = np.random.default_rng(0)
     kept = max(int(len(lessons) * (1 - held_out)), 1)
     first = lessons[:kept]
-    seen, lost = _tensors(joined([first, mirrored(first)]))
+    both = _tensors(first), _tensors(mirrored(first))
+    seen = tuple(torch.cat(part) for part in zip(both[0][0], both[1][0], strict=True))
+    lost = torch.cat([both[0][1], both[1][1]])
     wanted = torch.softmax(-lost / NEARLY_AS_GOOD, 1)
     module = ShotModule()
     steps = epochs * -(-len(lost) // batch)
-    optimiser = torch.optim.AdamW(module.parameters(), lr=learning_rate, weight_decay=0.01)
+    optimiser = torch.optim.AdamW(module.parameters(), lr=LEARNING_RATE, weight_decay=0.01)
     schedule = torch.optim.lr_scheduler.LambdaLR(optimiser, lambda k: max(1 - k / steps, 0.0))
     for epoch in range(epochs):
         for rows in np.array_split(rng.permutation(len(lost)), -(-len(lost) // batch)):
@@ -154,17 +150,15 @@ def clone(
             optimiser.step()
             schedule.step()
         progress("epochs", epoch + 1, epochs)
-    rest = lessons[kept:]
-    return module.network(), _measured(module, rest) if len(rest) else {}
+    return module.network(), points_lost(module, lessons[kept:])
 
 
-def _measured(module: ShotModule, lessons: Lessons) -> dict[str, float]:
+def points_lost(module: ShotModule, lessons: Lessons) -> float:
+    """Return the mean of the points that the called shots lose to the best ones."""
     seen, lost = _tensors(lessons)
     with torch.no_grad():
         worths, _ = module(seen)
-    called = worths.argmax(1)
-    points = lost[torch.arange(len(lost)), called]
-    return {"lost": float(points.mean()), "alike": float((points == 0).float().mean())}
+    return float(lost[torch.arange(len(lost)), worths.argmax(1)].mean())
 
 
 def _tensors(lessons: Lessons) -> tuple[tuple[torch.Tensor, ...], torch.Tensor]:

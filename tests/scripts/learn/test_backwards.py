@@ -6,6 +6,7 @@ from typing import cast
 
 import numpy as np
 import pytest
+from learn.backwards import lesson_before
 
 from agents.playing import (
     SCORES,
@@ -14,7 +15,6 @@ from agents.playing import (
     PlayedEnds,
     ValueNetwork,
     end_simulator,
-    lesson_before,
     load_network,
     skill_feature,
 )

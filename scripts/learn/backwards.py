@@ -51,7 +51,7 @@ def lesson_before(
     usual: Skill,
     rng: np.random.Generator,
 ) -> Lesson:
-    """Positions with so many stones to come, and how likely each score is once the next is thrown.
+    """Return positions with a number of stones to come, and score chances after the next stone.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def lesson_before(
     decision = Decision(simulator, network, stones, delivered, values, skill)
     shots = shots_for(table, simulator, stones, delivered)
     best = best_by_simulation(decision, shots, sigma, _EFFORT, rng)
-    # Thrown anew: what chose the shot has flattered it.
+    # Thrown again: what chose the shot has flattered it.
     thrown = best[np.repeat(np.arange(len(stones)), OUTCOMES)]
     after = decision.after(thrown, errors_of(thrown, sigma, rng))
     shares = decision.score_shares(after, thrown.position)

@@ -1,4 +1,4 @@
-"""Learning a network anew: stopped runs go on, and other rules and ices are learnt as well."""
+"""Learning a value network: stopped runs go on, and other rules and ices are learnt as well."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ import train_value_network
 from train_value_network import Batch, learn, learn_backwards, play_batch
 
 from agents.learning import read_model
-from agents.playing import NETWORKS, Effort, ValueNetwork, ends_from, load_network
+from agents.playing import NETWORKS, ValueNetwork, ends_from, load_network
 from curling_env.errors import InputError
 
 (DIGITAL_CURLING,) = (known for known in NETWORKS if known.name == "digital_curling")
@@ -25,7 +25,7 @@ def few_ends(monkeypatch):
     monkeypatch.setattr(train_value_network, "HELD_OUT", 2)
 
 
-def learnt(folder, learnt_for=DIGITAL_CURLING, **options) -> ValueNetwork:
+def learnt(folder, learnt_for=DIGITAL_CURLING) -> ValueNetwork:
     return learn(
         learnt_for,
         folder,
@@ -34,7 +34,6 @@ def learnt(folder, learnt_for=DIGITAL_CURLING, **options) -> ValueNetwork:
         epochs=1,
         workers=1,
         seed=3,
-        **options,
     )
 
 
@@ -51,8 +50,6 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(tmp_path, capsys):
     assert "−ln p of the score of 4 held-out ends" in capsys.readouterr().out
     with pytest.raises(InputError, match="choose another folder"):
         learnt(tmp_path / "begun", replace(DIGITAL_CURLING, ice="standard"))
-    with pytest.raises(InputError, match="choose another folder"):
-        learnt(tmp_path / "begun", effort=Effort(shots=8))
 
 
 def test_learning_backwards_goes_on_too_and_leaves_out_what_is_held_out(tmp_path, capsys):
