@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
-from learn.backwards import lesson_before
+from learn.backwards import STAGE_EPOCHS, STAGE_RATE, lesson_before
 from tqdm import tqdm
 
 from agents.learning.model_file import read_model, write_model
@@ -53,8 +53,6 @@ from agents.playing.league.tuning import (
     ENDS_SIDE_BY_SIDE,
     LEAD_SPREAD,
     MAX_ENDS_LEFT,
-    STAGE_EPOCHS,
-    STAGE_RATE,
 )
 from agents.playing.search import networks
 from agents.playing.search.networks import NETWORKS, LearntFor, network_named

@@ -29,7 +29,7 @@ __getattr__, __dir__ = lazy_names(
         "match": ("Match", "play_game"),
         "offline_data": ("DATASET", "RECORDED", "record_ends"),
         "players.greedy": ("GreedyPlayer",),
-        "record": ("lines_of", "play_again", "read_record", "write_record"),
+        "record": ("lines_of", "read_record", "write_record"),
         "record_schema": ("check_lines",),
         "replay.film": ("deliveries_of", "write_film"),
         "replay.page": ("page_of", "write_page"),

@@ -5,10 +5,6 @@ YANG = (
     "Beijing 2022 games in bins of 0.1 m/s"
 )
 LI = "Li et al. (2022), Lubricants 10, 265, doi:10.3390/lubricants10100265 (abstract)"
-PENNER = (
-    "Penner (2001), Am. J. Phys. 69, 332, doi:10.1119/1.1309519, as quoted in the literature on "
-    "simulators"
-)
 JENSEN = (
     "Jensen & Shegelski (2004), Can. J. Phys. 82, 791, arXiv:2112.09835: one of their shots, as "
     "quoted by Penner"

@@ -189,12 +189,6 @@ def read_session(path: str | Path) -> Session:
         raise InputError(error.problem, source=path, where=error.where) from error
 
 
-def is_session(document: Any) -> bool:
-    """Whether a JSON document says that it is a donated session, of any number."""
-    found = document.get("format") if isinstance(document, dict) else None
-    return isinstance(found, str) and found.partition("/")[0] == SESSION_FORMAT.name
-
-
 def _scene(document: Any, source: str) -> Scene:
     try:
         return scene_of(document, source)

@@ -25,14 +25,6 @@ from agents.playing.league.self_play import (
     sigmas_of,
     some_of_each,
 )
-from agents.playing.league.tuning import (
-    ANY,
-    OUTCOMES,
-    PROMISING,
-    REPLIES_AGAIN,
-    REPLIES_ONCE,
-    REPLY_REPEATS,
-)
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.positions import EndSimulator
 from agents.playing.search.shots import shots_for
@@ -40,6 +32,15 @@ from agents.playing.search.value_network import ValueNetwork, skill_feature
 from curling_env.throw import Skill
 from curling_env.typing import Floats, Indices
 
+REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS = 40, 6, 3
+"""Shots simulated once from a position; how many of the best again, and how often."""
+OUTCOMES = 6
+"""Outcomes of the best of them whose mean is what the position is worth."""
+PROMISING, ANY = 2, 1
+"""For each position of an end, number of others that are learnt: after one of the best shots, and
+after any."""
+STAGE_EPOCHS, STAGE_RATE = 6, 2e-3
+"""Passes through the positions with as many stones to come, and their highest learning rate."""
 _EFFORT = Effort(REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS)
 
 
