@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import contextlib
+import sys
 from collections.abc import Iterator
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -32,7 +34,7 @@ from curling_env.throw import skill_named
 from curling_env.typing import no_progress
 
 MEASURES = (
-    *("button", "draws", "unseen_ices", "house", "zoo", "throws", "planner"),
+    *("button", "draws", "unseen_ices", "house", "one_file", "zoo", "throws", "planner"),
     *("ends", "copy", "knowledge", "recorded", "rates"),
 )
 DRAWS = 40
@@ -85,6 +87,13 @@ def house() -> dict[str, float]:
     model.learn(160_000)
     _, miss = ppo.evaluate(lambda seen: model.predict(seen, deterministic=True)[0], ppo.Settings())
     return {"miss_m": miss}
+
+
+def one_file() -> dict[str, float]:
+    """Train PPO in one file, and measure its miss."""
+    with TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
+        settings = ppo.Settings(output=folder)
+        return {"miss_m": ppo.evaluate(ppo.train(settings).predict, settings, 2000)[1]}
 
 
 def zoo() -> dict[str, float]:
