@@ -24,9 +24,9 @@ from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.storage import make_directory
 from curling_env.validation import ICE_ROWS, OTHER_ROWS, Comparison, Row, Shots, compare
-from curling_env.validation.sources import PAPER
 from curling_env.validation.table import as_text, in_words, preset_of
 
+PAPER = "Estimation of Curling Sheet Friction Factor by Pixelization, tables 3 and 4"
 ICES = ("standard", "fitted", "club", "fcv1")
 PAPER_SEED = 2019
 HANDS = Path(__file__).parent / "measures" / "hands.json"

@@ -1,9 +1,8 @@
-"""Rows that need no measurement: closed forms, budgets and scales that the physics must keep."""
+"""Values of the rows that need no measurement: closed forms, budgets and scales that the physics must keep."""
 
 from __future__ import annotations
 
 import math
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,8 +17,7 @@ from curling_env.physics.state import State
 from curling_env.sheet import RULE_BOOK_STONE, Stone
 from curling_env.throw import Release, Throw
 from curling_env.typing import Floats
-from curling_env.validation import sources
-from curling_env.validation.row import Row
+from curling_env.validation.draws import hog_to_hog, metres_per_second
 from curling_env.validation.shots import HOG_TO_FAR_TEE, Shots
 
 MU = 0.01
@@ -53,7 +51,7 @@ def thin_ring(ratio: Floats) -> tuple[Floats, Floats]:
     return drag, ((1 - ratio) * k + (1 + ratio) * e) / np.pi
 
 
-def _off_the_ring(_: Shots) -> float:
+def off_the_ring(_: Shots) -> float:
     """Largest distance of the law's drag and torque from the thin ring's, over all ratios."""
     stone = RULE_BOOK_STONE
     states = np.zeros((len(RATIOS), 5))
@@ -69,7 +67,7 @@ def _off_the_ring(_: Shots) -> float:
     )
 
 
-def _off_by_scipy(_: Shots) -> float:
+def off_by_scipy(_: Shots) -> float:
     """Distance between our rest and that of SciPy's DOP853 on the elliptic integrals [m]."""
     stone, speed, spin = RULE_BOOK_STONE, 1.0, 4.0
     turning = GRAVITY * stone.mass * stone.band_radius / stone.inertia
@@ -92,7 +90,7 @@ def _off_by_scipy(_: Shots) -> float:
     return abs(ours.y - release.y - float(run.y[0, -1]))
 
 
-def _spin_decay(_: Shots) -> float:
+def spin_decay(_: Shots) -> float:
     """Power p of ω ∝ v^p on a band alone, over that of theory, for a stone that hardly spins."""
     stone, exponent = RULE_BOOK_STONE, 0.25
     falls = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": exponent})
@@ -105,7 +103,7 @@ def _spin_decay(_: Shots) -> float:
     return power / ((1 - exponent) * stone.spin_coupling / 2)
 
 
-def _energy_of_draw(_: Shots) -> float:
+def energy_of_draw(_: Shots) -> float:
     """Work along a draw's path by the law, over the energy at the release, less one."""
     ice = load_ice("standard")
     per_mass = ice.stone.inertia / ice.stone.mass
@@ -123,7 +121,7 @@ def _energy_of_draw(_: Shots) -> float:
     return float((np.trapezoid(power, t) + energy[0] - energy[-1]) / energy[0])
 
 
-def _clusters(_: Shots, what: str) -> float:
+def clusters(_: Shots, what: str) -> float:
     """Worst breach over many clusters of stones that collide, relative to what there was.
 
     Parameters
@@ -198,7 +196,7 @@ def scaled_world(ice: Ice, length: float, time: float) -> Ice:
     return Ice.uniform(mu, effects=tuple(effects), stone=other)
 
 
-def _off_in_scaled_world(_: Shots) -> float:
+def off_in_scaled_world(_: Shots) -> float:
     """Largest relative difference of a draw's ends in a world scaled by 1.3 in length, 0.8 in time.
 
     Compared are how far it carries, how far it curls, how long it takes and how far it turns.
@@ -216,113 +214,18 @@ def _off_in_scaled_world(_: Shots) -> float:
     return float(np.abs(there / here - 1).max())
 
 
-def _metres_by_power_law(_: Shots) -> float | None:
+def metres_by_power_law(_: Shots) -> float | None:
     """Metres a second, hog to hog, of a draw of 13.0 s under a power law of −¼ alone."""
-    from curling_env.validation.draw_rows import hog_to_hog, metres_per_second
-
     falls = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.25})
     ice = Ice.uniform(0.008, effects=(falls,), stone=Stone(band_radius=0.0))
     scaled = Shots(ice).scaled_until(hog_to_hog, 13.0)
     return None if scaled is None else metres_per_second(scaled, to_rest=False)
 
 
-def _drift_over_theory(_: Shots) -> float | None:
+def drift_over_theory(_: Shots) -> float | None:
     """Drift by a slope across Coulomb ice over αD/(2μ)."""
     tilt = 1e-5
     shots = Shots(Ice.uniform(MU, stone=Stone(band_radius=0.0)))
     speed = shots.weight(HOG_TO_FAR_TEE)
     run = None if speed is None else shots.with_effect("slope", x=tilt, y=0.0).run(speed)
     return None if run is None else run.x / (tilt * HOG_TO_FAR_TEE / (2 * MU))
-
-
-MECHANICS = "without any measurement"
-
-
-def _check(name: str, said: str, bounds: tuple[float, float], value: Any, about: str = "") -> Row:
-    return Row(
-        name=name,
-        part=MECHANICS,
-        said=said,
-        low=bounds[0],
-        high=bounds[1],
-        unit="1",
-        source=sources.CLOSED_FORM,
-        value=value,
-        about=about,
-        depends_on_ice=False,
-    )
-
-
-ROWS = (
-    _check(
-        "running band against elliptic integrals, worst of F/(μmg) and τ/(μmgr)",
-        "0",
-        (0.0, 7e-5),
-        _off_the_ring,
-        "At 81 ratios of speed and rim from 0.01 to 100; the band is a sum over contacts.",
-    ),
-    _check(
-        "rest of a fast turning stone against SciPy's DOP853 [m]",
-        "0",
-        (0.0, 1e-3),
-        _off_by_scipy,
-        "Coulomb ice, 1 m/s and 4 rad/s; the other side uses elliptic integrals and no code of "
-        "the engines.",
-    ),
-    _check(
-        "fading of the spin on a band alone, power over theory",
-        "1",
-        (0.995, 1.005),
-        _spin_decay,
-        "ω/ω₀ = (v/v₀)^p with p = (1 − n)mr²/(2I), for a rim far slower than the stone.",
-    ),
-    _check(
-        "energy of a draw: what the law's work along its path leaves over",
-        "0",
-        (-1e-3, 1e-3),
-        _energy_of_draw,
-        "Speeds from the path's samples, 200 a second; relative to the energy at the release.",
-    ),
-    _check(
-        "momentum lost in collisions",
-        "0",
-        (0.0, 1e-12),
-        partial(_clusters, what="momentum"),
-        "Worst of 200 clusters of three stones, per mass, over the energy of the cluster.",
-    ),
-    _check(
-        "angular momentum lost in collisions",
-        "0",
-        (0.0, 1e-12),
-        partial(_clusters, what="angular momentum"),
-    ),
-    _check(
-        "energy won in collisions",
-        "0 or less",
-        (0.0, 1e-9),
-        partial(_clusters, what="energy"),
-        "The largest gain; a loss counts as 0.",
-    ),
-    _check(
-        "a draw in a world of other metres and seconds, worst of four relative differences",
-        "0",
-        (0.0, 2e-3),
-        _off_in_scaled_world,
-        "μ' = μ·λ^(1+n)·τ^(−2−n), k' = k/λ, c' = c·λ^(1−q)·τ^(q−2), ω' = ω/τ: dimensional "
-        "analysis. The slip of 10 mm/s below which friction rises no more is the one scale that "
-        "stays.",
-    ),
-    _check(
-        "drift by a slope across the sheet over αD/(2μ)",
-        "1",
-        (0.999, 1.001),
-        _drift_over_theory,
-    ),
-    _check(
-        "further for a second less, hog to hog, by v^(-1/4) alone [m/s]",
-        "2.36",
-        (2.31, 2.41),
-        _metres_by_power_law,
-        "The number beside the coaches' 1.83 m; a draw of 13.0 s, and less on keener ice.",
-    ),
-)
