@@ -37,10 +37,12 @@ def after_hit(stone: Stone, fullness: float) -> Floats:
 
 
 def struck(shots: Shots) -> float:
+    """Speed of a fully hit stone over the thrown stone's."""
     return float(after_hit(shots.ice.stone, 1.0)[1, State.VY]) / SPEED
 
 
 def energy_kept(shots: Shots) -> float:
+    """Share of the energy that two stones keep in a full hit."""
     stones = after_hit(shots.ice.stone, 1.0)
     return float((stones[:, State.VX : State.VY + 1] ** 2).sum()) / SPEED**2
 

@@ -39,16 +39,19 @@ def _on_ice_of(shots: Shots, seconds: float) -> Shots | None:
 
 
 def hog_to_tee_on(shots: Shots, seconds: float) -> float | None:
+    """Time from hog line to tee on ice where a draw takes given seconds hog to hog [s]."""
     scaled = _on_ice_of(shots, seconds)
     return None if scaled is None else hog_to_tee(scaled)
 
 
 def time_of_weight(shots: Shots, place: str) -> float | None:
+    """Hog-to-hog time of a stone that stops at a place of `PLACES`, on ice of `KEEN` [s]."""
     scaled = _on_ice_of(shots, KEEN)
     return None if scaled is None else scaled.hog_to_hog(PLACES[place])
 
 
 def speed_of_time(shots: Shots, seconds: float) -> float | None:
+    """Speed of a stone of a hog-to-hog time, on ice of `KEEN` [m/s]."""
     scaled = _on_ice_of(shots, KEEN)
     return None if scaled is None else scaled.weight_of_time(seconds)
 
@@ -73,6 +76,7 @@ def metres_per_second(shots: Shots, to_rest: bool) -> float | None:
 
 
 def of_draw(shots: Shots, what: str, spin: float | None = None) -> float | None:
+    """Curl [m] or turns of a draw, with a given spin [rad/s]."""
     draw: Slide | None = shots.draw if spin is None else shots.draw_turning(spin)
     if draw is None:
         return None

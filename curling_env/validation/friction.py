@@ -34,11 +34,13 @@ def friction_between(shots: Shots, fast: float, slow: float) -> float | None:
 
 
 def steepness(shots: Shots) -> float | None:
+    """Power by which friction falls, from 0.25 to 2.15 m/s."""
     slow, fast = friction_between(shots, 0.3, 0.2), friction_between(shots, 2.2, 2.1)
     return None if slow is None or fast is None else math.log(slow / fast) / math.log(2.15 / 0.25)
 
 
 def jensen_carry(shots: Shots) -> float:
+    """Distance of the published shot [m]."""
     return shots.carry(JENSEN_SPEED, JENSEN_SPIN)
 
 
@@ -58,4 +60,5 @@ def _power_law(exponent: float) -> Shots:
 
 
 def time_of_power_law(_: Shots, exponent: float) -> float | None:
+    """Time of the published shot under a power law of friction alone [s]."""
     return jensen(_power_law(exponent), "time")

@@ -1,4 +1,4 @@
-"""Values of the rows that need no measurement: closed forms, budgets and scales that the physics must keep."""
+"""Values of the rows that need no measurement: closed forms, budgets and scales to keep."""
 
 from __future__ import annotations
 

@@ -39,6 +39,7 @@ def swept_gain(shots: Shots, begin: float, what: str) -> float | None:
 
 
 def marmo_carry(shots: Shots) -> float:
+    """Distance of the unswept stone [m]."""
     return shots.carry(MARMO_SPEED)
 
 
