@@ -10,7 +10,6 @@ cell to cell or over 1 m, patches, slopes, sweeping and drift; or they are prese
 
 from __future__ import annotations
 
-import json
 from collections.abc import Iterator
 from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
@@ -24,7 +23,7 @@ from curling_env.physics import NO_BOUNDS, slide
 from curling_env.typing import Floats
 
 REFERENCE = Path(__file__).parents[2] / "tests" / "curling_env" / "physics" / "conftest.py"
-STORED = Path(__file__).with_name("rests.json")
+STORED = Path(__file__).with_name("rests.npy")
 ROUGH_ICES = 300
 """Number of ices that are drawn at random, with a throw on each."""
 PRESETS = ("standard", "fitted", "club", "fcv1", "paper")
@@ -77,7 +76,7 @@ def simulated(tolerance: float) -> Floats:
 
 def stored() -> Floats:
     """Return the stored rests of the reference, in the same form as `integrated`."""
-    return np.array(json.loads(STORED.read_text(encoding="utf-8")))
+    return np.load(STORED)
 
 
 def differences(rests: Floats, expected: Floats) -> dict[str, Floats]:
@@ -90,11 +89,5 @@ def differences(rests: Floats, expected: Floats) -> dict[str, Floats]:
     }
 
 
-def write() -> None:
-    """Store a new reference."""
-    rows = [json.dumps(row) for row in integrated().round(DIGITS).tolist()]
-    STORED.write_text("[\n" + ",\n".join(rows) + "\n]\n", encoding="utf-8")
-
-
 if __name__ == "__main__":
-    write()
+    np.save(STORED, integrated().round(DIGITS))
