@@ -20,7 +20,7 @@ __getattr__, __dir__ = lazy_names(
         "board.set_up": ("LaidStone", "Position", "set_up"),
         "league.fit": ("Lesson", "fit_value_network"),
         "league.run": ("ends_from", "run_league"),
-        "league.self_play": ("Effort", "PlayedEnds", "end_simulator"),
+        "league.self_play": ("PlayedEnds", "end_simulator"),
         "league.settings": ("LeagueSettings", "league_settings"),
         "learned.network": ("IMPOSSIBLE", "ShotNetwork"),
         "learned.player": ("LearnedPlayer",),
