@@ -134,8 +134,8 @@ class Grain:
         noise = rng.normal(0, NOISE, (height + 97, width + 97)).astype(np.float32)
         self._noise, self._rng = np.repeat(noise[..., None], 3, axis=2), rng
 
-    def frame(self, picture: Array) -> av.VideoFrame:
-        """Return the frame of a picture with its noise."""
+    def frame(self, picture: Any) -> av.VideoFrame:
+        """Return the frame of a picture (rows, columns, 3) with its noise."""
         a, b = self._rng.integers(0, 97, 2)
         noise = self._noise[a : a + picture.shape[0], b : b + picture.shape[1]]
         shown = np.asarray(cv2.add(picture, noise, dtype=cv2.CV_8U), np.uint8)
