@@ -1,10 +1,7 @@
-"""The sheet seen from above: the paper's homography, its lengths, and the outside masked.
+"""The sheet seen from above, by the paper's homography.
 
-Three misprints of the paper are corrected here. In equation 1 the last row of the homography is
-(h31, h32, h33), and a point of the image is (x, y, 1). In equation 4 the vertical length joins
-upper with lower corners, (y3 - y1) and (y4 - y2), where the paper joins left with right. And the
-length of a side seen in perspective is the distance of its ends, not their difference along one
-axis.
+A misprint of the paper is corrected here: in equation 1 the last row of the homography is
+(h31, h32, h33), and a point of the image is (x, y, 1).
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
