@@ -6,9 +6,9 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import say
+from curling_env.commands.terminal import say
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -18,56 +18,31 @@ if TYPE_CHECKING:
 
 def app(
     folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FOLDER", help="The club folder; it is made if it is not there yet."
-        ),
+        Path, Argument(metavar="FOLDER", help="The club folder, made if it is missing.")
     ] = Path("club"),
     demo: Annotated[
-        bool,
-        typer.Option("--demo", help="Fill the folder with a made-up evening, to look around."),
+        bool, Option("--demo", help="Fill the folder with a made-up evening, to look around.")
     ] = False,
     take_in: Annotated[
         list[Path] | None,
-        typer.Option(
+        Option(
             "--import",
             metavar="DIR",
-            help="Begin a session from files that are there: tracks.csv, and ice.json if it is "
-            "there; may be given again and again.",
+            help="Begin a session from tracks.csv and ice.json in DIR; may be repeated.",
         ),
     ] = None,
     port: Annotated[
         int | None,
-        typer.Option(
-            min=0,
-            max=65535,
-            metavar="N",
-            help="Port of the page; 0 takes any free one. By default 8711, or a free one.",
-        ),
+        Option(min=0, max=65535, metavar="N", help="Port; 0 takes any free one. By default 8711."),
     ] = None,
     browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
+        bool, Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
     share: Annotated[
-        bool,
-        typer.Option(
-            "--share", help="Let others in the same network open it, by an address with a secret."
-        ),
+        bool, Option("--share", help="Open the page to the local network, by a secret address.")
     ] = False,
 ) -> None:
     """Open the page for athletes and coaches: film, ice, throw and athlete, in the browser.
-
-    The address is printed, and the page is opened. Everything works on this machine, without the
-    internet: new sessions, films, throws, ice, plans. The club folder holds it all: one database
-    (club.sqlite) for names and notes, and beside it the films, tracks and ices as files that every
-    other command reads.
-
-    The address holds a secret: only who has it gets in, and only on this machine. With --share
-    others in the same network get in too, for instance a tablet at the other end of the sheet; its
-    address has a secret of its own, and is also shown as a QR code. Whoever has that address may
-    see and change everything.
-
-    Ctrl-C ends the app. Nothing is lost, also where the power goes: the next start goes on.
 
     \b
     Examples:
@@ -75,6 +50,16 @@ def app(
         curling app ~/curling-club --share
         curling app /tmp/look --demo
         curling app club --import runs/demo
+
+    The address is printed, and the page is opened. Everything works on this machine, without the
+    internet. The club folder holds a database (club.sqlite) for names and notes, and beside it the
+    films, tracks and ices as files that every other command reads.
+
+    The address holds a secret: only those who have it get in, and only on this machine. With
+    --share others in the same network get in too, by an address with another secret, which is also
+    shown as a QR code; anyone who has it may see and change everything.
+
+    Ctrl-C ends the app. Nothing is lost, even in a power cut. See docs/app.md.
     """
     import webbrowser
     from contextvars import Context
@@ -83,13 +68,14 @@ def app(
 
     from agents.app.club import Club
     from agents.app.serve import serve
+    from agents.app.take_in import look_through
 
     club, folders = Club(folder), take_in or []
 
-    def tell(address: str, shared: str | None) -> None:
+    def show(address: str, shared: str | None) -> None:
         print(address, flush=True)
         if shared is not None:
-            say(f"whoever is in this network and has this address may see all: {shared}", now=True)
+            say(f"anyone in this network who has this address may see all: {shared}", now=True)
             if sys.stderr.isatty():
                 from curling_env.infrastructure.qr_code import qr_code
 
@@ -99,12 +85,13 @@ def app(
 
     def run() -> None:
         with club.alone():
-            _check(folders)
+            for one in folders:  # all of them, before the first is taken in
+                look_through(one)
             serve(
                 club,
                 port=port,
                 share=share,
-                opened=tell,
+                opened=show,
                 begin=lambda: _begin(club, folders, demo=demo),
             )
 
@@ -114,15 +101,6 @@ def app(
         Context().run(run)
     except KeyboardInterrupt:
         say(f"closed; everything is kept in {folder}")
-
-
-def _check(folders: Sequence[Path]) -> None:
-    """See that all folders can be taken in before the first one is."""
-    if folders:
-        from agents.app.take_in import look_through
-
-        for folder in folders:
-            look_through(folder)
 
 
 def _begin(club: Club, folders: Sequence[Path], *, demo: bool) -> None:

@@ -1,7 +1,7 @@
-"""What `curling bench` measures: the speed of this package on this machine.
+"""Measures of `curling bench`: the speed of this package on this machine.
 
-Each measure repeats its work for long enough, three times, and keeps the best, because other work
-of the machine can only slow it down. Packages declare their measures under the entry-point group
+Each measure repeats its work for 0.4 s, three times, and keeps the best, because other work of the
+machine can only slow it down. Packages declare their measures under the entry-point group
 `curling.benchmarks`, as functions that yield them.
 """
 
@@ -22,7 +22,6 @@ from numpy.typing import NDArray
 
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import Throw
 from curling_env.typing import Floats
 
 REPEATS = 3
@@ -46,17 +45,15 @@ class Measure:
     unit: str
 
 
-def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False) -> float:
+def rate(work: Callable[[], int], *, repeats: int = REPEATS) -> float:
     """Items per second on one core, in processor time.
 
     Parameters
     ----------
     work : does some items and returns their number
-    repeats : how often to measure; the best counts
-    warm : whether the work has been done before, so that everything is compiled
+    repeats : number of measurements; the best counts
     """
-    if not warm:
-        work()
+    work()  # compiles
     best = 0.0
     for _ in range(repeats):
         done = 0
@@ -65,46 +62,6 @@ def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False)
             done += work()
         best = max(best, done / spent)
     return best
-
-
-def wall_rates(*works: Callable[[], int]) -> list[float]:
-    """Items per second by the clock on the wall, for work on several cores, done by turns.
-
-    Other work of the machine slows them, so they need a quiet one.
-    """
-    best = [0.0] * len(works)
-    for repeat in range(REPEATS + 1):
-        for k, work in enumerate(works):
-            start = time.perf_counter()
-            done = work()
-            if repeat > 0:  # the first warms up
-                best[k] = max(best[k], done / (time.perf_counter() - start))
-    return best
-
-
-def memory_of_a_million() -> float:
-    """Memory for a million throws without paths, releases and results included [MB].
-
-    The stones are slow, to save time: a slide keeps nothing, so its length does not matter.
-    """
-    import tracemalloc
-
-    from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
-
-    def throw(count: int) -> object:
-        table = np.zeros(count, dtype=RELEASE_DTYPE)
-        table["vy"], table["omega"] = 0.05, 0.1
-        return throw_batch(load_ice("standard"), table)
-
-    throw(10)
-    tracemalloc.start()
-    try:
-        kept = throw(1_000_000)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    del kept
-    return 1e-6 * peak
 
 
 def import_time() -> float:
@@ -122,23 +79,23 @@ def first_steps() -> Iterator[Measure]:
     program = """
 import sys, time
 import gymnasium, curling_env
-make, id = sys.argv[1:]
-env = gymnasium.make(id) if make == "make" else gymnasium.make_vec(id, num_envs=64)
+env = getattr(gymnasium, sys.argv[1])(sys.argv[2])
 env.action_space.seed(0)
 env.reset(seed=0)
 env.step(env.action_space.sample())
 print(time.process_time())
 """
-    for make, kind in (("make", ""), ("make_vec", "vector_")):
-        for name in ("Sheet", "End"):
-            with TemporaryDirectory() as empty:
-                told = subprocess.check_output(
-                    [sys.executable, "-c", program, make, f"Curling{name}-v0"],
-                    env={**os.environ, "NUMBA_CACHE_DIR": empty},
-                    stderr=subprocess.DEVNULL,
-                )
-            value = float(told)
-            yield Measure(name=f"first_step_{kind}{name.lower()}_s", value=value, unit="s")
+    for name, words in (
+        ("sheet", ("make", "CurlingSheet-v0")),
+        ("vector_end", ("make_vec", "CurlingEnd-v0")),
+    ):
+        with TemporaryDirectory() as empty:
+            printed = subprocess.check_output(
+                [sys.executable, "-c", program, *words],
+                env={**os.environ, "NUMBA_CACHE_DIR": empty},
+                stderr=subprocess.DEVNULL,
+            )
+        yield Measure(name=f"first_step_{name}_s", value=float(printed), unit="s")
 
 
 def mapped_ice(rng: np.random.Generator) -> Ice:
@@ -180,37 +137,22 @@ def houses(rng: np.random.Generator, n: int, stones: int = 8) -> Floats:
 
 
 def measures() -> Iterator[Measure]:
-    """The measures of this package: batches, environments, and pymunk for comparison."""
+    """Measure batches, environments, and pymunk for comparison."""
     yield Measure(name="import_ms", value=import_time(), unit="ms")
-    yield from _batch()
+    yield from batch_rates()
     yield from first_steps()
-    yield from _environment()
-    yield from _ends()
-    yield _clones_of_a_state()
-    yield from _pymunk_only()
+    yield from environment_rates()
 
 
-def _batch() -> Iterator[Measure]:
+def batch_rates() -> Iterator[Measure]:
+    """Throws per second in a batch, on an empty sheet and among stones."""
     from curling_env.physics.batch import play_batch, throw_batch
     from curling_env.physics.slides import play_bounds
 
     rng = np.random.default_rng(1)
     ice = mapped_ice(rng)
     draws = draws_and_hits(rng, 20_000, hits=0.0)
-    yield Measure(
-        name="batch_throws_per_s_empty",
-        value=rate(lambda: len(throw_batch(ice, draws).x)),
-        unit="throws/s",
-    )
-    yield Measure(
-        name="batch_throws_per_s_empty_uniform_ice",
-        value=rate(lambda: len(throw_batch(load_ice("standard"), draws).x)),
-        unit="throws/s",
-    )
-    one, two = wall_rates(*(lambda n=n: len(throw_batch(ice, draws, workers=n).x) for n in (1, 2)))
-    yield Measure(name="batch_throws_per_s_empty_2_cores", value=two, unit="throws/s")
-    yield Measure(name="batch_two_core_ratio", value=two / one, unit="1")
-    yield Measure(name="batch_memory_mb_per_million_throws", value=memory_of_a_million(), unit="MB")
+    yield _throws("batch_throws_per_s_empty", lambda: len(throw_batch(ice, draws).x))
     mixed, stones = draws_and_hits(rng, 5_000, hits=0.5), houses(rng, 5_000)
     bounds = play_bounds(ice, Direction.AWAY)
     for name, sheet in (("", ice), ("_uniform_ice", load_ice("standard"))):
@@ -218,64 +160,59 @@ def _batch() -> Iterator[Measure]:
         def play(sheet: Ice = sheet) -> int:
             return len(play_batch(sheet, stones, mixed, bounds=bounds, tabulated=True).time)
 
-        yield Measure(name=f"batch_throws_per_s_8_stones{name}", value=rate(play), unit="throws/s")
+        yield _throws(f"batch_throws_per_s_8_stones{name}", play)
 
 
-def _environment() -> Iterator[Measure]:
+def environment_rates() -> Iterator[Measure]:
+    """Throws per second of the environments, and of pymunk alone for comparison."""
     import gymnasium
 
     rng = np.random.default_rng(2)
     ice = mapped_ice(rng)
     for name, stones in (("empty", 0), ("8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
         env = gymnasium.make("CurlingSheet-v0", ice=ice, stones=stones)
-        yield Measure(
-            name=f"env_throws_per_s_{name}",
-            value=rate(lambda env=env: _steps(env)),
-            unit="throws/s",
-        )
+        yield _throws(f"env_throws_per_s_{name}", lambda env=env: steps(env))
         env.close()
-    sheets = 256
-    for name, stones in (("", 0), ("_8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
-        # Reset within the step, so that every step is a throw.
-        envs: Any = gymnasium.make_vec(
-            "CurlingSheet-v0", num_envs=sheets, ice=ice, stones=stones, autoreset_mode="SameStep"
-        )
-        envs.action_space.seed(0)
-        envs.reset(seed=0)
+    yield _throws("vector_env_throws_per_s", vector_steps(ice=ice))
+    draws = draws_and_hits(rng, 2, hits=0.0)
 
-        def step_all(envs: Any = envs) -> int:
-            envs.step(envs.action_space.sample())
-            return sheets
+    def throw_in_pymunk() -> int:
+        for draw in draws:
+            _throw_in_pymunk(ice, draw)
+        return len(draws)
 
-        yield Measure(name=f"vector_env_throws_per_s{name}", value=rate(step_all), unit="throws/s")
-        envs.close()
+    yield _throws("pymunk_only_throws_per_s_empty", throw_in_pymunk)
 
 
-def _ends() -> Iterator[Measure]:
-    """Deliveries of both teams in the vector environment of ends, beginnings included."""
+def _throws(name: str, work: Callable[[], int]) -> Measure:
+    return Measure(name=name, value=rate(work), unit="throws/s")
+
+
+def vector_steps(sheets: int = 256, **options: Any) -> Callable[[], int]:
+    """Return work that makes a throw on every sheet of a vector environment.
+
+    Parameters
+    ----------
+    sheets : number of sheets
+    options : those of CurlingSheet-v0
+    """
     import gymnasium
 
-    ends = 64
-    for opponent in ("draw", "rulebased"):
-        envs: Any = gymnasium.make_vec(
-            "CurlingEnd-v0", num_envs=ends, opponent=opponent, autoreset_mode="SameStep"
-        )
-        envs.action_space.seed(0)
-        envs.reset(seed=0)
+    # Reset within the step, so that every step is a throw.
+    envs: Any = gymnasium.make_vec(
+        "CurlingSheet-v0", num_envs=sheets, autoreset_mode="SameStep", **options
+    )
+    envs.action_space.seed(0)
+    envs.reset(seed=0)
 
-        def step_all(envs: Any = envs) -> int:
-            for _ in range(8):
-                envs.step(envs.action_space.sample())
-            return 8 * ends * 2
+    def step_all() -> int:
+        envs.step(envs.action_space.sample())
+        return sheets
 
-        value = rate(step_all)
-        yield Measure(
-            name=f"vector_end_deliveries_per_s_{opponent}", value=value, unit="deliveries/s"
-        )
-        envs.close()
+    return step_all
 
 
-def _steps(env: Any, n: int = 20) -> int:
+def steps(env: Any, n: int = 20) -> int:
     """Steps of an environment with random actions, resets included."""
     env.action_space.seed(0)
     env.reset(seed=0)
@@ -286,43 +223,8 @@ def _steps(env: Any, n: int = 20) -> int:
     return n
 
 
-def _clones_of_a_state() -> Measure:
-    """How often a search can clone the state of an end."""
-    from copy import deepcopy
-
-    from curling_env.game import TYPICAL_EVOLUTION, Call, GameSimulator
-
-    simulator = GameSimulator(ice_evolution=TYPICAL_EVOLUTION)
-    begun = simulator.begin_end(simulator.new_game(0))
-    state, _ = simulator.play(begun, Call(throw=Throw(speed=2.0)))
-
-    def work() -> int:
-        for _ in range(2000):
-            deepcopy(state)
-        return 2000
-
-    return Measure(name="end_state_clones_per_s", value=rate(work), unit="clones/s")
-
-
-def _pymunk_only() -> Iterator[Measure]:
-    rng = np.random.default_rng(3)
-    ice = mapped_ice(rng)
-    for name, hits, stones in (
-        ("empty", 0.0, np.empty((8, 0, 2))),
-        ("8_stones", 0.5, houses(rng, 8)),
-    ):
-        throws = draws_and_hits(rng, 8, hits)
-
-        def work(throws: NDArray[Any] = throws, stones: Floats = stones) -> int:
-            for throw, position in zip(throws[:2], stones[:2], strict=True):
-                _throw_in_pymunk(ice, throw, position)
-            return 2
-
-        yield Measure(name=f"pymunk_only_throws_per_s_{name}", value=rate(work), unit="throws/s")
-
-
-def _throw_in_pymunk(ice: Ice, throw: Any, stones: Floats, rate_hz: float = 60.0) -> Floats:
-    """Pymunk moves every stone and a Python callback slows it, 60 times per second."""
+def _throw_in_pymunk(ice: Ice, throw: Any, rate_hz: float = 60.0) -> None:
+    """Move a stone with pymunk and slow it in a Python callback, 60 times per second."""
     import pymunk
 
     from curling_env.physics.motion import GRAVITY
@@ -349,20 +251,14 @@ def _throw_in_pymunk(ice: Ice, throw: Any, stones: Floats, rate_hz: float = 60.0
         keep = 1.0 - loss / speed
         body.velocity = (vx * keep - vy / speed * left, vy * keep + vx / speed * left)
 
+    body = pymunk.Body(stone.mass, stone.inertia)
+    body.position = (float(throw["x"]), float(throw["y"]))
+    body.velocity = (float(throw["vx"]), float(throw["vy"]))
+    body.angular_velocity = float(throw["omega"])
+    body.velocity_func = slow
     space = pymunk.Space()
-    bodies: list[pymunk.Body] = []
-    for place in [*stones, (throw["x"], throw["y"])]:
-        body = pymunk.Body(stone.mass, stone.inertia)
-        body.position = (float(place[0]), float(place[1]))
-        body.velocity_func = slow
-        shape = pymunk.Circle(body, stone.radius)
-        shape.elasticity, shape.friction = stone.restitution**0.5, stone.stone_friction**0.5
-        space.add(body, shape)
-        bodies.append(body)
-    bodies[-1].velocity = (float(throw["vx"]), float(throw["vy"]))
-    bodies[-1].angular_velocity = float(throw["omega"])
+    space.add(body, pymunk.Circle(body, stone.radius))
     for _ in range(int(60 * rate_hz)):
         space.step(1.0 / rate_hz)
-        if all(body.velocity.length < 1e-3 for body in bodies):
-            break
-    return np.array([tuple(body.position) for body in bodies])
+        if body.velocity.length < 1e-3:
+            return

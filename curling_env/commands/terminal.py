@@ -3,17 +3,26 @@
 from __future__ import annotations
 
 import io
+import json
 import logging
 import os
+import re
 import sys
 import warnings
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
 from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any
+
+from curling_env.infrastructure.files.storage import format_json
+from curling_env.typing import Progress
+
+if TYPE_CHECKING:
+    from curling_env.ice import Ice
 
 MAX_LINE = 300
 """Characters of a line that explains a refusal."""
-
+SHARE_BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
 
 _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
 
@@ -21,20 +30,78 @@ _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
 def say(text: str, *, now: bool = False) -> None:
     """Print a remark for the person at the terminal on stderr; stdout is for results.
 
-    Where stderr is no terminal, remarks come when the command has succeeded: one that is refused
+    Where stderr is no terminal, remarks wait until the command has succeeded; one that is refused
     says only why.
 
     Parameters
     ----------
-    now : print it at once everywhere, because somebody waits for it
+    now : print it at once everywhere, because someone waits for it
     """
     held = _HELD.get()
     if held is not None and not now and not sys.stderr.isatty():
         held.append(text)
         return
-    tqdm = sys.modules.get("tqdm")
-    # A bar that is being drawn must not be written into.
+    tqdm = sys.modules.get("tqdm")  # which keeps a bar that is being drawn out of the way
     (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
+
+
+def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
+    """Print the result of a command: its sentences on a terminal, and JSON for programs.
+
+    Where stdout is no terminal it gets the JSON, and the sentences go to stderr.
+
+    Parameters
+    ----------
+    document : the result as plain numbers, lists and dictionaries
+    sentences : the result for a person, in one sentence or two
+    as_json : print the JSON on a terminal too, and no sentence
+    """
+    terminal = sys.stdout.isatty()
+    for sentence in () if as_json else sentences:
+        (print if terminal else say)(sentence)
+    if as_json or not terminal:
+        print_json(document)
+
+
+def print_json(document: Any) -> None:
+    """Print JSON on stdout, in ASCII where its encoding lacks a letter."""
+    text = format_json(document)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:  # only texts hold other letters, where JSON can escape them
+        text = re.sub(r"[^\x00-\x7f]", lambda letter: json.dumps(letter[0])[1:-1], text)
+    print(text)
+
+
+def warn_about(*ices: Ice) -> None:
+    """Report on stderr, once for all of the ices, what they lack of what their tracks show."""
+    from curling_env.physics.ice_remarks import what_is_lacking
+
+    for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
+        say(remark)
+
+
+@contextmanager
+def progress_bar(unit: str = "") -> Generator[Progress]:
+    """Provide a `Progress` that draws a bar on a terminal (stderr), which vanishes when done.
+
+    Parameters
+    ----------
+    unit : what is counted, such as ``frame``; a total of 1 is drawn in per cent
+    """
+    from tqdm import tqdm
+
+    # Delayed, so that work that is refused or done at once prints only that.
+    with tqdm(unit=unit, leave=False, delay=0.5, disable=None) as bar:
+
+        def show(what: str, done: float, total: float = 1.0, /) -> None:
+            if bar.total != (total or None):
+                bar.n, bar.total = 0, total or None
+                bar.bar_format = SHARE_BAR if total == 1.0 else None
+            bar.set_description(what, refresh=False)
+            bar.update(done - bar.n)
+
+        yield show
 
 
 @contextmanager

@@ -5,9 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import Writes
+from curling_env.commands.options import output_to
+from curling_env.commands.outputs import Writes
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -16,38 +17,38 @@ if TYPE_CHECKING:
 
 TracksArgument = Annotated[
     Path,
-    typer.Argument(
-        metavar="TRACKS.csv",
-        help="From `curling track`; a table throws.csv beside it says who threw what.",
-    ),
+    Argument(metavar="TRACKS.csv", help="Tracks, with a table throws.csv beside them."),
 ]
-PictureOption = Annotated[
-    Path | None,
-    typer.Option("--picture", metavar="P.png", help="Also draw it."),
-    Writes(kinds=("picture",)),
+BELIEVED = Option(metavar="ICE", help="Ice that the team planned with, such as the morning's.")
+TableOption = Annotated[
+    Path | None, output_to("FILE.csv", "Also write the table, in metres."), Writes()
 ]
-BelievedOption = Annotated[
-    str | None,
-    typer.Option(
-        metavar="ICE",
-        help="The ice that the team planned with: what it took the ice for, such as the morning's "
-        "ice file. Without it nothing is laid to the reading of the ice, unless a broom or a time "
-        "was called.",
-    ),
-]
+
+
+def refuse_throw_list(output: Path | None, tracks: Path) -> None:
+    """Refuse to write a table over the list of throws beside the tracks.
+
+    Raises
+    ------
+    InputError : the output is that list
+    """
+    from friction_estimation.tracks.throw_list import THROW_LIST
+
+    if output is not None and output.resolve() == (tracks.parent / THROW_LIST).resolve():
+        raise InputError("is where the calls stand; name the table otherwise", source=output)
 
 
 def causes_of(
     tracks: Path, ice: str, believed: str | None, seed: int, progress: Progress
 ) -> SessionCauses:
-    """Why the throws of one session missed.
+    """Find the causes of the misses of one session.
 
     Parameters
     ----------
     tracks : its tracks, with throws.csv and athletes.csv beside them
     ice : its ice, a file or a preset
-    believed : the ice that the team took for true
-    seed : seed of the errors drawn
+    believed : the ice that the team planned with
+    seed : seed of the random errors
     progress : called with the number of throws done
 
     Raises
@@ -61,11 +62,11 @@ def causes_of(
 
     notes = throws_beside(tracks)
     if not any(note.called for note in notes.values()):
-        raise InputError(
+        problem = (
             f"no table {THROW_LIST} beside these tracks says what was called; its columns are "
-            'throw, athlete and called, such as "draw 0.3,-1.2 in"',
-            source=tracks,
+            'throw, athlete and called, such as "draw 0.3,-1.2 in"'
         )
+        raise InputError(problem, source=tracks)
     return hand_or_ice(
         load_tracks(tracks),
         load_ice(ice),

@@ -3,74 +3,64 @@
 from __future__ import annotations
 
 import re
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import JsonOption, OutputFile, conclude, progress_bar, say
+from curling_env.commands.options import OutputFile, Results, grouped
+from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
 
 
-class BoardChoice(StrEnum):
-    """Boards that calibrate a camera."""
-
-    chessboard = "chessboard"
-    charuco = "charuco"
-
-
+@grouped
 def calibrate(
     images: Annotated[
         list[Path],
-        typer.Argument(
-            metavar="IMAGE...", help="Pictures of the board, taken as the camera films."
-        ),
+        Argument(metavar="IMAGE...", help="Pictures of the board, taken as the camera films."),
     ],
     squares: Annotated[
-        str, typer.Option(metavar="CxR", help="Number of squares, columns x rows.")
+        str, Option(metavar="CxR", help="Number of squares, columns x rows.")
     ] = "9x7",
-    square_size: Annotated[float, typer.Option(metavar="M", help="Side of a square [m].")] = 0.03,
-    board: Annotated[BoardChoice, typer.Option(help="What is printed on the board.")] = (
-        BoardChoice.chessboard
-    ),
+    square_size: Annotated[float, Option(metavar="M", help="Side of a square [m].")] = 0.03,
+    board: Annotated[
+        Literal["chessboard", "charuco"], Option(help="Pattern of the board.")
+    ] = "chessboard",
     marker_size: Annotated[
         float | None,
-        typer.Option(
-            metavar="M", help="Side of a ChArUco marker [m]; 0.75 of a square if not given."
-        ),
+        Option(metavar="M", help="Side of a ChArUco marker [m]; by default 0.75 squares."),
     ] = None,
     dictionary: Annotated[
-        str, typer.Option(help="Dictionary of the ChArUco markers, by its name in OpenCV.")
+        str, Option(help="Dictionary of the ChArUco markers, by its name in OpenCV.")
     ] = "4X4_250",
     output: OutputFile = Path("camera.json"),
-    as_json: JsonOption = False,
+    *,
+    results: Results,
 ) -> None:
     """Measure the lens of a camera from pictures of a chessboard or ChArUco board.
+
+    \b
+    Examples:
+        curling calibrate board-*.png --squares 9x7 --square-size 0.03 -o camera.json
+        curling calibrate board-*.png --board charuco --squares 8x6 --square-size 0.04
+        curling track end.mp4 --scene end.scene.json --camera camera.json
 
     Print the board, fix it to something flat, and take ten or more pictures with the same size,
     zoom and focus as the camera films: near the middle and in every corner of the picture, with
     the board tilted to all sides. Count squares, not inner corners: a usual chessboard is 8x8.
 
     The camera file holds camera_matrix, distortion, image_size and the reprojection error in
-    pixels (good: below 0.5). Give it to `curling track --camera`, or copy its keys into a scene.
-    Without a board at hand, tracking measures the lens on the painted lines.
-
-    \b
-    Example:
-        curling calibrate board-*.png --squares 9x7 --square-size 0.03 -o camera.json
-        curling calibrate board-*.png --board charuco --squares 8x6 --square-size 0.04
-        curling track end.mp4 --scene end.scene.json --camera camera.json
+    pixels (good: below 0.5). Without a board at hand, tracking measures the lens on the painted
+    lines.
     """
     from friction_estimation.camera.chessboard import Board, calibrate_lens, save_lens
 
     size = re.fullmatch(r"(\d{1,3})[x×X](\d{1,3})", squares)
     if size is None:
-        raise InputError(
-            f"expected columns x rows such as 9x7, got {squares!r}", source="--squares"
-        )
+        problem = f"expected columns x rows such as 9x7, got {squares!r}"
+        raise InputError(problem, source="--squares")
     described = Board(
-        kind=board.value,
+        kind=board,
         columns=int(size[1]),
         rows=int(size[2]),
         square=square_size,
@@ -83,12 +73,7 @@ def calibrate(
     lens = found.lens
     for name in found.unused:
         say(f"{name}: no board found")
-    words = (
-        f"board found in {len(found.used)} of {len(images)} pictures; focal length "
-        f"{lens.focal_px:.1f} ± {found.focal_sigma_px:.1f} px, corners met to "
-        f"{found.rms_px:.2f} px"
-    )
-    conclude(
+    results.show(
         {
             "camera": str(output),
             "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
@@ -98,6 +83,7 @@ def calibrate(
             "used": list(found.used),
             "unused": list(found.unused),
         },
-        words,
-        as_json=as_json,
+        f"board found in {len(found.used)} of {len(images)} pictures; focal length "
+        f"{lens.focal_px:.1f} ± {found.focal_sigma_px:.1f} px, reprojection error "
+        f"{found.rms_px:.2f} px",
     )

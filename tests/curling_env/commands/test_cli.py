@@ -6,6 +6,7 @@ import errno
 import importlib.metadata
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
@@ -17,6 +18,7 @@ import pytest
 import typer
 
 from curling_env.commands import cli
+from curling_env.commands.options import Measured, grouped
 from curling_env.errors import InputError, OutputError
 
 
@@ -28,9 +30,10 @@ def greet(name: str, loud: Annotated[bool, typer.Option(help="Shout.")] = False)
     cli.print_json({"hello": name.upper() if loud else name})
 
 
-def measure(as_json: cli.JsonOption = False) -> None:
+@grouped
+def measure(*, results: Measured) -> None:
     """Measure a draw."""
-    cli.conclude({"hog_to_hog": 14.2}, "14.2 s hog to hog", as_json=as_json)
+    results.show({"hog_to_hog": 14.2}, "14.2 s hog to hog")
 
 
 def refuse() -> None:
@@ -156,6 +159,12 @@ def test_the_help_of_a_command_is_its_whole_docstring(curling: Callable[..., Any
     assert "Shout." in result.out
 
 
+def test_the_options_of_a_group_share_a_panel_of_the_help(curling: Callable[..., Any]) -> None:
+    shown = curling("measure", "--help").out
+    assert re.search(r"Output:\n +--json +Print JSON.*\n +--units .*\n.* --help", shown)
+    assert curling("measure", "--units", "miles").complaint
+
+
 def test_version(curling: Callable[..., Any]) -> None:
     result = curling("--version")
     assert result.status == 0
@@ -171,7 +180,7 @@ def test_version(curling: Callable[..., Any]) -> None:
         (["want_torch"], "pip install 'curling-sheet[train]'"),
         (["absent", "--some", "x"], "the command absent cannot be loaded: No module named"),
         (["gret"], "No such command 'gret'"),
-        (["greet"], "Missing argument 'name'. (`curling greet --help` tells more)"),
+        (["greet"], "Missing argument 'name'. (see `curling greet --help`)"),
         (["greet", "Ada", "Bea"], "unexpected extra argument"),
         (["greet", "Ada", "--lowd"], "--lowd"),
     ],
@@ -186,7 +195,7 @@ def test_what_is_wrong_is_said_in_one_line(
 
 def test_an_interrupt_says_that_nothing_was_kept(curling: Callable[..., Any]) -> None:
     result = curling("interrupt")
-    said = "curling: interrupted; nothing was written; repeat the command to begin anew\n"
+    said = "curling: interrupted; nothing was written; repeat the command to begin again\n"
     assert (result.status, result.out, result.err) == (130, "", said)
 
 
@@ -259,7 +268,7 @@ def test_a_reader_that_leaves_early_is_no_error(lines: int) -> None:
     )
     assert (done.returncode, done.stderr) == (
         2,
-        "curling: whoever read the result has ended before all of it was written\n",
+        "curling: the reader of the result has ended before all of it was written\n",
     )
 
 
