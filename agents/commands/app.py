@@ -4,43 +4,29 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from typer import Argument, Option
 
 from curling_env.commands.terminal import say
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from agents.app.club import Club
-
 
 def app(
-    folder: Annotated[
-        Path, Argument(metavar="FOLDER", help="The club folder, made if it is missing.")
-    ] = Path("club"),
-    demo: Annotated[
-        bool, Option("--demo", help="Fill the folder with a made-up evening, to look around.")
-    ] = False,
+    folder: Annotated[Path, Argument(metavar="FOLDER", help="The club folder.")] = Path("club"),
+    demo: Annotated[bool, Option("--demo", help="Add a made-up evening, to look around.")] = False,
     take_in: Annotated[
         list[Path] | None,
         Option(
             "--import",
             metavar="DIR",
-            help="Begin a session from tracks.csv and ice.json in DIR; may be repeated.",
+            help="Add the session in DIR (tracks.csv, ice.json); may be repeated.",
         ),
     ] = None,
     port: Annotated[
-        int | None,
-        Option(min=0, max=65535, metavar="N", help="Port; 0 takes any free one. By default 8711."),
+        int | None, Option(min=0, max=65535, help="Port; 8711 by default, 0: any free one.")
     ] = None,
-    browser: Annotated[
-        bool, Option("--browser/--no-browser", help="Open the page in the browser.")
-    ] = True,
-    share: Annotated[
-        bool, Option("--share", help="Open the page to the local network, by a secret address.")
-    ] = False,
+    browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
+    share: Annotated[bool, Option("--share", help="Open the page to the local network.")] = False,
 ) -> None:
     """Open the page for athletes and coaches: film, ice, throw and athlete, in the browser.
 
@@ -51,15 +37,11 @@ def app(
         curling app /tmp/look --demo
         curling app club --import runs/demo
 
-    The address is printed, and the page is opened. Everything works on this machine, without the
-    internet. The club folder holds a database (club.sqlite) for names and notes, and beside it the
-    films, tracks and ices as files that every other command reads.
-
-    The address holds a secret: only those who have it get in, and only on this machine. With
-    --share others in the same network get in too, by an address with another secret, which is also
-    shown as a QR code; anyone who has it may see and change everything.
-
-    Ctrl-C ends the app. Nothing is lost, even in a power cut. See docs/app.md.
+    Everything works on this machine, without the internet. The club folder holds a database of
+    names and notes (club.sqlite), and the films, tracks and ices as files for every other command.
+    The printed address holds a secret: only those who have it get in, and only on this machine;
+    with --share, others in the same network get another one, also as a QR code. Ctrl-C ends the
+    app. See docs/app.md.
     """
     import webbrowser
     from contextvars import Context
@@ -68,7 +50,7 @@ def app(
 
     from agents.app.club import Club
     from agents.app.serve import serve
-    from agents.app.take_in import look_through
+    from agents.app.take_in import begin_sessions, look_through
 
     club, folders = Club(folder), take_in or []
 
@@ -92,7 +74,7 @@ def app(
                 port=port,
                 share=share,
                 opened=show,
-                begin=lambda: _begin(club, folders, demo=demo),
+                begin=lambda: begin_sessions(club, folders, demo=demo, remark=say),
             )
 
     try:
@@ -101,23 +83,3 @@ def app(
         Context().run(run)
     except KeyboardInterrupt:
         say(f"closed; everything is kept in {folder}")
-
-
-def _begin(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
-    """Begin the sessions that were asked for; they are filled while the page is open."""
-    import datetime
-
-    from agents.app.demo import begin_evening
-    from agents.app.take_in import begin_from, is_in
-    from agents.app.work.queue import submit
-
-    today = datetime.date.today().isoformat()
-    for folder in folders:
-        if is_in(club, folder):
-            say(f"{folder}: is in this club already")
-            continue
-        session = begin_from(club, folder, name=folder.resolve().name, day=today, sheet="")
-        submit(club, "import", session, str(folder.resolve()))
-    evening = begin_evening(club, today) if demo else None
-    if evening is not None:
-        submit(club, "make up", evening)

@@ -21,15 +21,10 @@ def benchmark(
             "model's file; or module:object, a function or something with predict.",
         ),
     ],
-    task: Annotated[
-        list[str] | None, Option("--task", help="Task; may be repeated. All by default.")
-    ] = None,
-    episodes: Annotated[
-        int, Option(min=2, max=1_000_000, help="Number of episodes of each task.")
-    ] = 200,
+    task: Annotated[list[str] | None, Option(help="Task; may be repeated. All by default.")] = None,
+    episodes: Annotated[int, Option(min=2, max=10**6, help="Number of episodes per task.")] = 200,
     against: Annotated[
-        str | None,
-        Option(metavar="POLICY", help="Second policy to compare on the same episodes."),
+        str | None, Option(metavar="POLICY", help="Second policy, on the same episodes.")
     ] = None,
     *,
     results: Results,
@@ -43,11 +38,9 @@ def benchmark(
         curling benchmark my_agent.npz --against rulebased --task end-draw --task end-greedy
         curling benchmark my_agent:policy --task end-rulebased --json
 
-    Seven tasks are single throws of a club player on held-out ices: draw, draw-mean and draw-blind
-    (distance from the target, with the map known, its mean, or nothing), guard, takeout,
-    hit-and-stay and freeze (share of successes). Three are ends against draw, rulebased and greedy
-    (points scored less conceded). The seeds are fixed, so that the same policy has the same score
-    everywhere. See docs/benchmark.md.
+    Seven tasks are single throws of a club player on held-out ices: draw, draw-mean, draw-blind,
+    guard, takeout, hit-and-stay and freeze. Three are ends against draw, rulebased and greedy. The
+    seeds are fixed, so that the same policy has the same score everywhere. See docs/benchmark.md.
     """
     from dataclasses import asdict
 

@@ -15,12 +15,8 @@ from curling_env.units import Units
 def demo(
     output: OutputDirectory = Path("runs/demo"),
     seed: SeedOption = 0,
-    throws: Annotated[
-        int, Option(min=2, max=40, help="Number of practice throws; more show more of the ice.")
-    ] = 8,
-    workers: Annotated[
-        int, Option(min=1, max=64, help="Number of processes that film and track.")
-    ] = 2,
+    throws: Annotated[int, Option(min=2, max=40, help="Number of practice throws.")] = 8,
+    workers: Annotated[int, Option(min=1, max=64, help="Number of processes.")] = 2,
     units: UnitsOption = Units.METRES,
 ) -> None:
     """Run the whole loop from film to throw, in about three minutes.
@@ -31,14 +27,10 @@ def demo(
         curling demo -o runs/my-demo --seed 7 --throws 12
         curling demo --units feet
 
-    It makes ice with hidden heavy and keen areas, films practice throws on it, tracks the stone,
-    estimates the friction map from the tracks, plans a draw on the map, and throws it on the
-    estimated and on the hidden ice. Then the curl is removed from the model: the planned draw
-    misses, discovery names the missing effect, and the draw planned again lands. Another --seed
-    gives another ice.
-
-    The folder then holds the films, an overlay film, tracks.csv, ice.json and one page of pictures
-    (index.html, page.png); they replace those of an earlier demo.
+    It films practice throws on uneven ice, tracks the stone, estimates the friction map, plans a
+    draw on it, and throws it on the hidden ice. Then the curl is removed from the model: the
+    planned draw misses, discovery names the missing effect, and the draw planned again lands. The
+    folder holds the films, tracks.csv, ice.json and a page of pictures (index.html, page.png).
     """
     from agents.closed_loop.demo import run_demo
 

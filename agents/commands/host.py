@@ -2,33 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Coroutine
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Option
 
-from agents.commands.join import outcome_of
-from curling_env.commands.options import (
-    IceOption,
-    Measured,
-    SeedOption,
-    grouped,
-    output_to,
-)
+from curling_env.commands.options import IceOption, Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import say, shortened, warn_about
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
-    from agents.digital_curling.hosting.seats import PlayerSeat
-    from agents.digital_curling.hosting.server import Hosting
     from agents.digital_curling.hosting.setting import HostSetting
-    from curling_env.units import Units
 
 CLIENTS = ("dc3", "dc4")
-LOCAL = ("127.0.0.1", "localhost", "::1")
 AGENT = Option(metavar="AGENT", help="dc3 or dc4 (a client), or a player, see `curling play`.")
 NOISE = Option(
     metavar="SKILL",
@@ -56,27 +44,14 @@ class Match:
     """Match"""
 
     ice: IceOption = "fcv1"
-    rules: Annotated[
-        str | None, Option(help="Rule set (docs/rules.md); by default that of the clients.")
-    ] = None
-    arrangement: Annotated[
-        int, Option(min=0, max=5, metavar="N", help="Mixed doubles: version 4's placed stones.")
-    ] = 0
-    ends: Annotated[int, Option(min=1, max=20, help="Number of ends.")] = 8
-    time: Annotated[
-        float, Option(min=1, max=1e5, help="Thinking time of each team for the game [s].")
-    ] = 600.0
-    extra_time: Annotated[
-        float, Option(min=1, max=1e5, help="Thinking time for each extra end [s].")
-    ] = 60.0
-    evolve: Annotated[
-        bool, Option("--evolve", help="Let the ice wear and frost over, and stones differ.")
-    ] = False
-    sweep: Annotated[bool, Option("--sweep", help="Sweep stones that are light.")] = False
-    announce: Annotated[
-        str | None,
-        Option(metavar="NAME", help="Physics reported to clients; else curling_ice or fcv1."),
-    ] = None
+    rules: str | None = option(None, "Rule set (docs/rules.md); by default that of the clients.")
+    arrangement: int = option(0, "Placed stones of mixed doubles in version 4.", min=0, max=5)
+    ends: int = option(8, "Number of ends.", min=1, max=20)
+    time: float = option(600.0, "Thinking time of each team [s].", min=1, max=1e5)
+    extra_time: float = option(60.0, "Thinking time for an extra end [s].", min=1, max=1e5)
+    evolve: bool = option(False, "Let ice wear and frost over, and stones differ.", "--evolve")
+    sweep: bool = option(False, "Sweep stones that are light.", "--sweep")
+    announce: str | None = option(None, "Physics reported to clients, e.g. fcv1.", metavar="NAME")
 
     def setting(self, teams: Teams, seed: int) -> HostSetting:
         """Describe the match.
@@ -115,89 +90,12 @@ class Match:
 class Server:
     """Server"""
 
-    bind: Annotated[
-        str, Option(metavar="ADDRESS", help="Address to listen on; 0.0.0.0 for all networks.")
-    ] = "127.0.0.1"
-    port: Annotated[
-        int, Option(min=0, max=65534, help="Port of team 0; team 1 has the next; 0: free ones.")
-    ] = 10000
-    http: Annotated[
-        int | None,
-        Option(min=0, max=65535, metavar="PORT", help="Port to watch on, and of version 4."),
-    ] = None
-    passwords: Annotated[
-        Path | None,
-        Option(metavar="FILE.json", help="Version 4: passwords by user; else new ones."),
-    ] = None
-    certificate: Annotated[
-        Path | None, Option(metavar="CERT.pem", help="Serve https with this certificate.")
-    ] = None
-    key: Annotated[
-        Path | None, Option(metavar="KEY.pem", help="Its private key, if not in the same file.")
-    ] = None
-
-    def serve(
-        self,
-        hosting: Hosting,
-        players: tuple[PlayerSeat | None, PlayerSeat | None],
-        teams: Teams,
-        units: Units,
-    ) -> Coroutine[Any, Any, Any]:
-        """Serve a game to its end; ports, users and passwords are reported once they are open.
-
-        Raises
-        ------
-        InputError : options that do not fit together, or a file that cannot be read
-        """
-        from agents.digital_curling.hosting.server import host_game
-        from curling_env.game.rules import Team
-
-        ports = (self.port, self.port + 1 if self.port else 0)
-        has_dc4 = "dc4" in teams.words
-        if self.certificate is None and self.key is not None:
-            raise InputError("--key belongs to a --certificate")
-
-        def report_ports(opened: tuple[int, int]) -> None:
-            for team, word in enumerate(teams.words):
-                if word == "dc3":
-                    _report(f"team{team} comes in at {self.bind}:{opened[team]}")
-
-        if self.http is None and not has_dc4:
-            if self.certificate is not None:
-                raise InputError("--certificate is for --http and clients of version 4")
-            return host_game(hosting, players, address=self.bind, ports=ports, opened=report_ports)
-        from agents.digital_curling.dc4.web_host import host_on_the_web, read_passwords
-        from curling_env.infrastructure.web_server import Certificate
-
-        proof = None
-        if self.certificate is not None:
-            proof = Certificate(certificate=self.certificate, key=self.key)
-        scheme = "http" if proof is None else "https"
-        if proof is None and self.bind not in LOCAL and has_dc4:
-            _report("over http:// passwords can be read on their way; --certificate hides them")
-        users = read_passwords(self.passwords)
-
-        def report_all(opened: tuple[int, int], web_port: int) -> None:
-            report_ports(opened)
-            _report(f"watch on {scheme}://{self.bind}:{web_port}/")
-            if has_dc4:
-                _report(f"version 4 comes in there, for the match {hosting.game_id}")
-                for user, password in {} if self.passwords else users.items():
-                    _report(f"user {user}, password {password}")
-
-        return host_on_the_web(
-            hosting,
-            players,
-            {team for team in Team if teams.words[team] == "dc4"},
-            users,
-            address=self.bind,
-            ports=ports,
-            http_port=8000 if self.http is None else self.http,
-            own_errors={team for team in Team if (teams.noise0, teams.noise1)[team] is None},
-            units=units,
-            certificate=proof,
-            opened=report_all,
-        )
+    bind: str = option("127.0.0.1", "Listen here; 0.0.0.0: all networks.", metavar="ADDRESS")
+    port: int = option(10000, "Port of team 0, team 1 has the next.", min=0, max=65534)
+    http: int | None = option(None, "Port of the page, and of version 4.", min=0, max=65535)
+    passwords: Path | None = option(None, "Version 4: passwords by user.", metavar="FILE.json")
+    certificate: Path | None = option(None, "Serve https with this.", metavar="CERT.pem")
+    key: Path | None = option(None, "Private key, if in another file.", metavar="KEY.pem")
 
 
 @grouped
@@ -230,11 +128,10 @@ def host(
 
     from agents.digital_curling.hosting.seats import PlayerSeat
     from agents.digital_curling.hosting.server import Hosting
-    from agents.playing.record import write_lines
-    from agents.playing.replay.page import write_page
-    from agents.playing.scoreboard import scoreboard
+    from agents.digital_curling.serving import serve
     from agents.playing.trained_player import player_from
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.game.rules import Team
+    from curling_env.infrastructure.files.storage import make_directory
     from curling_env.infrastructure.threads import one_thread
 
     one_thread()
@@ -244,38 +141,24 @@ def host(
     )
     folder = None if output is None else make_directory(output)
     hosting = Hosting(setting, remark=_report)
-    running = server.serve(hosting, (first, second), teams, results.units)
+    own_errors = {team for team in Team if (teams.noise0, teams.noise1)[team] is None}
+    running = serve(
+        hosting,
+        (first, second),
+        teams.words,
+        own_errors=own_errors,
+        units=results.units,
+        **vars(server),
+    )
     try:
         asyncio.run(running)
     finally:
         # A game that broke off is recorded up to there.
         if folder is not None and hosting.game is not None:
-            lines = hosting.game.record()
-            with together():
-                hosting.log.write(folder, hosting.game, hosting.game_id, hosting.date_time)
-                write_lines(folder / "game.jsonl", lines)
-                write_page(folder / "game.html", lines, results.units)
-    game = hosting.game
-    assert game is not None
-    assert game.result is not None
+            hosting.write(folder, results.units)
     if folder is not None:
         say(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
-    results.show(
-        {
-            "team0": game.names[0],
-            "team1": game.names[1],
-            "game_id": hosting.game_id,
-            "ice": match.ice,
-            "seed": seed,
-            "score": list(game.game.score),
-            "line_score": [list(end) for end in game.game.line_score],
-            "winner": game.result["winner"],
-            "reason": game.result["reason"],
-            "stones": sum(shot["trajectory"] is not None for shot in game.shots),
-        },
-        scoreboard(game.game, game.names),
-        outcome_of(game.names, game.result["winner"], game.result["reason"]),
-    )
+    results.show(hosting.summary(), *hosting.sentences())
 
 
 def _report(text: str) -> None:

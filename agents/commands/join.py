@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 from typer import Argument, Option
 
 from agents.commands.games.play import PlayerOption
-from curling_env.commands.options import Measured, SeedOption, grouped, output_to
+from curling_env.commands.options import Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
@@ -28,19 +28,10 @@ PASSWORD = "CURLING_PASSWORD"
 class Version4:
     """Servers of version 4"""
 
-    match: Annotated[
-        str | None, Option(metavar="ID", help="Match ID returned when the match was created.")
-    ] = None
-    team: Annotated[
-        Literal["team0", "team1"], Option(help="The team wanted; team0 throws first.")
-    ] = "team0"
-    user: Annotated[
-        str | None, Option(metavar="NAME", help=f"User; the password is read from {PASSWORD}.")
-    ] = None
-    certificate: Annotated[
-        Path | None,
-        Option(metavar="FILE.pem", help="Trust this certificate too, as on your own network."),
-    ] = None
+    match: str | None = option(None, "Match ID returned at its creation.", metavar="ID")
+    team: Literal["team0", "team1"] = option("team0", "Team wanted; team0 throws first.")
+    user: str | None = option(None, f"User; the password is {PASSWORD}.", metavar="NAME")
+    certificate: Path | None = option(None, "Certificate to trust too.", metavar="FILE.pem")
 
     def place(self, url: str) -> Place4:
         """Find the place to play; the password comes from the environment, or is asked for.
@@ -73,17 +64,11 @@ class Version4:
 
 @grouped
 def join(
-    server: Annotated[
-        str,
-        Argument(metavar="HOST:PORT|URL", help="Version 3: your team's port. Version 4: https://…"),
-    ],
+    server: Annotated[str, Argument(metavar="HOST:PORT|URL", help="Server of version 3, or 4.")],
     player: PlayerOption = "search",
-    name: Annotated[
-        str | None, Option(metavar="NAME", help="Name of your team; by default the player's.")
-    ] = None,
+    name: Annotated[str | None, Option(metavar="NAME", help="Name of the team.")] = None,
     ice: Annotated[
-        str | None,
-        Option("--ice", metavar="ICE", help="Ice that the player believes in; by default fcv1."),
+        str | None, Option(metavar="ICE", help="Ice that the player believes in.")
     ] = None,
     *,
     version4: Version4,
@@ -112,14 +97,11 @@ def join(
 
     from agents.digital_curling.client import Client
     from agents.digital_curling.dc4.join import play_on_web_server
-    from agents.digital_curling.game_record import record_of
+    from agents.digital_curling.game_record import summary_of, write_game
     from agents.digital_curling.join import WireLog, address_of, play_on_server
-    from agents.playing.record import write_lines
-    from agents.playing.replay.page import write_page
-    from agents.playing.scoreboard import scoreboard
     from agents.playing.trained_player import player_from
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import make_directory, together, write_text
+    from curling_env.infrastructure.files.storage import make_directory
     from curling_env.infrastructure.threads import one_thread
 
     one_thread()
@@ -143,43 +125,7 @@ def join(
     finally:
         # A game that broke off is recorded up to there.
         if folder is not None and log.lines:
-            lines = []
-            try:
-                lines = record_of(client, ice=ice or "fcv1") if client.seen else []
-            except InputError as error:
-                say(f"no replay of this game can be made: {error}")
-            with together():
-                write_text(folder / "wire.jsonl", log.text())
-                if lines:
-                    write_lines(folder / "game.jsonl", lines)
-                    write_page(folder / "game.html", lines, results.units)
+            write_game(folder, client, log, ice=ice or "fcv1", units=results.units)
     if folder is not None and client.seen:
         say(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
-    game, result = client.game, client.result
-    assert game is not None
-    assert result is not None
-    results.show(
-        {
-            "team": f"team{client.team.value}",
-            "team0": client.names[0],
-            "team1": client.names[1],
-            "game_id": client.game_id,
-            "score": list(game.score),
-            "line_score": [list(end) for end in game.line_score],
-            "winner": result.winner,
-            "reason": result.reason,
-            "stones": len(client.seen),
-        },
-        scoreboard(game, client.names),
-        outcome_of(client.names, result.winner, result.reason),
-    )
-
-
-def outcome_of(names: tuple[str, str], winner: str | None, reason: str) -> str:
-    """Name the winner and the reason in a sentence."""
-    if winner is None:
-        return "A tie."
-    name = names[int(winner == "team1")]
-    loser = names[int(winner == "team0")]
-    how = {"concede": f": {loser} concedes", "time_limit": f": {loser} ran out of time"}
-    return f"{name} ({winner}) wins{how.get(reason, '')}."
+    results.show(*summary_of(client))

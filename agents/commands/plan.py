@@ -23,29 +23,15 @@ from curling_env.errors import InputError
 @grouped
 def plan(
     ice: IceOption,
-    target: Annotated[
-        str | None,
-        Option(
-            metavar="X,Y",
-            help="Target, or mark of a task, sheet frame [m]; tees: 0,17.37 and 0,-17.37.",
-        ),
-    ] = None,
+    target: Annotated[str | None, Option(metavar="X,Y", help="Target, sheet frame [m].")] = None,
     task: Annotated[
-        str | None,
-        Option(metavar="TASK", help="See below; or a declared task of your own, or module:Class."),
+        str | None, Option(metavar="TASK", help="Task, see above, or module:Class.")
     ] = None,
     stones: Annotated[
-        Path | None,
-        Option(
-            metavar="S.json",
-            help='Stones on the sheet: [{"x": 0.3, "y": 15.2, "team": "own"}, …], or "other".',
-        ),
+        Path | None, Option(metavar="S.json", help="Stones, see docs/planning.md.")
     ] = None,
     skill: SkillOption = "elite",
-    spin: Annotated[
-        str | None,
-        Option(metavar="S[,S…]", help="Spins to try [rad/s]; by default ±0.5 to ±1.6."),
-    ] = None,
+    spin: Annotated[str | None, Option(metavar="S[,S…]", help="Spins to try [rad/s].")] = None,
     x: Annotated[float, Option("--x", help="Offset of the release, to the right [m].")] = 0.0,
     delivery: DeliveryOption = "hog-line",
     picture: PictureOption = None,

@@ -2,46 +2,35 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, Any
 
-from typer import Option
-
-from curling_env.commands.options import IceOption, Measured, OutputDirectory, grouped
+from curling_env.commands.options import IceOption, Measured, OutputDirectory, grouped, option
 from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
-from curling_env.units import Units, short_length
+
+
+@dataclass(frozen=True, kw_only=True)
+class Run:
+    """Run"""
+
+    config: str = option(
+        "house-one-ice", "The project's configuration, or yours.", metavar="NAME|FILE"
+    )
+    steps: int | None = option(None, "Throws to learn from, if not as configured.", min=1)
+    skill: str | None = option(None, "Skill of the player, if not as configured.")
+    resume: Path | None = option(None, "Run to continue.", metavar="CHECKPOINT.npz|DIR")
+    workers: str | None = option(None, "Learn with RLlib on N workers.", metavar="rllib:N")
+    targets: int = option(50, "Number of draws in the evaluation.", min=1, max=100_000)
+    seed: int | None = option(None, "Seed of all randomness, if not as configured.", min=0)
 
 
 @grouped
 def train(
-    config: Annotated[
-        str, Option(metavar="NAME|FILE", help="The project's configuration, or a YAML file.")
-    ] = "house-one-ice",
     ice: IceOption = "standard",
     output: OutputDirectory = Path("runs/train"),
-    steps: Annotated[
-        int | None, Option(min=1, help="Throws to learn from; by default as configured.")
-    ] = None,
-    skill: Annotated[
-        str | None,
-        Option(help="none, elite, champion, championship, club; by default as configured."),
-    ] = None,
-    resume: Annotated[
-        Path | None,
-        Option(metavar="CHECKPOINT.npz|DIR", help="Continue a checkpoint, or the last of a run."),
-    ] = None,
-    workers: Annotated[
-        str | None,
-        Option(metavar="rllib:N", help="Learn with RLlib on N workers, on a cluster or here."),
-    ] = None,
-    targets: Annotated[
-        int, Option(min=1, max=100_000, help="Number of draws in the evaluation.")
-    ] = 50,
-    seed: Annotated[
-        int | None, Option(min=0, help="Seed of all randomness; by default as configured.")
-    ] = None,
     *,
+    run: Run,
     results: Measured,
 ) -> None:
     """Train an agent to draw, or a player of ends.
@@ -54,35 +43,42 @@ def train(
         curling train --workers rllib:8 -o runs/cluster
         curling train --config ends-league -o runs/ends
 
-    The agent learns on CurlingSheet-v0 with stable-baselines3. A configuration in the style of RL
-    Zoo sets the algorithm, number of throws, policy, environment and hyperparameters; with `ices`
-    the agent learns on random ices, and --ice is not used. At the end it is compared with the
-    planner and the best possible throw. DIR holds model.npz, checkpoints, logs and evaluation.json.
-
-    A resumed run ends like one that was not stopped, to the last bit. ends-league trains a player
-    of ends in generations, and continues in the same folder. See docs/agents.md.
+    A configuration in the style of RL Zoo sets the algorithm, number of throws, policy, environment
+    and hyperparameters; with `ices` the agent learns on random ices instead of --ice. At the end it
+    is compared with the planner and the best possible throw. A resumed run ends like one that was
+    not stopped. ends-league trains a player of ends in generations. See docs/agents.md.
     """
     from agents.learning import evaluation, training
     from agents.learning.configuration import load_settings, read_configuration, with_settings
+    from agents.playing.league.run import run_league
+    from agents.playing.league.settings import league_settings
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.storage import write_json
 
-    rllib_workers = None if workers is None else _rllib_workers(workers)
-    if resume is None:
-        document = read_configuration(config)
+    rllib_workers = None if run.workers is None else _rllib_workers(run.workers)
+    if run.resume is None:
+        document = read_configuration(run.config)
         if isinstance(document, dict) and document.get("algorithm") == "league":
             if rllib_workers:
-                raise InputError("a league cannot be trained with RLlib", source=config)
-            _train_league(config, document, output, seed)
+                raise InputError("a league cannot be trained with RLlib", source=run.config)
+            try:
+                league = league_settings(
+                    document, **({} if run.seed is None else {"seed": run.seed})
+                )
+            except InputError as error:
+                raise InputError(error.problem, source=run.config) from error
+            with progress_bar("batch") as progress:
+                run_league(output, league, progress=progress, report=say)
+            say(f"the agent: {output / 'model.npz'}")
             return
-        checkpoint, settings = None, load_settings(config)
+        checkpoint, settings = None, load_settings(run.config)
     elif rllib_workers:
         problem = "a run with RLlib writes no checkpoints, so --resume cannot be used with it"
         raise InputError(problem)
     else:
-        checkpoint = training.latest_checkpoint(resume) if resume.is_dir() else resume
+        checkpoint = training.latest_checkpoint(run.resume) if run.resume.is_dir() else run.resume
         settings = training.settings_of_run(checkpoint)
-    settings = with_settings(settings, n_timesteps=steps, skill=skill, seed=seed)
+    settings = with_settings(settings, n_timesteps=run.steps, skill=run.skill, seed=run.seed)
     thrown_on = load_ice(ice)
     with progress_bar("throw") as progress:
         if rllib_workers:
@@ -104,23 +100,10 @@ def train(
         results.show(document, "`curling benchmark` measures it")
         return
     with progress_bar("draw") as progress:
-        judged = evaluation.evaluate(policy, thrown_on, draws=targets, progress=progress)
+        judged = evaluation.evaluate(policy, thrown_on, draws=run.targets, progress=progress)
     result = {"format": evaluation.EVALUATION_FORMAT.newest, **judged}
     write_json(output / "evaluation.json", result)
-    results.show(result, _in_words(result, settings.skill, results.units))
-
-
-def _in_words(result: dict[str, Any], skill: str, units: Units) -> str:
-    """Compare the agent's mean miss with that of the planner and of the best possible throw."""
-    over = result["agent_over_best"]
-    misses = ", ".join(
-        f"{name} {short_length(result[who]['mean_miss_with_error_m'], units)}"
-        for name, who in (("agent", "agent"), ("planner", "planner"), ("best possible", "best"))
-    )
-    return (
-        f"mean miss with skill {skill}, {result['draws']} draws: {misses}; agent over "
-        f"best {over['ratio']:.2f} ({over['low']:.2f}-{over['high']:.2f})"
-    )
+    results.show(result, evaluation.in_words(result, settings.skill, results.units))
 
 
 def _rllib_workers(text: str) -> int:
@@ -128,17 +111,3 @@ def _rllib_workers(text: str) -> int:
     if kind != "rllib" or not (count.isascii() and count.isdigit() and int(count) > 0):
         raise InputError(f"--workers must be rllib: and a number of workers, got {text!r}")
     return int(count)
-
-
-def _train_league(config: str, document: dict[str, Any], output: Path, seed: int | None) -> None:
-    """Train a player of ends."""
-    from agents.playing.league.run import run_league
-    from agents.playing.league.settings import league_settings
-
-    try:
-        settings = league_settings(document, **({} if seed is None else {"seed": seed}))
-    except InputError as error:
-        raise InputError(error.problem, source=config) from error
-    with progress_bar("batch") as progress:
-        run_league(output, settings, progress=progress, report=say)
-    say(f"the agent: {output / 'model.npz'}")

@@ -10,9 +10,7 @@ from curling_env.commands.terminal import print_json, progress_bar
 
 
 def bench(
-    json: Annotated[
-        bool, Option("--json", help="Print a JSON list of {name, value, unit}, not a table.")
-    ] = False,
+    json: Annotated[bool, Option("--json", help="Print JSON: {name, value, unit}.")] = False,
 ) -> None:
     """Measure how many throws and film frames per second this machine does.
 

@@ -7,22 +7,19 @@ machine can only slow it down. Packages declare their measures under the entry-p
 
 from __future__ import annotations
 
-import math
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice, load_ice
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.typing import Floats
+from curling_env.sheet import TEE_Y, Direction
 
 REPEATS = 3
 REPEAT_TIME = 0.4
@@ -98,44 +95,6 @@ print(time.process_time())
         yield Measure(name=f"first_step_{name}_s", value=float(printed), unit="s")
 
 
-def mapped_ice(rng: np.random.Generator) -> Ice:
-    """Standard ice with a different friction in every cell, rougher than any real ice."""
-    ice = load_ice("standard")
-    mu = ice.friction.mu * np.exp(0.04 * rng.standard_normal(ice.friction.mu.shape))
-    return replace(ice, friction=replace(ice.friction, mu=mu))
-
-
-def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
-    """Releases towards the away house; a share `hits` of them at take-out weight."""
-    from curling_env.physics.batch import RELEASE_DTYPE
-
-    table = np.zeros(n, dtype=RELEASE_DTYPE)
-    spin = rng.choice([-1.5, 1.5], n)
-    hit = rng.random(n) < hits
-    speed = np.where(hit, rng.uniform(2.5, 3.2, n), rng.normal(2.09, 0.02, n))
-    # Aimed off by what the stone curls: 1.4 m for a draw, 0.7 m at take-out weight.
-    aim = rng.normal(0.0, 0.5, n) + np.sign(spin) * np.where(hit, 0.7, 1.4)
-    angle = -aim / (HOG_LINE_Y + TEE_Y)
-    table["y"] = -HOG_LINE_Y
-    table["vx"], table["vy"] = -speed * np.sin(angle), speed * np.cos(angle)
-    table["omega"] = spin
-    return table
-
-
-def houses(rng: np.random.Generator, n: int, stones: int = 8) -> Floats:
-    """Positions of stones that lie in the away house, (n, stones, 2) [m]."""
-    found = np.empty((n, stones, 2))
-    for position in found:
-        k = 0
-        while k < stones:
-            radius, turn = 1.8 * math.sqrt(rng.random()), rng.uniform(0, 2 * np.pi)
-            place = np.array([radius * math.sin(turn), TEE_Y + radius * math.cos(turn)])
-            if k == 0 or np.hypot(*(position[:k] - place).T).min() > 0.3:
-                position[k] = place
-                k += 1
-    return found
-
-
 def measures() -> Iterator[Measure]:
     """Measure batches, environments, and pymunk for comparison."""
     yield Measure(name="import_ms", value=import_time(), unit="ms")
@@ -147,6 +106,7 @@ def measures() -> Iterator[Measure]:
 def batch_rates() -> Iterator[Measure]:
     """Throws per second in a batch, on an empty sheet and among stones."""
     from curling_env.physics.batch import play_batch, throw_batch
+    from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
     from curling_env.physics.slides import play_bounds
 
     rng = np.random.default_rng(1)
@@ -167,6 +127,9 @@ def environment_rates() -> Iterator[Measure]:
     """Throws per second of the environments, and of pymunk alone for comparison."""
     import gymnasium
 
+    from curling_env.physics.plain_pymunk import throw_in_pymunk
+    from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
+
     rng = np.random.default_rng(2)
     ice = mapped_ice(rng)
     for name, stones in (("empty", 0), ("8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
@@ -176,12 +139,12 @@ def environment_rates() -> Iterator[Measure]:
     yield _throws("vector_env_throws_per_s", vector_steps(ice=ice))
     draws = draws_and_hits(rng, 2, hits=0.0)
 
-    def throw_in_pymunk() -> int:
+    def throw_all() -> int:
         for draw in draws:
-            _throw_in_pymunk(ice, draw)
+            throw_in_pymunk(ice, draw)
         return len(draws)
 
-    yield _throws("pymunk_only_throws_per_s_empty", throw_in_pymunk)
+    yield _throws("pymunk_only_throws_per_s_empty", throw_all)
 
 
 def _throws(name: str, work: Callable[[], int]) -> Measure:
@@ -221,44 +184,3 @@ def steps(env: Any, n: int = 20) -> int:
         if ended or cut:
             env.reset()
     return n
-
-
-def _throw_in_pymunk(ice: Ice, throw: Any, rate_hz: float = 60.0) -> None:
-    """Move a stone with pymunk and slow it in a Python callback, 60 times per second."""
-    import pymunk
-
-    from curling_env.physics.motion import GRAVITY
-
-    stone, sheet = ice.stone, ice.sheet
-    mu, cell = ice.friction.mu, sheet.cell_size
-    exponent = float(ice.effects[0].parameters["exponent"])
-    curl = float(ice.effects[2].parameters["strength"])
-
-    def slow(body: pymunk.Body, gravity: Any, damping: float, dt: float) -> None:
-        vx, vy = body.velocity
-        speed = math.hypot(vx, vy)
-        if speed < 1e-9:
-            return
-        x, y = body.position
-        row = min(max(int((y + sheet.length / 2) / cell), 0), mu.shape[0] - 1)
-        column = min(max(int((x + sheet.width / 2) / cell), 0), mu.shape[1] - 1)
-        loss = (GRAVITY * mu[row, column] * speed**-exponent + 9.5e-4 * speed * speed) * dt
-        if loss >= speed:
-            body.velocity = (0.0, 0.0)
-            body.angular_velocity = 0.0
-            return
-        left = math.copysign(curl * speed**0.2 * dt, body.angular_velocity)
-        keep = 1.0 - loss / speed
-        body.velocity = (vx * keep - vy / speed * left, vy * keep + vx / speed * left)
-
-    body = pymunk.Body(stone.mass, stone.inertia)
-    body.position = (float(throw["x"]), float(throw["y"]))
-    body.velocity = (float(throw["vx"]), float(throw["vy"]))
-    body.angular_velocity = float(throw["omega"])
-    body.velocity_func = slow
-    space = pymunk.Space()
-    space.add(body, pymunk.Circle(body, stone.radius))
-    for _ in range(int(60 * rate_hz)):
-        space.step(1.0 / rate_hz)
-        if body.velocity.length < 1e-3:
-            return

@@ -31,8 +31,6 @@ from curling_env.commands.options import (
 from curling_env.commands.outputs import Writes, guarded
 from curling_env.commands.terminal import (
     conclude,
-    only_our_words,
-    open_streams,
     print_json,
     progress_bar,
     remarks_at_the_end,
@@ -43,6 +41,7 @@ from curling_env.errors import CurlingError
 from curling_env.infrastructure.files.command_files import CommandFiles, command_files
 from curling_env.infrastructure.plugins import what_hides
 from curling_env.infrastructure.provenance import typed
+from curling_env.infrastructure.streams import only_our_words, open_streams
 
 __all__ = [
     "IceOption",

@@ -7,7 +7,7 @@ import functools
 import inspect
 import re
 from collections.abc import Callable, Container, Iterator
-from dataclasses import MISSING, dataclass, fields, is_dataclass
+from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from pathlib import Path
 from typing import Annotated, Any, get_args, get_type_hints
 
@@ -42,7 +42,7 @@ def grouped(command: Command) -> Command:
 
     def run(**given: Any) -> None:
         for name, group in groups.items():
-            given[name] = group(**{field.name: given.pop(field.name) for field in fields(group)})
+            given[name] = group(**{one.name: given.pop(one.name) for one in fields(group)})
         command(**given)
 
     flat: Any = functools.update_wrapper(run, command)
@@ -54,18 +54,32 @@ def grouped(command: Command) -> Command:
 
 def _parameters_of(group: Any) -> Iterator[inspect.Parameter]:
     hints = get_type_hints(group, include_extras=True)
-    for field in fields(group):
-        plain, *marks = get_args(hints[field.name])
+    for one in fields(group):
+        hint = Annotated[hints[one.name], one.metadata.get("option")]
+        plain, *marks = get_args(hint)
         marks = [copy.copy(mark) for mark in marks]
         for mark in marks:
             if isinstance(mark, OptionInfo):
                 mark.rich_help_panel = mark.rich_help_panel or (group.__doc__ or "").split("\n")[0]
         yield inspect.Parameter(
-            field.name,
+            one.name,
             inspect.Parameter.KEYWORD_ONLY,
-            default=inspect.Parameter.empty if field.default is MISSING else field.default,
+            default=inspect.Parameter.empty if one.default is MISSING else one.default,
             annotation=Annotated[(plain, *marks)],
         )
+
+
+def option(default: Any, help: str, *names: str, **settings: Any) -> Any:
+    """Declare a field of a group of options.
+
+    Parameters
+    ----------
+    default, help : default value, ... if it is required, and text of the help
+    names : names of the option, if others than that of the field
+    settings : further arguments of `typer.Option`
+    """
+    default = MISSING if default is ... else default
+    return field(default=default, metadata={"option": Option(*names, help=help, **settings)})
 
 
 def output_to(metavar: str, help: str) -> OptionInfo:
@@ -98,9 +112,7 @@ def numbers(text: str, option: str, form: str, *, counts: Container[int] = (2,))
 class Results:
     """Output"""
 
-    as_json: Annotated[
-        bool, Option("--json", help="Print JSON, as where stdout is no terminal.")
-    ] = False
+    as_json: bool = option(False, "Print JSON, as in a pipe.", "--json")
 
     def show(self, document: Any, *sentences: str) -> None:
         """Print the result of a command: sentences on a terminal, JSON for programs."""
@@ -111,7 +123,7 @@ class Results:
 class Measured(Results):
     """Output"""
 
-    units: Annotated[Units, Option(help="Units of displayed lengths.")] = Units.METRES
+    units: Units = option(Units.METRES, "Units of displayed lengths.")
 
 
 IceOption = Annotated[

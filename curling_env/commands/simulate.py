@@ -20,9 +20,7 @@ def simulate(
     ice: IceOption,
     releases: ReleasesOption,
     output: TracksFile,
-    fps: Annotated[
-        float, Option(min=0.1, max=10_000, help="Rows per second of the tracks.")
-    ] = 30.0,
+    fps: Annotated[float, Option(min=0.1, max=10_000, help="Rows per second.")] = 30.0,
 ) -> None:
     """Throw stones one after the other on an empty sheet and write their true paths.
 

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from typer import Option
 
-from curling_env.commands.options import OutputFile, SeedOption, WorkersOption
+from curling_env.commands.options import OutputFile, SeedOption, SkillOption, WorkersOption
 from curling_env.commands.simulate import ReleasesOption
 from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
@@ -18,14 +18,10 @@ MAX_ENDS = 10**8
 def sweep(
     releases: ReleasesOption,
     output: OutputFile,
-    ice: Annotated[
-        list[str] | None, Option(metavar="ICE", help="Ice file or preset; may be repeated.")
-    ] = None,
+    ice: Annotated[list[str] | None, Option(metavar="ICE", help="Ice; may be repeated.")] = None,
     seeds: Annotated[int, Option(min=1, help="Number of repeats of each throw and ice.")] = 1,
     seed: SeedOption = 0,
-    skill: Annotated[
-        str, Option(help="Execution error: none, elite, champion, championship, club.")
-    ] = "none",
+    skill: SkillOption = "none",
     workers: WorkersOption = "1",
 ) -> None:
     """Make every throw many times on every ice, and write where the stones end.
@@ -37,16 +33,12 @@ def sweep(
         curling sweep --releases r.csv --skill club --seeds 100000 --workers ray -o ends.csv
 
     Each throw is made alone on an empty sheet with a random execution error; every ice gets the
-    same errors. The result is the same on any number of workers, even if some are lost. It has one
-    row for each ice (numbered from 0 in the order given), seed and throw. See
-    docs/how-to/cluster.md.
+    same errors. The result is the same on any number of workers. It has one row for each ice
+    (numbered from 0), seed and throw. See docs/how-to/cluster.md.
     """
-    import numpy as np
-
     from curling_env.ice import load_ice
     from curling_env.infrastructure.executor import executor
     from curling_env.infrastructure.files.storage import atomic_path, write_table
-    from curling_env.physics.slides import SlideEnd
     from curling_env.physics.sweep import Sweep, run
     from curling_env.throw import read_releases
 
@@ -63,18 +55,5 @@ def sweep(
     with atomic_path(output) as draft:
         with executor(workers) as work, progress_bar("piece") as progress:
             ends = run(plan, work, progress=progress)
-        which, times, throw = (axis.ravel() for axis in np.indices(plan.shape))
-        write_table(
-            draft,
-            {
-                "ice": which,
-                "seed": times + seed,
-                "throw": np.array([release.throw for release in thrown])[throw],
-                "x": ends.x.ravel(),
-                "y": ends.y.ravel(),
-                "theta": ends.theta.ravel(),
-                "time": ends.time.ravel(),
-                "end": np.array([end.name.lower() for end in SlideEnd])[ends.end.ravel()],
-            },
-        )
+        write_table(draft, plan.table(ends))
     say(f"{ends.x.size} throws: {output}")

@@ -4,17 +4,13 @@ from __future__ import annotations
 
 import sys
 from enum import StrEnum
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from typer import Option
 
 from curling_env.commands.options import DeliveryOption, IceOption, Measured, grouped
 from curling_env.commands.terminal import print_json, warn_about
-from curling_env.units import Units, short_length, side
-
-if TYPE_CHECKING:
-    from curling_env.physics.shot_times import Shot
-    from curling_env.sheet import Direction
+from curling_env.units import short_length
 
 
 class PlayedEnd(StrEnum):
@@ -57,7 +53,7 @@ def throw(
     begins = delivery_named(delivery)
     shot = shoot(known, thrown, end, delivery=begins)
     document: dict[str, object] = {**shot.as_dict()}
-    sentences = [_in_words(shot, end, results.units)]
+    sentences = [shot.in_words(end, results.units)]
     if is_uncertain(known):
         spread = rest_spread(known, thrown.release(end, delivery=begins))
         across, along = spread or (None, None)
@@ -73,19 +69,3 @@ def throw(
         print("\n".join(sentences))
     else:  # programs call it often, and need no sentence on stderr
         print_json(document)
-
-
-def _in_words(shot: Shot, end: Direction, units: Units) -> str:
-    """Describe the outcome of the throw in a sentence."""
-    from curling_env.sheet import TEE_Y
-
-    weight = "" if shot.hog_to_hog is None else f"{shot.hog_to_hog:.1f} s hog to hog; "
-    if shot.status == "out_side":
-        return f"{weight}it touches the side line"
-    if shot.status == "out_back":
-        return f"{weight}it runs through the house"
-    along = side(end * shot.y - TEE_Y, units, right="past")
-    across = side(end * shot.x, units).replace("on the line", "on the centre line")
-    tee = "" if "tee" in along else " the tee" if " past" in along else " of the tee"
-    hogged = "hogged, it stops" if shot.status == "hogged" else "it comes to rest"
-    return f"{weight}{hogged} {along}{tee}, {across}"

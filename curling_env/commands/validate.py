@@ -24,10 +24,9 @@ def validate(
         curling validate fcv1
         curling validate ice.json --json
 
-    Stones are thrown along the centre line, and the readings of a watch or a film are compared with
-    measurements and coaches' tables: friction against speed, times, curl and turns, weights,
-    sweeping, the level of the ice, collisions. A row agrees if its value lies within the source's
-    own uncertainty. docs/validation.md explains each row, its source, and the fields of the JSON.
+    The readings of a watch or a film are compared with measurements and coaches' tables: friction
+    against speed, times, curl and turns, weights, sweeping, level of the ice, collisions. A row
+    agrees if its value lies within the source's own uncertainty. See docs/validation.md.
     """
     from curling_env.ice import load_ice
     from curling_env.validation.table import as_text, compare, counts, in_words, preset_of

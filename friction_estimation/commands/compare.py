@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 from typer import Argument
 
@@ -11,10 +11,6 @@ from curling_env.commands.options import IceOption, Measured, grouped, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import say, warn_about
 from curling_env.errors import InputError
-from curling_env.units import Units, length
-
-NOT_YOUR_ICE = 5.0
-"""Mean error of the places of rest above which an ice is another one [m]."""
 
 
 @grouped
@@ -34,10 +30,9 @@ def compare(
         curling compare tracks.csv --ice ice.json -o runs/compare
 
     The release of each throw is fitted to its first 2.5 s, and its further path predicted. The JSON
-    has the distance of the two paths at equal times (path_rms_m) and of the places of rest
-    (rest_error_m, too_long_m, too_far_left_m), in metres and in standard errors: an error beyond 2
-    shows an ice worse than its file says, or an unusual throw. With -o, DIR receives throws.csv (a
-    row per throw), paths.csv (both paths) and comparison.png. See docs/science/estimation.md.
+    has the distance of the two paths at equal times and of the places of rest, in metres and in
+    standard errors: an error beyond 2 shows an ice worse than its file says, or an unusual throw.
+    With -o, DIR receives throws.csv, paths.csv and comparison.png. See docs/science/estimation.md.
     """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.storage import make_directory, together
@@ -63,21 +58,4 @@ def compare(
     warn_about(known)
     summary = comparison.summary()
     summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
-    results.show(summary, _in_words(summary, results.units))
-
-
-def _in_words(found: dict[str, Any], units: Units) -> str:
-    """Describe in a sentence how well the ice predicts."""
-    error, path = found["rest_error_m"], found["path_rms_m"]
-    count = "one throw" if found["throws"] == 1 else f"{found['throws']} throws"
-    if error is None:
-        if path is None:
-            return f"{count}: too little is seen beyond the release to compare"
-        return f"{count}: the predicted paths are {length(path, units)} off (root mean square)"
-    words = f"{count}: stones came to rest {length(error, units)} from where this ice says"
-    mean = found["too_long_mean_m"]
-    if mean is not None and abs(mean) > 0.5 * error:
-        words += f", {length(mean, units)} {'short of' if mean > 0 else 'past'} it on average"
-    if error > NOT_YOUR_ICE:
-        words += ": this is not the ice that these stones ran on"
-    return words
+    results.show(summary, comparison.in_words(results.units))

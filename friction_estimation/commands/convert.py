@@ -17,22 +17,11 @@ METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 
 @grouped
 def convert(
-    table: Annotated[
-        Path,
-        Argument(
-            metavar="TABLE", help="Export of Kinovea or Tracker, tracks, ice, or donated session."
-        ),
-    ],
+    table: Annotated[Path, Argument(metavar="TABLE", help="Table to read, see above.")],
     output: OutputFile = Path("tracks.csv"),
-    unit: Annotated[
-        Literal["m", "cm", "mm", "ft", "in"], Option(help="Unit of the other program.")
-    ] = "m",
+    unit: Annotated[Literal["m", "cm", "mm", "ft", "in"], Option(help="Its unit of length.")] = "m",
     origin: Annotated[
-        str,
-        Option(
-            metavar="PLACE|X,Y",
-            help="Its origin: middle, a place such as home_tee or away_hog_centre, or x,y [m].",
-        ),
+        str, Option(metavar="PLACE|X,Y", help="Its origin: middle, home_tee, … or x,y [m].")
     ] = "middle",
     along: Annotated[Along, Option(help="Its axis from the home to the away end.")] = Along.x,
     *,
@@ -48,13 +37,10 @@ def convert(
         curling convert ice.json -o cells.parquet
         curling convert session.json -o tracks.csv
 
-    Files of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
-    file") are recognised by their first rows. Every tracked point becomes a throw of its own. Place
-    the other program's axes on the ice, the second to the left of the first, and scale them with a
-    known length.
-
-    An output that ends in .parquet is written as Parquet, any other as CSV. An ice file becomes the
-    table of its cells: row, column, x, y, mu, sigma, observed.
+    Exports of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
+    file") are recognised by their first rows; every tracked point becomes a throw. Place the other
+    program's axes on the ice, the second to the left of the first, and scale them. An ice file
+    becomes a table of its cells. An output .parquet is written as Parquet, any other as CSV.
     """
     from curling_env.ice import load_ice, write_cells
     from curling_env.infrastructure.files.kinds import kind_of

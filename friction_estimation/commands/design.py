@@ -2,12 +2,11 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
-from typer import Option
-
-from curling_env.commands.options import Measured, grouped, numbers, output_to
+from curling_env.commands.options import Measured, grouped, numbers, option, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import progress_bar
 
@@ -15,38 +14,29 @@ MAX_SPEEDS = 24
 """Maximum number of speeds, each of which is tried with every line and spin."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class Wish:
+    """Map and camera"""
+
+    resolution: float = option(2.0, "Wanted detail of the map: smallest structure resolved [m].")
+    precision: float = option(2.0, "Wanted error of mu [%].", min=0.01, max=100)
+    noise: float = option(0.005, "Independent error of a position [m].", min=1e-6, max=10)
+    fps: float = option(30.0, "Frames per second of the camera.", min=0.1, max=10_000)
+    mu: float = option(0.009, "Expected friction.", min=1e-4, max=1)
+    spread: float = option(5.0, "Expected variation of mu over the sheet [%].", min=0.01, max=100)
+    speeds: str | None = option(None, "Possible speeds at the hog line [m/s].", metavar="V,V...")
+    ice: str | None = option(None, "Ice with the sheet; else the paper's.", metavar="ICE")
+
+
 @grouped
 def design(
-    resolution: Annotated[
-        float, Option(help="Wanted detail of the map: smallest structure resolved [m].")
-    ] = 2.0,
-    precision: Annotated[float, Option(min=0.01, max=100, help="Wanted error of mu [%].")] = 2.0,
-    noise: Annotated[
-        float, Option(min=1e-6, max=10, help="Independent error of one measured position [m].")
-    ] = 0.005,
-    fps: Annotated[
-        float, Option(min=0.1, max=10_000, help="Frames per second of the camera.")
-    ] = 30.0,
-    mu: Annotated[float, Option(min=1e-4, max=1, help="Expected friction.")] = 0.009,
-    spread: Annotated[
-        float, Option(min=0.01, max=100, help="Expected variation of mu over the sheet [%].")
-    ] = 5.0,
-    speeds: Annotated[
-        str | None,
-        Option(
-            metavar="V,V...",
-            help="Possible speeds at the hog line [m/s]; around a draw to the tee by default.",
-        ),
-    ] = None,
-    ice: Annotated[
-        str | None, Option(metavar="ICE", help="Ice with the sheet; the paper's by default.")
-    ] = None,
+    *,
+    wish: Wish,
     output: Annotated[
         Path | None,
         output_to("RELEASES.csv", "Also write the throws as releases."),
         Writes(kinds=("releases",)),
     ] = None,
-    *,
     results: Measured,
 ) -> None:
     """Choose the throws that measure a friction map with a wanted detail and error.
@@ -58,10 +48,8 @@ def design(
         curling design --speeds 1.8,2.0,2.4 -o releases.csv
 
     The command chooses the fewest throws that reach the error, from the limit that no method of
-    estimation can beat: their speeds, lines and ends. Real throws differ a little from one to the
-    next, so make some more. The error is that of a cell between the tees and within 1.5 m of the
-    centre line; the JSON also has the error after every throw. With -o the throws are written as
-    releases, for `curling simulate` or `curling film`.
+    estimation can beat; make some more. The error is that of a cell between the tees and within
+    1.5 m of the centre line; the JSON also has the error after every throw.
     """
     from curling_env.ice import load_ice
     from curling_env.sheet import PAPER_SHEET
@@ -70,16 +58,18 @@ def design(
 
     form = f"up to {MAX_SPEEDS} numbers with commas between, such as 1.6,2.2"
     counts = range(1, MAX_SPEEDS + 1)
+    given = wish.speeds
+    speeds = None if given is None else numbers(given, "--speeds", form, counts=counts)
     with progress_bar() as bar:
         found = design_throws(
-            resolution=resolution,
-            precision=precision / 100,
-            noise=noise,
-            fps=fps,
-            mu=mu,
-            spread=spread / 100,
-            speeds=None if speeds is None else numbers(speeds, "--speeds", form, counts=counts),
-            sheet=PAPER_SHEET if ice is None else load_ice(ice).sheet,
+            resolution=wish.resolution,
+            precision=wish.precision / 100,
+            noise=wish.noise,
+            fps=wish.fps,
+            mu=wish.mu,
+            spread=wish.spread / 100,
+            speeds=speeds,
+            sheet=PAPER_SHEET if wish.ice is None else load_ice(wish.ice).sheet,
             progress=bar,
         )
     if output is not None:

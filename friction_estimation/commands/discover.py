@@ -21,20 +21,10 @@ REFERENCE = "MEASURED,TRUE[,ERROR]"
 def discover(
     tracks: Annotated[Path, Argument(metavar="TRACKS.csv", help="Measured throws.")],
     output: OutputDirectory,
-    ice: Annotated[
-        str | None,
-        Option("--ice", metavar="BASE", help="Model to improve; uniform friction by default."),
-    ] = None,
-    scene: Annotated[
-        Path | None,
-        Option(metavar="SCENE.json", help="Scene of the tracks, to look for a wrong lens."),
-    ] = None,
-    known_length: Annotated[
-        References, Option(metavar=REFERENCE, help="Known length [m]; may be repeated.")
-    ] = None,
-    clock: Annotated[
-        References, Option(metavar=REFERENCE, help="Known interval [s]; may be repeated.")
-    ] = None,
+    ice: Annotated[str | None, Option("--ice", metavar="BASE", help="Model to improve.")] = None,
+    scene: Annotated[Path | None, Option(metavar="SCENE.json", help="Scene of the tracks.")] = None,
+    known_length: Annotated[References, Option(metavar=REFERENCE, help="Known length [m].")] = None,
+    clock: Annotated[References, Option(metavar=REFERENCE, help="Known interval [s].")] = None,
     seed: SeedOption = 0,
     *,
     results: Measured,
@@ -47,13 +37,10 @@ def discover(
         curling discover tracks.csv --ice runs/discover/ice.json -o runs/again
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
 
-    The model is fitted to the measured throws. An effect of the ice or the camera is named only if
-    the throws prove it, it closes the gap, and only noise is left. Residuals that no effect
-    explains are reported as unknown, with the variables they follow. At least 8 throws are needed;
-    16 in both directions, with both spins and speeds from draw to take-out, make a good session.
-
-    Throws cannot show that all lengths or times are off by a factor; a known length (hog line to
-    hog line is 21.945 m) or an interval by a stopwatch corrects the tracks first.
+    An effect of the ice or the camera is named only if the throws prove it, it closes the gap, and
+    only noise is left; other residuals are reported as unknown. At least 8 throws are needed, 16 in
+    both directions, with both spins and all weights, make a good session. Known lengths (hog line
+    to hog line is 21.945 m) or intervals correct the tracks first: MEASURED is theirs.
 
     DIR receives report.html (look at this one), report.json, baseline.json (the fitted model) and
     ice.json (the improved one, for --ice of every command). See docs/discovery.md.

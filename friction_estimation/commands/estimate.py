@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from typer import Argument, Option
 
-from curling_env.commands.options import OUTPUT, Measured, SeedOption, grouped, output_to
+from curling_env.commands.options import OUTPUT, Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
@@ -19,6 +19,9 @@ if TYPE_CHECKING:
     from friction_estimation.estimation.evidence_file import Choices
     from friction_estimation.reports.estimate_page import Still
 
+Effects = Literal["all", "none"]
+Bias = Literal["auto", "off"]
+Method = Literal["trajectory", "paper"]
 FILMS_SHOWN = 4
 """Number of films of which the report shows frames; each adds about a megabyte."""
 
@@ -27,37 +30,13 @@ FILMS_SHOWN = 4
 class Model:
     """Model"""
 
-    uniform: Annotated[
-        bool, Option("--uniform", help="Estimate one friction for the sheet, not a map.")
-    ] = False
-    effects: Annotated[
-        Literal["all", "none"],
-        Option(help="all: the map and the effects of the ice; none: the friction alone."),
-    ] = "all"
-    camera_bias: Annotated[
-        Literal["auto", "off"],
-        Option(
-            "--camera-bias",
-            help="auto: also fit a smooth error of the camera along the sheet, if it shows.",
-        ),
-    ] = "auto"
-    method: Annotated[
-        Literal["trajectory", "paper"],
-        Option(help="trajectory: fit all throws at once; paper: differentiate and average."),
-    ] = "trajectory"
-    start: Annotated[
-        str | None,
-        Option(metavar="ICE", help="Keep the sheet and stone of this ice, expect its effects."),
-    ] = None
-    prior: Annotated[
-        str | None,
-        Option(
-            metavar="ICE", help="Expect pattern and effects of another day's ice, not its level."
-        ),
-    ] = None
-    update: Annotated[
-        Path | None, Option(metavar="ICE", help="Add these throws to an earlier estimate.")
-    ] = None
+    uniform: bool = option(False, "Estimate one friction for the sheet, not a map.", "--uniform")
+    effects: Effects = option("all", "all: map and effects of the ice; none: friction alone.")
+    camera_bias: Bias = option("auto", "auto: also fit a smooth error of the camera, if it shows.")
+    method: Method = option("trajectory", "paper: differentiate the tracks, as the paper did.")
+    start: str | None = option(None, "Ice whose effects are expected.", metavar="ICE")
+    prior: str | None = option(None, "Ice of another day, for its pattern.", metavar="ICE")
+    update: Path | None = option(None, "Ice to which these throws are added.", metavar="ICE")
 
     def choices(self) -> tuple[Choices, list[Trajectory]]:
         """Load the choices of the estimate, and the throws of the estimate that it updates.
@@ -83,19 +62,14 @@ class Model:
         if self.update is None:
             return asked, []
         evidence = load_evidence(load_ice(self.update), self.update)
-        for name in ("uniform", "effects", "camera_bias"):
-            now, then = getattr(asked, name), getattr(evidence.choices, name)
-            if now not in (getattr(Choices(), name), then):
-                option = name.replace("_", "-")
-                problem = f"this ice was estimated with another --{option}, and stays so"
-                raise InputError(problem, source=self.update)
+        evidence.check(asked, self.update)
         return evidence.choices, evidence.tracks
 
 
 @grouped
 def estimate(
     inputs: Annotated[
-        list[Path], Argument(metavar="TRACKS.csv|VIDEO...", help="One tracks file, or films.")
+        list[Path], Argument(metavar="TRACKS.csv|VIDEO...", help="Tracks, or films.")
     ],
     output: Annotated[
         Path,
@@ -159,9 +133,9 @@ def estimate(
     else:
         shown = 0 if report is None else FILMS_SHOWN
         tracks, stills = _track(inputs, scene, tracking, output, shown)
-    by_hand = (tracking.camera, model.start, model.prior, model.update)
+    models = (tracking.camera, model.start, model.prior, model.update)
     before = None if model.update is None else evidence_path(model.update)
-    origin = provenance([*inputs, *(scene or []), *by_hand, before], seed=seed)
+    origin = provenance([*inputs, *(scene or []), *models, before], seed=seed)
     if earlier:
         tracks, remarks = with_later_throws(earlier, tracks)
         for remark in remarks:

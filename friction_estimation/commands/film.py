@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-from typing import Annotated
-
-from typer import Option
+from dataclasses import dataclass
 
 from curling_env.commands.options import (
     IceOption,
@@ -14,6 +11,7 @@ from curling_env.commands.options import (
     SeedOption,
     grouped,
     numbers,
+    option,
 )
 from curling_env.commands.simulate import ReleasesOption
 from curling_env.commands.terminal import progress_bar
@@ -24,20 +22,25 @@ MAX_FILMS = 1000
 """Maximum number of films of one command."""
 
 
+@dataclass(frozen=True, kw_only=True)
+class View:
+    """Camera"""
+
+    camera: str = option("end", "Place of the camera, see above.", metavar="NAME")
+    fps: float = option(30.0, "Frames per second.")
+    size: str | None = option(None, "Image size in pixels.  [default: 1280 wide]", metavar="WxH")
+    noise: float = option(2.0, "Sensor noise, standard deviation in grey levels of 255.")
+    people: bool = option(True, "Draw a thrower, sweepers and walkers, or nobody.")
+
+
 @grouped
 def film(
     ice: IceOption,
     releases: ReleasesOption,
     output: OutputDirectory,
-    camera: Annotated[str, Option(metavar="NAME", help="Camera, see above.")] = "end",
-    fps: Annotated[float, Option(help="Frames per second.")] = 30.0,
-    size: Annotated[
-        str | None, Option(metavar="WxH", help="Image size in pixels.  [default: 1280 wide]")
-    ] = None,
-    noise: Annotated[float, Option(help="Sensor noise (σ), in grey levels of 255.")] = 2.0,
-    people: Annotated[bool, Option(help="Draw a thrower, sweepers and walkers.")] = True,
     seed: SeedOption = 0,
     *,
+    view: View,
     results: Results,
 ) -> None:
     """Render films of throws on known ice, as a camera beside the sheet would see them.
@@ -62,43 +65,28 @@ def film(
         NAME.truth.json                friction, release and rest of every throw, the camera's pose
         NAME.ice.json                  the ice itself
     """
-    from curling_env.ice import load_ice, save_ice
-    from curling_env.infrastructure.files.storage import check_writable, make_directory, together
-    from curling_env.physics.session import slides_in_turn
+    from curling_env.ice import load_ice
+    from curling_env.infrastructure.files.storage import make_directory
     from curling_env.throw import read_releases
-    from friction_estimation.synthetic import FilmSpec, render_films
+    from friction_estimation.synthetic import FilmSpec
+    from friction_estimation.synthetic.films import film_throws
 
-    pixels = None if size is None else _size(size)
-    spec = FilmSpec(camera=camera, size=pixels, fps=fps, noise=noise, people=people, seed=seed)
+    size = None if view.size is None else _size(view.size)
+    spec = FilmSpec(**{**vars(view), "size": size}, seed=seed)
     known = load_ice(ice)
     played = read_releases(releases)
     if len(played) > MAX_FILMS:
         problem = f"has {len(played)} throws; at most {MAX_FILMS} are filmed at a time"
         raise InputError(problem, source=releases)
-    numbered = [replace(release, throw=k) for k, release in enumerate(played)]
-    # Four samples a frame: the cubic between them is then exact to a micrometre.
-    thrown = [run.trajectory for run in slides_in_turn(known, numbered, fps=4 * fps)]
     folder = make_directory(output)
-    for throw in range(len(thrown)):
-        check_writable(folder / f"{spec.name}-{throw}.mp4", kinds=("made film",))
-    with together(), progress_bar("frame") as progress:
-        films = render_films(
-            folder,
-            [trajectory for trajectory in thrown if trajectory is not None],
-            spec,
-            sheet=known.sheet,
-            stone=known.stone,
-            notes={"mu": float(known.friction.mu.mean()), "ice": str(ice)},
-            progress=progress,
-        )
-        save_ice(known, folder / f"{spec.name}.ice.json")
+    with progress_bar("frame") as progress:
+        films = film_throws(folder, known, played, spec, ice_name=ice, progress=progress)
+    parts = {"scene": "scene", "camera_truth": "truth", "ice": "ice"}
     results.show(
         {
             "films": [str(path) for path in films],
             "truth": [str(path.with_suffix(".truth.csv")) for path in films],
-            "scene": str(folder / f"{spec.name}.scene.json"),
-            "camera_truth": str(folder / f"{spec.name}.truth.json"),
-            "ice": str(folder / f"{spec.name}.ice.json"),
+            **{part: str(folder / f"{spec.name}.{kind}.json") for part, kind in parts.items()},
         },
         f"{len(films)} film{'s' * (len(films) != 1)} with scene and true paths: {folder}",
     )

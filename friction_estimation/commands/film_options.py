@@ -4,20 +4,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from typer import Option
 
+from curling_env.commands.options import option
 from curling_env.commands.terminal import say
-from curling_env.errors import InputError
 from curling_env.typing import Progress
 from friction_estimation.camera.scene import CAMERA_HEIGHTS
 
 if TYPE_CHECKING:
     from friction_estimation.camera.scene import Scene
-    from friction_estimation.tracking import TrackedFilm, Tracker
+    from friction_estimation.tracking import TrackedFilm
 
 SCENE = Option(
     metavar="SCENE.json",
@@ -45,13 +44,7 @@ class Viewing:
 
     camera: LensOption = None
     height: HeightOption = None
-    tracker: Annotated[
-        str,
-        Option(
-            metavar="NAME|MODULE:FUNCTION",
-            help="Your own tracker: an installed one, or a function (docs/how-to/own-tracker.md).",
-        ),
-    ] = "built-in"
+    tracker: str = option("built-in", "Tracker of your own, NAME or MODULE:FUNCTION.")
 
     def scenes(self, paths: Sequence[Path]) -> list[Scene]:
         """Load scenes with the given lens and height.
@@ -69,35 +62,8 @@ class Viewing:
 class Tracking(Viewing):
     """Film and camera"""
 
-    refine: Annotated[
-        bool,
-        Option(
-            "--refine/--as-marked", help="Correct the marked points by the paint, or trust them."
-        ),
-    ] = True
-    slow: Annotated[
-        float | None,
-        Option(metavar="N", min=0.05, help="Slow-motion factor: 4 for 120 frames/s played at 30."),
-    ] = None
-
-    def function(self) -> Tracker:
-        """Load the tracker.
-
-        Raises
-        ------
-        InputError : an unknown tracker, or options that it does not take
-        """
-        from friction_estimation.tracking import TrackingOptions, load_tracker
-        from friction_estimation.tracking.tracker import BUILT_IN
-
-        function = load_tracker(self.tracker)
-        if self.refine and self.slow is None:
-            return function
-        if self.tracker != BUILT_IN:
-            problem = "--as-marked and --slow are options of the built-in tracker"
-            raise InputError(problem, source=self.tracker)
-        options = TrackingOptions(refine=self.refine, slow=self.slow)
-        return partial(function, options=options)  # pyright: ignore[reportCallIssue]
+    refine: bool = option(True, "Correct the marks by the paint, or not.", "--refine/--as-marked")
+    slow: float | None = option(None, "Factor of slow motion.", min=0.05, metavar="N")
 
     def throws_in(
         self,
@@ -114,19 +80,24 @@ class Tracking(Viewing):
         ----------
         films, scenes, always_track, progress : see `track_each`
         output : the file beside which tracks are kept until all films are tracked
+
+        Raises
+        ------
+        InputError : an unknown tracker, options that it does not take, or a film that it refuses
         """
         import cv2
 
-        from friction_estimation.tracking import track_each
+        from friction_estimation.tracking import TrackingOptions, load_tracker, track_each
         from friction_estimation.tracking.films.in_words import film_in_words
         from friction_estimation.tracking.films.resume import Checkpoints
         from friction_estimation.tracking.films.shared_cameras import SharedCameras
 
         cv2.setNumThreads(1)
+        options = TrackingOptions(refine=self.refine, slow=self.slow)
         for one in track_each(
             films,
             scenes,
-            tracker=self.function(),
+            tracker=load_tracker(self.tracker, options),
             checkpoints=Checkpoints(output),
             cameras=SharedCameras(keep=True),
             always_track=always_track,

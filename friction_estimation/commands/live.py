@@ -16,7 +16,6 @@ from friction_estimation.commands.film_options import SCENE, Viewing
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
-    from curling_env.units import Units
 
 report_now = partial(say, now=True)
 """Reports each throw at once, for those who watch the game."""
@@ -24,9 +23,7 @@ report_now = partial(say, now=True)
 
 @grouped
 def live(
-    source: Annotated[
-        str, Argument(metavar="CAMERA|URL", help="Camera index (0 is the first), or stream URL.")
-    ],
+    source: Annotated[str, Argument(metavar="CAMERA|URL", help="Camera index or stream URL.")],
     scene: Annotated[Path, SCENE],
     output: TracksFile = Path("tracks.csv"),
     report: Annotated[
@@ -51,10 +48,9 @@ def live(
         curling live 0 --scene end.scene.json -o tracks.csv --report ice
         curling live rtsp://192.168.1.20/stream --scene end.scene.json --throws 16
 
-    Every throw is recorded as a film of its own, from the first motion on the ice until all has
-    been still for some seconds. It is tracked at once and added to the tracks file, and the
-    friction according to all throws up to then is reported. Ctrl-C ends the recording; throws that
-    were recorded until then are still tracked. The films can be tracked again with `curling track`.
+    Every throw is recorded as a film of its own, tracked at once and added to the tracks file, and
+    the friction according to all throws up to then is reported. Ctrl-C ends the recording; throws
+    that were recorded until then are still tracked. See docs/tracking.md.
     """
     from tqdm import tqdm
 
@@ -104,8 +100,7 @@ def live(
                 tracks += news.tracks
                 thrown.append(news.tracks[0])
                 write_tracks(output, tracks)
-            words = _describe(news.tracks, results.units) if news.tracks else news.reason
-            report_now(f"{name}: {words}")
+            report_now(f"{name}: {news.in_words(results.units)}")
     results.show(
         [
             {"throw": k.throw, "clock": k.clock, "tracked": len(k), "to_s": float(k.t[-1])}
@@ -113,17 +108,3 @@ def live(
         ],
         f"{source} is no longer watched; {len(thrown)} throws",
     )
-
-
-def _describe(tracks: tuple[Trajectory, ...], units: Units) -> str:
-    """Describe a throw: its number, its measures, and the number of other stones."""
-    from friction_estimation.reports.throws_section import throw_in_words
-    from friction_estimation.tracks.throw_table import throw_table
-
-    stone, *others = tracks
-    also = f", and {len(others)} other stones" if others else ""
-    words = [throw_in_words(one, units) for one in throw_table(tracks)]
-    if words and words[0]:
-        return f"throw {stone.throw}, {words[0]}{also}"
-    x, y = stone.xy[-1]
-    return f"throw {stone.throw}, {len(stone)} rows, last seen at x {x:+.2f}, y {y:+.2f} m{also}"

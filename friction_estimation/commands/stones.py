@@ -15,15 +15,9 @@ from friction_estimation.appearance.colour_names import HandleColour
 @grouped
 def stones(
     picture: Annotated[Path, Argument(metavar="PICTURE", help="Stones on the ice.")],
-    empty: Annotated[
-        Path, Option(metavar="EMPTY", help="The same camera's picture of the empty ice.")
-    ],
-    scene: Annotated[
-        Path, Option(metavar="SCENE.json", help="The camera, from `curling locate EMPTY`.")
-    ],
-    own: Annotated[
-        HandleColour | None, Option(help="Handle colour of the own team; others are opponents.")
-    ] = None,
+    empty: Annotated[Path, Option(metavar="EMPTY", help="Picture of the empty ice.")],
+    scene: Annotated[Path, Option(metavar="SCENE.json", help="From `curling locate EMPTY`.")],
+    own: Annotated[HandleColour | None, Option(help="Handle colour of the own team.")] = None,
     output: OutputFile = Path("stones.json"),
     drawn: PictureOption = None,
     *,
@@ -60,18 +54,7 @@ def stones(
     camera = camera_from_scene(known, (image.shape[1], image.shape[0]))
     model = StoneModel(radius=known.stone_radius, height=known.stone_height)
     found = find_stones_in_image(image, bare, camera, model, known.sheet)
-    places = [
-        {
-            "x": round(float(stone.xy[0]), 4),
-            "y": round(float(stone.xy[1]), 4),
-            "sigma": round(stone.sigma, 4),
-            "px": [float(value) for value in stone.px],
-            "colour": [int(value) for value in stone.colour[::-1]],
-            "handle": str(stone.handle),
-            **({} if own is None else {"team": "own" if stone.handle is own else "other"}),
-        }
-        for stone in found
-    ]
+    places = [stone.as_dict(own) for stone in found]
     with together():
         write_json(output, places)
         if drawn is not None:

@@ -26,14 +26,11 @@ if TYPE_CHECKING:
 
 @grouped
 def track(
-    films: Annotated[
-        list[str],
-        Argument(metavar="VIDEO...", help="Films, or folders of films, in order of play."),
-    ],
+    films: Annotated[list[str], Argument(metavar="VIDEO...", help="Films, or folders of films.")],
     scene: Annotated[list[Path], SCENE],
     output: TracksFile = Path("tracks.csv"),
     append: Annotated[
-        bool, Option("--append", help="Add to the tracks file.", rich_help_panel=OUTPUT)
+        bool, Option("--append", help="Add to the file.", rich_help_panel=OUTPUT)
     ] = False,
     overlay: Annotated[
         Path | None,
@@ -56,24 +53,27 @@ def track(
         curling track end-0.mp4 end-1.mp4 --scene end.scene.json -o tracks.csv
         curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
 
-    A film may show one throw or a whole practice, which is cut into its throws. The scene file
-    holds the corners of the ice in the picture; the paint on the ice corrects them, and measures an
-    unknown lens. The camera is solved once and kept beside the scene. If tracking is interrupted,
-    repeat the command: it continues.
+    A film may show one throw or a whole practice, which is cut into its throws. The paint on the
+    ice corrects the marks of the scene, and measures an unknown lens. The camera is solved once and
+    kept beside the scene. If tracking is interrupted, repeat the command: it continues.
 
-    The tracks file has a row for each frame in which a stone was seen: throw, t, x, y, theta, and
-    standard errors. `curling throws` shows the throws; `curling live` tracks a running camera;
-    `curling join-cameras` joins films of one throw. See docs/tracking.md and docs/files.md.
+    The tracks file has a row for each frame in which a stone was seen. `curling throws` shows the
+    throws, `curling live` tracks a running camera, and `curling join-cameras` joins films of one
+    throw. See docs/tracking.md and docs/files.md.
     """
     from curling_env.infrastructure.files.command_files import note_rewritten
     from curling_env.infrastructure.files.storage import together
     from curling_env.trajectory import read_tracks, write_tracks
+    from friction_estimation.film.video import films_in
     from friction_estimation.tracking.films.resume import Checkpoints
     from friction_estimation.tracks.plausible_friction import question_about, rough_friction
     from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
+    within = [films_in([film]) for film in films]
+    paths = [path for some in within for path in some]
     scenes = tracking.scenes(scene)
-    paths, scenes = _paired(films, scenes)
+    if len(scenes) == len(films):
+        scenes = [one for one, some in zip(scenes, within, strict=True) for _ in some]
     if overlay is not None and len(paths) > 1:
         raise InputError("an overlay is drawn for one film at a time", source="--overlay")
     earlier: list[Trajectory] = []
@@ -111,24 +111,6 @@ def track(
         ],
         f"{done}; `curling throws {output}` shows the throws",
     )
-
-
-def _paired(films: list[str], scenes: list[Scene]) -> tuple[list[Path], list[Scene]]:
-    """List all films, those in folders too, and their scenes: one for all, or one for each.
-
-    Raises
-    ------
-    InputError : a camera or stream, or a folder without films
-    """
-    from friction_estimation.film.video import films_in, is_stream
-
-    for film in films:
-        if is_stream(film):
-            raise InputError("is a camera or a stream; `curling live` tracks it", source=film)
-    within = [films_in([film]) for film in films]
-    if len(scenes) == len(films):
-        scenes = [one for one, some in zip(scenes, within, strict=True) for _ in some]
-    return [path for some in within for path in some], scenes
 
 
 def _draw(one: TrackedFilm, scene: Scene, overlay: Path, units: Units, progress: Progress) -> None:

@@ -46,6 +46,20 @@ class Evidence:
     tracks: list[Trajectory]
     choices: Choices
 
+    def check(self, asked: Choices, source: str | Path) -> None:
+        """Refuse choices of an update that differ from those of the first estimate.
+
+        Raises
+        ------
+        InputError : a choice that is neither the usual one nor that of the first estimate
+        """
+        for name in ("uniform", "effects", "camera_bias"):
+            now, then = getattr(asked, name), getattr(self.choices, name)
+            if now not in (getattr(Choices(), name), then):
+                option = name.replace("_", "-")
+                problem = f"this ice was estimated with another --{option}, and stays so"
+                raise InputError(problem, source=source)
+
 
 def evidence_path(ice: str | Path) -> Path:
     """Where the evidence of an ice file is kept."""

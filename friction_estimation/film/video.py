@@ -388,10 +388,14 @@ def films_in(places: Sequence[str | Path]) -> list[Path]:
 
     Raises
     ------
-    InputError : a folder without films
+    InputError : a camera or a stream, or a folder without films
     """
     films: list[Path] = []
-    for place in map(Path, places):
+    for given in places:
+        if is_stream(str(given)):
+            problem = "is a camera or a stream; `curling live` tracks it"
+            raise InputError(problem, source=str(given))
+        place = Path(given)
         if not place.is_dir():
             films.append(place)
             continue

@@ -7,14 +7,8 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from agents.commands.coaching.options import BELIEVED, causes_of
-from curling_env.commands.options import (
-    Measured,
-    PictureOption,
-    SeedOption,
-    grouped,
-    output_to,
-)
+from agents.commands.coaching.options import BELIEVED
+from curling_env.commands.options import Measured, PictureOption, SeedOption, grouped, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
@@ -22,14 +16,8 @@ from curling_env.errors import InputError
 
 @grouped
 def athletes(
-    tracks: Annotated[
-        list[Path],
-        Argument(metavar="TRACKS.csv...", help="One file per session, with throws.csv beside it."),
-    ],
-    ice: Annotated[
-        list[str],
-        Option("--ice", metavar="ICE", help="Ice of the session; one for all, or one for each."),
-    ],
+    tracks: Annotated[list[Path], Argument(metavar="TRACKS.csv...", help="One file per session.")],
+    ice: Annotated[list[str], Option(metavar="ICE", help="Ice of all sessions, or of each.")],
     believed: Annotated[list[str] | None, BELIEVED] = None,
     output: Annotated[
         Path | None,
@@ -50,21 +38,21 @@ def athletes(
         curling plan --ice ice.json --target 0,17.37 --skill athletes/Ada.skill.json
 
     Every throw with a called target counts, over all sessions. Weight is in seconds from hog line
-    to hog line against the call, line at the far tee line, rotation in turns; by handle and by shot
-    (guard, draw, hit). The error of the measurement is taken out of the spread.
-
-    With -o, NAME.skill.json has each athlete's spread as an execution error, for --skill of
-    `curling plan`, `play` and `tournament`. The bias is not in it. See docs/coaching.md.
+    to hog line against the call, line at the far tee line, rotation in turns. With -o,
+    NAME.skill.json has each athlete's spread as an execution error, for --skill of `curling plan`,
+    `play` and `tournament`; the bias is not in it. See docs/coaching.md.
     """
     from agents.coaching.athletes import athlete_errors
     from agents.coaching.in_words import athletes_in_words, athletes_rows
+    from agents.coaching.misses.hand_or_ice import causes_beside
     from friction_estimation.reports.throws_section import as_text
 
     ices = _for_each(ice, tracks, "--ice")
     taken = _for_each(believed, tracks, "--believed") if believed else [None] * len(tracks)
     with progress_bar("throw") as progress:
         sessions = [
-            causes_of(path, ices[k], taken[k], seed, progress) for k, path in enumerate(tracks)
+            causes_beside(path, ices[k], believed=taken[k], seed=seed, progress=progress)
+            for k, path in enumerate(tracks)
         ]
     found = athlete_errors(sessions, seed=seed)
     for remark in dict.fromkeys(remark for one in sessions for remark in one.remarks):

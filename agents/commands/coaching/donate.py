@@ -15,12 +15,9 @@ from curling_env.commands.terminal import say
 @grouped
 def donate(
     tracks: TracksArgument,
-    scene: Annotated[
-        Path, Option(metavar="SCENE.json", help="The scene with which they were tracked.")
-    ],
+    scene: Annotated[Path, Option(metavar="SCENE.json", help="The scene of the tracks.")],
     consent: Annotated[
-        str,
-        Option(metavar="TEXT", help="Consent of those who threw, without names; part of the file."),
+        str, Option(metavar="TEXT", help="Consent of all who threw, without names.")
     ],
     output: OutputFile = Path("session.json"),
     *,
@@ -33,14 +30,10 @@ def donate(
         curling donate tracks.csv --scene scene.json -o session.json \\
             --consent "All who threw, and the club, agree to publication without names."
 
-    The file has the tracks, the scene, and the entries of throws.csv and athletes.csv beside the
-    tracks, without names: athletes and stones become numbers; called shots are kept if they have
-    words of calls alone; notes, file names, the time of day and pictures are excluded. A consent
-    that names an athlete is refused. The same session gives the same bytes.
-
-    The file is published under CC0: anyone may use it for anything. Ask all who threw first. It is
-    one JSON document (docs/files.md); `curling convert session.json -o tracks.csv` extracts the
-    tracks.
+    The file has the tracks, the scene, and the entries of throws.csv and athletes.csv without
+    names: athletes and stones become numbers; notes, file names, the time of day and pictures are
+    excluded. A consent that names an athlete is refused. The file is published under CC0: anyone
+    may use it for anything. `curling convert` extracts the tracks. See docs/files.md.
     """
     from agents.coaching.throw_sheet import hands_beside
     from curling_env.errors import InputError

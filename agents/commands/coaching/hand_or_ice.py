@@ -8,16 +8,9 @@ from agents.commands.coaching.options import (
     BELIEVED,
     TableOption,
     TracksArgument,
-    causes_of,
     refuse_throw_list,
 )
-from curling_env.commands.options import (
-    IceOption,
-    Measured,
-    PictureOption,
-    SeedOption,
-    grouped,
-)
+from curling_env.commands.options import IceOption, Measured, PictureOption, SeedOption, grouped
 from curling_env.commands.terminal import progress_bar
 
 
@@ -39,24 +32,23 @@ def hand_or_ice(
         curling estimate tracks.csv -o ice.json
         curling hand-or-ice tracks.csv --ice ice.json --believed morning.json --picture why.png
 
-    Each throw with a called target (`called` in throws.csv, such as "draw 0.3,-1.2 in") is compared
-    with the one that was meant, which does what was called on the believed ice. The miss is split
-    into these parts, which add up to it; JSON and CSV have their standard errors:
+    Each throw with a called target is compared with the one that was meant: it does what was called
+    on the believed ice. The miss is split into these parts, which add up to it:
 
     \b
         weight, line, rotation   the release, against the one that was meant
-        ice read wrong           this session's ice (--ice), against the one planned with
-                                 (--believed), or a broom or time called too much
+        ice read wrong           --ice against --believed, or a broom or time called too much
         unexplained              the rest: a hair, frost, unnoted sweeping, an odd stone
 
-    A hit is judged where it crosses the line of its target. See docs/coaching.md.
+    JSON and CSV have the standard error of each part. See docs/coaching.md.
     """
     from agents.coaching.in_words import causes_rows, session_in_words
+    from agents.coaching.misses.hand_or_ice import causes_beside
     from friction_estimation.reports.throws_section import as_text
 
     refuse_throw_list(output, tracks)
     with progress_bar("throw") as progress:
-        found = causes_of(tracks, ice, believed, seed, progress)
+        found = causes_beside(tracks, ice, believed=believed, seed=seed, progress=progress)
     if output is not None:
         from agents.coaching.tables import write_causes
 

@@ -18,19 +18,11 @@ def throws(tracks: TracksArgument, output: TableOption = None, *, results: Measu
         curling throws tracks.csv -o table.csv
 
     Times are those of the stone's centre; left and right are the thrower's. Values that the camera
-    did not see are left blank. A throw that touched another stone is measured until then. JSON and
-    CSV are in metres, seconds and radians, each number with its standard error (NAME_sigma).
-
-    A table throws.csv beside the tracks may name the athlete, stone, called shot and note of each
-    throw; the table then also shows how far the line was off the broom, and the rest off the
-    target. docs/tracking.md explains the columns, docs/coaching.md the called shots.
+    did not see are blank, and so are those after a contact. JSON and CSV are in SI units, each
+    number with its standard error. Called shots in throws.csv beside the tracks are compared with
+    the throws. docs/tracking.md explains the columns, docs/coaching.md the called shots.
     """
-    from agents.coaching.throw_sheet import (
-        hands_beside,
-        sheet_rows,
-        throw_table,
-        write_sheets,
-    )
+    from agents.coaching.throw_sheet import hands_beside, sheet_rows, throw_table, write_sheets
     from friction_estimation.reports.throws_section import as_text, curl_in_words
     from friction_estimation.tracks.throw_list import load_tracks, throws_beside
 

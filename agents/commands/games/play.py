@@ -16,6 +16,7 @@ from curling_env.commands.options import (
     SeedOption,
     SkillOption,
     grouped,
+    option,
 )
 from curling_env.commands.terminal import print_json, progress_bar, say, warn_about
 from curling_env.typing import with_progress
@@ -37,17 +38,11 @@ PlayerOption = Annotated[
 class GameOptions:
     """Rules, ice and skill"""
 
-    rules: Annotated[str, Option(help="Rule set, such as mixed_doubles_2024 (docs/rules.md).")] = (
-        "world_curling_2024"
-    )
+    rules: str = option("world_curling_2024", "Rule set, such as mixed_doubles_2024.")
     ice: IceOption = "standard"
     skill: SkillOption = "elite"
-    still: Annotated[
-        bool, Option("--still", help="Keep the ice constant, and all stones alike.")
-    ] = False
-    sweep: Annotated[
-        bool, Option("--sweep/--no-sweep", help="Sweep stones that are light, or never.")
-    ] = True
+    still: bool = option(False, "Keep the ice constant, all stones alike.", "--still")
+    sweep: bool = option(True, "Sweep stones that are light, or never.")
     delivery: DeliveryOption = "hog-line"
 
     def simulator(self, ends: int | None, known_ice: str | None = None) -> GameSimulator:
@@ -87,19 +82,19 @@ def play(
     home: PlayerOption,
     away: PlayerOption,
     ends: Annotated[
-        int | None, Option(min=1, help="Number of ends; by default that of the rules.")
+        int | None, Option(min=1, help="Number of ends; by default of the rules.")
     ] = None,
     hammer: Annotated[
-        Literal["home", "away", "lot"], Option(help="Team with the last stone in the first end.")
+        Literal["home", "away", "lot"], Option(help="Team with the first hammer.")
     ] = "lot",
     *,
     game: GameOptions,
     known_ice: Annotated[
-        str | None, Option(metavar="ICE", help="Ice as the players know it; by default the true.")
+        str | None, Option(metavar="ICE", help="Ice that the players believe in.")
     ] = None,
     output: RecordFolder = None,
     film: Annotated[
-        bool, Option("--film", help="Also make a film (game.mp4).", rich_help_panel=OUTPUT)
+        bool, Option("--film", help="Also make a film.", rich_help_panel=OUTPUT)
     ] = False,
     results: Measured,
     seed: SeedOption = 0,
@@ -113,9 +108,8 @@ def play(
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
 
     The ice wears along the stones' paths and frosts over, stones differ slightly, sweepers sweep
-    light stones, and players make execution errors; options switch each of these off. With -o the
-    game is recorded with the path of every stone, and game.html replays it in any browser;
-    `curling replay` makes a film of the record. See docs/agents.md.
+    light stones, and players make execution errors. With -o the game is recorded, and game.html
+    replays it in any browser; `curling replay` makes a film of the record. See docs/agents.md.
     """
     from agents.playing.match import Match, PlayedGame
     from agents.playing.record import result_of, write_record

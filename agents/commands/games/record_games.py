@@ -7,13 +7,7 @@ from typing import Annotated
 from typer import Option
 
 from agents.commands.games.play import PlayerOption
-from curling_env.commands.options import (
-    IceOption,
-    OutputDirectory,
-    Results,
-    SeedOption,
-    grouped,
-)
+from curling_env.commands.options import IceOption, OutputDirectory, Results, SeedOption, grouped
 from curling_env.commands.terminal import progress_bar
 
 
@@ -22,10 +16,7 @@ def record_games(
     output: OutputDirectory,
     player: PlayerOption = "search",
     opponent: Annotated[
-        list[str] | None,
-        Option(
-            metavar="AGENT", help="Opponent, rulebased by default; of several, each end has one."
-        ),
+        list[str] | None, Option(metavar="AGENT", help="Opponent; may be repeated.")
     ] = None,
     ends: Annotated[int, Option(min=1, max=10_000_000, help="Number of ends.")] = 100,
     ice: IceOption = "standard",

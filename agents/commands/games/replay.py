@@ -15,21 +15,18 @@ from curling_env.units import Units
 
 
 def replay(
-    record: Annotated[
-        Path, Argument(metavar="GAME.jsonl", help="Record of a game by `curling play`.")
-    ],
+    record: Annotated[Path, Argument(metavar="GAME.jsonl", help="Record by `curling play`.")],
     output: Annotated[
         Path,
         output_to("FILE", "File for the film or the page."),
         Writes(kinds=("made film", "page"), suffixes=(*FILM_SUFFIXES, ".html")),
     ],
     ends: Annotated[
-        list[int] | None, Option("--end", min=1, help="Show only this end; may be repeated.")
+        list[int] | None, Option("--end", min=1, help="Only this end; may be repeated.")
     ] = None,
     speed: Annotated[float, Option(min=0.1, max=100, help="Playback speed over real time.")] = 8.0,
     ice: Annotated[
-        str | None,
-        Option(metavar="ICE", help="Ice to paint under the lines; by default as recorded."),
+        str | None, Option(metavar="ICE", help="Painted ice; by default as recorded.")
     ] = None,
     units: UnitsOption = Units.METRES,
 ) -> None:

@@ -14,13 +14,10 @@ from curling_env.commands.terminal import print_json, progress_bar
 @grouped
 def tournament(
     players: Annotated[
-        list[str],
-        Argument(metavar="AGENT...", help="Two or more players, see `curling play`."),
+        list[str], Argument(metavar="AGENT...", help="Players, see `curling play`.")
     ],
     games: Annotated[int, Option(min=1, max=100_000, help="Games of each pair of players.")] = 20,
-    ends: Annotated[
-        int | None, Option(min=1, help="Ends of a game; by default the number of the rules.")
-    ] = 8,
+    ends: Annotated[int | None, Option(min=1, help="Number of ends of a game.")] = 8,
     workers: WorkersOption = "1",
     seed: SeedOption = 0,
     *,
@@ -38,8 +35,6 @@ def tournament(
     Where intervals overlap, more games are needed. The table is the same on any number of workers,
     unless a player thinks by the clock (search:0.2s). See docs/agents.md.
     """
-    from dataclasses import asdict
-
     from agents.playing.tournament import as_text, play_tournament
     from agents.playing.trained_player import player_from
 
@@ -52,15 +47,6 @@ def tournament(
     if not results.as_json:
         print(as_text(table))
         return
-    print_json(
-        {
-            "standings": [asdict(standing) for standing in table.standings],
-            "players": list(table.names),
-            "wins": table.wins.tolist(),
-            "games_of_every_two": games,
-            "rules": simulator.rules.name,
-            "ends": simulator.rules.ends,
-            "ice": game.ice,
-            "seed": seed,
-        }
-    )
+    rules = simulator.rules
+    about = {"games_of_every_two": games, "rules": rules.name, "ends": rules.ends}
+    print_json({**table.as_dict(), **about, "ice": game.ice, "seed": seed})

@@ -15,24 +15,14 @@ from curling_env.errors import InputError
 
 @grouped
 def calibrate(
-    images: Annotated[
-        list[Path],
-        Argument(metavar="IMAGE...", help="Pictures of the board, taken as the camera films."),
-    ],
-    squares: Annotated[
-        str, Option(metavar="CxR", help="Number of squares, columns x rows.")
-    ] = "9x7",
+    images: Annotated[list[Path], Argument(metavar="IMAGE...", help="Pictures of the board.")],
+    squares: Annotated[str, Option(metavar="CxR", help="Squares, columns x rows.")] = "9x7",
     square_size: Annotated[float, Option(metavar="M", help="Side of a square [m].")] = 0.03,
-    board: Annotated[
-        Literal["chessboard", "charuco"], Option(help="Pattern of the board.")
-    ] = "chessboard",
+    board: Annotated[Literal["chessboard", "charuco"], Option(help="Pattern.")] = "chessboard",
     marker_size: Annotated[
-        float | None,
-        Option(metavar="M", help="Side of a ChArUco marker [m]; by default 0.75 squares."),
+        float | None, Option(metavar="M", help="Side of a ChArUco marker [m].")
     ] = None,
-    dictionary: Annotated[
-        str, Option(help="Dictionary of the ChArUco markers, by its name in OpenCV.")
-    ] = "4X4_250",
+    dictionary: Annotated[str, Option(help="OpenCV's name of the ChArUco dictionary.")] = "4X4_250",
     output: OutputFile = Path("camera.json"),
     *,
     results: Results,
@@ -47,11 +37,8 @@ def calibrate(
 
     Print the board, fix it to something flat, and take ten or more pictures with the same size,
     zoom and focus as the camera films: near the middle and in every corner of the picture, with
-    the board tilted to all sides. Count squares, not inner corners: a usual chessboard is 8x8.
-
-    The camera file holds camera_matrix, distortion, image_size and the reprojection error in
-    pixels (good: below 0.5). Without a board at hand, tracking measures the lens on the painted
-    lines.
+    the board tilted to all sides. Count squares, not inner corners: a usual chessboard is 8x8. A
+    reprojection error below 0.5 px is good.
     """
     from friction_estimation.camera.chessboard import Board, calibrate_lens, save_lens
 
@@ -74,15 +61,7 @@ def calibrate(
     for name in found.unused:
         say(f"{name}: no board found")
     results.show(
-        {
-            "camera": str(output),
-            "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
-            "principal_point_px": [lens.matrix[0, 2], lens.matrix[1, 2]],
-            "distortion": lens.distortion.tolist(),
-            "reprojection_px": found.rms_px,
-            "used": list(found.used),
-            "unused": list(found.unused),
-        },
+        {"camera": str(output), **found.summary()},
         f"board found in {len(found.used)} of {len(images)} pictures; focal length "
         f"{lens.focal_px:.1f} ± {found.focal_sigma_px:.1f} px, reprojection error "
         f"{found.rms_px:.2f} px",

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated
 
 from typer import Argument, Option
 
-from curling_env.commands.options import Measured, grouped, numbers, output_to
+from curling_env.commands.options import Measured, grouped, numbers, option, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import say
 from friction_estimation.commands.film_options import HeightOption, LensOption
@@ -23,22 +24,25 @@ StartOption = Annotated[
 ]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """Page"""
+
+    sheet: str = option("44.5x4.5", "Length and width of the ice [m].", metavar="LxW")
+    port: int = option(0, "Port of the page; 0 takes any free one.", min=0, max=65535)
+    browser: bool = option(True, "Open the page, or only print its address.")
+    share: bool = option(False, "Open the page to the local network: a tablet or phone.", "--share")
+
+
 @grouped
 def corners(
-    film: Annotated[
-        Path, Argument(metavar="VIDEO|PICTURE", help="A film of the camera, or one picture.")
-    ],
+    film: Annotated[Path, Argument(metavar="VIDEO|PICTURE", help="Film or picture.")],
     output: SceneFile = Path("scene.json"),
     camera: LensOption = None,
     start: StartOption = None,
     height: HeightOption = None,
-    sheet: Annotated[
-        str, Option(metavar="LxW", help="Length and width of the ice [m].")
-    ] = "44.5x4.5",
-    port: Annotated[int, Option(min=0, max=65535, help="Port; 0 takes any free one.")] = 0,
-    browser: Annotated[bool, Option(help="Open the page, or only print its address.")] = True,
-    share: Annotated[bool, Option("--share", help="Open the page to the local network.")] = False,
     *,
+    page: Page,
     results: Measured,
 ) -> None:
     """Mark the corners of the sheet in a picture, and write the scene file for tracking.
@@ -50,12 +54,9 @@ def corners(
         curling corners ceiling.png --start ceiling.scene.json -o ceiling.scene.json
 
     A page opens in your browser. Click each corner of the ice in turn; home is the thrower's end,
-    and left is the thrower's left. Press Hidden for a corner that is out of sight. The lines of the
-    sheet and a thrower are drawn into the picture: the lines must lie on the paint, and the thrower
-    at the thrower's end. A few pixels do not matter: tracking corrects the marks by the paint.
-
-    With --share anyone who has the address, which is also shown as a QR code, may mark and save.
-    The command ends when you save. See docs/tracking.md.
+    and left is the thrower's left. The lines drawn into the picture must lie on the paint; a few
+    pixels do not matter. With --share anyone who has the address, also shown as a QR code, may mark
+    and save. The command ends when you save. See docs/tracking.md.
     """
     import webbrowser
 
@@ -69,22 +70,22 @@ def corners(
         annotation = Annotation.from_scene(film, load_scene(start, camera, height))
     else:
         known = {} if camera is None else load_lens(camera)
-        length, width = numbers(sheet, "--sheet", "length x width such as 44.5x4.5")
+        length, width = numbers(page.sheet, "--sheet", "length x width such as 44.5x4.5")
         size = Sheet(length=length, width=width)
         annotation = Annotation.open(film, size, {**known, "camera_height": height})
 
     server = AnnotationServer(
         annotation,
         lambda scene: save_scene(scene, output),
-        port=port,
-        share=share,
+        port=page.port,
+        share=page.share,
         units=results.units,
     )
     with server:
         say(f"mark the sheet at {server.url}", now=True)
-        if share and sys.stderr.isatty():
+        if page.share and sys.stderr.isatty():
             say(qr_code(server.url))
-        if browser and not share:
+        if page.browser and not page.share:
             webbrowser.open(server.url)
         saved = server.wait()
     assert saved is not None

@@ -19,11 +19,7 @@ from friction_estimation.commands.film_options import HeightOption
 def locate(
     photo: Annotated[Path, Argument(metavar="PHOTO", help="Photo or film of the empty ice.")],
     mark: Annotated[
-        list[str] | None,
-        Option(
-            metavar="PLACE=U,V",
-            help="Approximate pixel of a point on the ice; may be repeated.",
-        ),
+        list[str] | None, Option(metavar="PLACE=U,V", help="Pixel of a point; may be repeated.")
     ] = None,
     start: StartOption = None,
     height: HeightOption = None,
@@ -41,13 +37,9 @@ def locate(
         curling locate ice.png --start scene.json --height 6.1 -o scene.json
 
     This is for cameras that see no corner of the sheet, such as those under a club's ceiling. Mark
-    at least the tee and the crossing of the centre line and the hog line (away_tee and
-    away_hog_centre, or home_tee and home_hog_centre), to a third of a metre. From there the rings
-    and the hog line are found, and the pose of the camera and its lens with them.
-
-    Look at the picture: the drawn lines must lie on the painted ones. From straight above, the
-    paint does not show the height of the camera: measure it and give --height. See
-    docs/how-to/ceiling-camera.md.
+    at least the tee and the crossing of the centre line and the hog line, to a third of a metre.
+    Look at the picture: the drawn lines must lie on the painted ones. From straight above, measure
+    the height of the camera and give --height. See docs/how-to/ceiling-camera.md.
     """
     import cv2
 
@@ -76,7 +68,6 @@ def locate(
         if picture is not None:
             scale = max(1, round(1200 / max(known.size)))
             write_picture(picture, draw_markings(empty, found.camera, known.sheet, scale))
-    lens = found.camera.lens
     x, y, z = found.camera.position.tolist()
     spread = found.refined.log_focal_sigma
     words = [
@@ -87,19 +78,8 @@ def locate(
     if spread > UNSURE_HEIGHT and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"
         words.append(f"{uncertainty}: measure it and give --height")
-    results.show(
-        {
-            "scene": str(output),
-            "picture": None if picture is None else str(picture),
-            "misses_px": dict(found.misses_px),
-            "position_m": [x, y, z],
-            "height_uncertainty": spread,
-            "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
-            "principal_point_px": lens.matrix[:2, 2].tolist(),
-            "distortion": lens.distortion.tolist(),
-        },
-        *words,
-    )
+    shown = None if picture is None else str(picture)
+    results.show({"scene": str(output), "picture": shown, **found.summary()}, *words)
 
 
 def _read_mark(text: str) -> tuple[str, tuple[float, float]]:
