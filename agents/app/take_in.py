@@ -5,10 +5,9 @@ from __future__ import annotations
 import os
 import re
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from datetime import date
 from itertools import groupby
 from pathlib import Path
 
@@ -95,37 +94,6 @@ def take_in(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Ses
     InputError : see `look_through`
     """
     return fill_from(club, begin_from(club, folder, name=name, day=day, sheet=sheet), folder)
-
-
-def begin_sessions(
-    club: Club, folders: Sequence[Path], *, demo: bool, remark: Callable[[str], object]
-) -> None:
-    """Begin sessions from folders, and a made-up evening; both are filled while the app runs.
-
-    Parameters
-    ----------
-    club : the club
-    folders : folders with tracks; one that the club has already is skipped, with a remark
-    demo : also begin a made-up evening
-    remark : called with what the person at the terminal should know
-
-    Raises
-    ------
-    InputError : see `look_through`
-    """
-    from agents.app.demo import begin_evening
-    from agents.app.work.queue import submit
-
-    today = date.today().isoformat()
-    for folder in folders:
-        if is_in(club, folder):
-            remark(f"{folder}: is in this club already")
-            continue
-        session = begin_from(club, folder, name=folder.resolve().name, day=today, sheet="")
-        submit(club, "import", session, str(folder.resolve()))
-    evening = begin_evening(club, today) if demo else None
-    if evening is not None:
-        submit(club, "make up", evening)
 
 
 def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> Session:

@@ -49,8 +49,9 @@ def app(
     import jinja2  # noqa: F401  of the extra `app`, which is named where it is missing
 
     from agents.app.club import Club
+    from agents.app.first_sessions import begin_sessions
     from agents.app.serve import serve
-    from agents.app.take_in import begin_sessions, look_through
+    from agents.app.take_in import look_through
 
     club, folders = Club(folder), take_in or []
 
