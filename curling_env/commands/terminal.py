@@ -88,13 +88,14 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
     from tqdm import tqdm
 
     # Delayed, so that work that is refused or done at once prints only that.
-    with tqdm(unit=unit, leave=False, delay=0.5, disable=None) as bar:
+    with tqdm(unit=unit, leave=False, delay=0.5, miniters=0, disable=None) as bar:
 
         def show(what: str, done: float, total: float = 1.0, /) -> None:
             if bar.total != (total or None):
-                bar.n, bar.total = 0, total or None
+                bar.n = bar.last_print_n = 0
+                bar.total = total or None
                 bar.bar_format = SHARE_BAR if total == 1.0 else None
-            bar.set_description(what, refresh=False)
+            bar.set_description_str(what, refresh=False)
             bar.update(done - bar.n)
 
         yield show

@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import errno
 import importlib.metadata
+import io
 import json
 import os
 import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -231,6 +233,18 @@ def test_a_line_has_at_most_300_characters_that_any_terminal_can_show(
     assert len(said) <= 301
     assert said.endswith("the end\n")
     assert "\x1b" not in said
+
+
+def test_a_bar_on_a_terminal_follows_counts_and_shares(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = io.StringIO()
+    monkeypatch.setattr(shown, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stderr", shown)
+    with cli.progress_bar("piece") as progress:
+        for what, done, total in (("sweep", 0, 300), ("sweep", 300, 300), ("fit", 0.4, 1.0)):
+            progress(what, done, total)
+            time.sleep(0.6)
+    assert "300/300" in shown.getvalue()
+    assert "fit:  40%" in shown.getvalue()
 
 
 # --- the process as a whole
