@@ -5,11 +5,12 @@ from __future__ import annotations
 import copy
 import functools
 import inspect
+import math
 import re
 from collections.abc import Callable, Container, Iterator
 from dataclasses import MISSING, dataclass, field, fields, is_dataclass
 from pathlib import Path
-from typing import Annotated, Any, get_args, get_type_hints
+from typing import Annotated, Any, TypeVar, get_args, get_type_hints
 
 from typer import Option
 from typer.models import OptionInfo
@@ -20,6 +21,7 @@ from curling_env.errors import InputError
 from curling_env.units import Units
 
 Command = Callable[..., None]
+Number = TypeVar("Number", int, float)
 OUTPUT = "Output"
 """Title of the panel of options that choose the output."""
 
@@ -87,23 +89,33 @@ def output_to(metavar: str, help: str) -> OptionInfo:
     return Option("-o", "--output", metavar=metavar, help=help, rich_help_panel=OUTPUT)
 
 
-def numbers(text: str, option: str, form: str, *, counts: Container[int] = (2,)) -> list[float]:
-    """Read numbers with commas or an x between them.
+def numbers(
+    text: str,
+    option: str,
+    form: str,
+    *,
+    counts: Container[int] = (2,),
+    kind: Callable[[str], Number] = float,
+) -> list[Number]:
+    """Read finite numbers with commas or an x between them.
 
     Parameters
     ----------
     option, form : name and expected form of the value, for the error
     counts : allowed numbers of values
+    kind : int for whole numbers
 
     Raises
     ------
     InputError : the text has another form
     """
+    values: list[Number] = []
     try:
-        values = [float(part) for part in re.split("[,x×]", text.lower())]
-    except ValueError:
-        values = []
-    if len(values) not in counts:
+        values = [kind(part) for part in re.split("[,x×]", text.lower())]
+        fits = len(values) in counts and all(map(math.isfinite, values))
+    except (OverflowError, ValueError):
+        fits = False
+    if not fits:
         raise InputError(f"expected {form}, got {text[:40]!r}", source=option)
     return values
 

@@ -115,13 +115,8 @@ def remarks_at_the_end() -> Generator[None]:
 
 
 def shortened(text: str) -> str:
-    """A text as one line of at most 300 characters that any terminal can show."""
-    line = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in _words(text))
-    return line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 70]} ... {line[-60:]}"
-
-
-def _words(text: str) -> str:
-    # Cut first: a text of megabytes needs no care beyond what is shown.
-    if len(text) > 4 * MAX_LINE:
-        text = f"{text[: 2 * MAX_LINE]} ... {text[-MAX_LINE:]}"
-    return " ".join(text.split())
+    """Return a text as one line of at most 300 characters that any terminal can show."""
+    words = " ".join(text.split())
+    if len(words) > MAX_LINE:
+        words = f"{words[: MAX_LINE - 70]} ... {words[-60:]}"
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)

@@ -95,8 +95,7 @@ def film(
 def _size(text: str) -> tuple[int, int]:
     millions = MAX_FRAME_PIXELS // 10**6
     form = f"WIDTHxHEIGHT such as 1280x720, at most {millions} million pixels"
-    width, height = numbers(text, "--size", form)
-    whole = width.is_integer() and height.is_integer()
-    if not whole or width < 1 or height < 1 or width * height > MAX_FRAME_PIXELS:
+    width, height = numbers(text, "--size", form, kind=int)
+    if width < 1 or height < 1 or width * height > MAX_FRAME_PIXELS:
         raise InputError(f"expected {form}, got {text[:40]!r}", source="--size")
-    return int(width), int(height)
+    return width, height

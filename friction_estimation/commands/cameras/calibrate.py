@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated, Literal
 
 from typer import Argument, Option
 
-from curling_env.commands.options import OutputFile, Results, grouped
+from curling_env.commands.options import OutputFile, Results, grouped, numbers
 from curling_env.commands.terminal import progress_bar, say
-from curling_env.errors import InputError
 
 
 @grouped
@@ -42,14 +40,12 @@ def calibrate(
     """
     from friction_estimation.camera.chessboard import Board, calibrate_lens, save_lens
 
-    size = re.fullmatch(r"(\d{1,3})[x×X](\d{1,3})", squares)
-    if size is None:
-        problem = f"expected columns x rows such as 9x7, got {squares!r}"
-        raise InputError(problem, source="--squares")
+    form = "columns x rows such as 9x7"
+    columns, rows = numbers(squares, "--squares", form, kind=int)
     described = Board(
         kind=board,
-        columns=int(size[1]),
-        rows=int(size[2]),
+        columns=columns,
+        rows=rows,
         square=square_size,
         marker=marker_size,
         dictionary=dictionary,

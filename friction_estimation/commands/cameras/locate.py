@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-import re
 from pathlib import Path
 from typing import Annotated
 
 from typer import Argument, Option
 
-from curling_env.commands.options import Measured, PictureOption, grouped
+from curling_env.commands.options import Measured, PictureOption, grouped, numbers
 from curling_env.errors import InputError
 from curling_env.units import length
 from friction_estimation.commands.cameras.corners import SceneFile, StartOption
@@ -83,11 +82,6 @@ def locate(
 
 
 def _read_mark(text: str) -> tuple[str, tuple[float, float]]:
-    found = re.fullmatch(r"\s*(\w+)\s*=\s*([-+.\d]+)\s*,\s*([-+.\d]+)\s*", text)
-    try:
-        if found is None:
-            raise ValueError
-        return found[1], (float(found[2]), float(found[3]))
-    except ValueError:
-        problem = f"expected a place and its pixel such as away_tee=131,141, got {text!r}"
-        raise InputError(problem, source="--mark") from None
+    place, _, pixel = text.partition("=")
+    u, v = numbers(pixel, "--mark", "a place and its pixel such as away_tee=131,141")
+    return place.strip(), (u, v)
