@@ -76,11 +76,10 @@ def option(default: Any, help: str, *names: str, **settings: Any) -> Any:
 
     Parameters
     ----------
-    default, help : default value, ... if it is required, and text of the help
+    default, help : default value and text of the help
     names : names of the option, if others than that of the field
     settings : further arguments of `typer.Option`
     """
-    default = MISSING if default is ... else default
     return field(default=default, metadata={"option": Option(*names, help=help, **settings)})
 
 
