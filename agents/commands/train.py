@@ -144,7 +144,7 @@ def train(
         return
     with progress_bar(unit="draw") as progress:
         judged = evaluation.evaluate(policy, thrown_on, draws=targets, progress=progress)
-    result = {"format": evaluation.EVALUATION_FORMAT.newest, **judged}
+    result = {"format": evaluation.EVALUATION_FORMAT.name, **judged}
     write_json(output / "evaluation.json", result)
     over = result["agent_over_best"]
     misses = ", ".join(

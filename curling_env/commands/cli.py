@@ -31,8 +31,8 @@ from curling_env.commands.terminal import (
     shortened,
 )
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.files.command_files import CommandFiles, command_files
 from curling_env.infrastructure.files.storage import format_json
+from curling_env.infrastructure.files.writing import CommandFiles, command_files
 from curling_env.infrastructure.plugins import what_hides
 from curling_env.infrastructure.provenance import typed
 from curling_env.typing import Progress

@@ -169,8 +169,8 @@ def track(
     """
     import cv2
 
-    from curling_env.infrastructure.files.command_files import note_rewritten
     from curling_env.infrastructure.files.storage import check_writable, together
+    from curling_env.infrastructure.files.writing import note_rewritten
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.video import films_in, is_stream

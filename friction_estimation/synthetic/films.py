@@ -10,13 +10,13 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import (
     make_directory,
     together,
     write_json,
     write_table,
 )
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image, Progress, no_progress, with_progress
@@ -27,7 +27,7 @@ from friction_estimation.synthetic.film_spec import FilmSpec, on_film
 from friction_estimation.synthetic.renderer import FilmRenderer
 from friction_estimation.synthetic.stone_drawing import StoneOnIce
 
-TRUTH_FORMAT = FileFormat(name="curling-truth", what="the truth of a film")
+TRUTH_FORMAT = FileFormat(name="curling-truth/1", what="the truth of a film")
 FILM_QUALITY = 18.0
 """Constant rate factor of rendered films: at 1080p 10 to 20 Mbit/s, as of phones."""
 FILM_PRESET = "ultrafast"
@@ -170,7 +170,7 @@ def _truth(
 ) -> dict[str, Any]:
     spec, camera = renderer.spec, renderer.camera
     return {
-        "format": TRUTH_FORMAT.newest,
+        "format": TRUTH_FORMAT.name,
         **notes,
         "fps": spec.fps,
         "exposure_s": spec.exposure,

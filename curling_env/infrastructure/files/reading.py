@@ -1,4 +1,4 @@
-"""Reading: bytes, text and JSON of files that strangers may have made.
+"""Reading: bytes, text, JSON, YAML and arrays of files that strangers may have made.
 
 Only ordinary files and pipes are read, never more of them than `limits` allow. Every fault is an
 `InputError` that names its place.
@@ -7,22 +7,28 @@ Only ordinary files and pipes are read, never more of them than `limits` allow. 
 from __future__ import annotations
 
 import hashlib
+import io
 import json
 import math
 import os
 import select
 import stat
 import time
+import zipfile
+from collections.abc import Collection, Generator
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
+from numpy.lib import format as npy_format
+from numpy.typing import NDArray
+
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.command_files import note_input
+from curling_env.infrastructure.files.writing import note_input, reason_of
 
 _CHUNK = 2**20
-_PIPE_GLANCE = 0.25
-"""How often a pipe without a writer is looked at [s]."""
+_GLANCE = 250
+"""How often a pipe without a writer is looked at [ms]."""
 
 
 def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
@@ -40,26 +46,26 @@ def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
     try:
         # A pipe without a writer must not stop everything here.
         handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    except FileNotFoundError as error:
-        raise InputError("no such file", source=path) from error
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
+        raise _unreadable(path, error, "file") from error
     try:
         found = os.fstat(handle)
         if stat.S_ISDIR(found.st_mode):
             raise InputError("is a directory; expected a file", source=path)
+        if not stat.S_ISREG(found.st_mode) and not stat.S_ISFIFO(found.st_mode):
+            raise InputError("is a device; expected an ordinary file", source=path)
         if stat.S_ISREG(found.st_mode):
             note_input(path)
-            if found.st_size > most:
-                _too_large(path, most)
-            return _all_of(handle, path, most)
-        if stat.S_ISFIFO(found.st_mode):
-            return _all_of_pipe(handle, path, most)
-        raise InputError("is a device; expected an ordinary file", source=path)
+        parts: list[bytes] = []
+        size = found.st_size
+        while size <= most and (part := _next_part(handle, path, bool(parts))):
+            parts.append(part)
+            size = max(size, sum(map(len, parts)))  # it may grow meanwhile, or claim none
+        if size > most:
+            raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
+        return b"".join(parts)
     except OSError as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
+        raise _unreadable(path, error, "file") from error
     finally:
         os.close(handle)
 
@@ -78,10 +84,8 @@ def ordinary_file(path: str | Path, what: str = "file") -> Path:
     path = Path(path)
     try:
         mode = path.stat().st_mode
-    except FileNotFoundError as error:
-        raise InputError(f"no such {what}", source=path) from error
     except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
+        raise _unreadable(path, error, what) from error
     if stat.S_ISDIR(mode):
         raise InputError(f"is a directory; expected a {what}", source=path)
     if not stat.S_ISREG(mode):
@@ -106,11 +110,10 @@ def confined(name: str | Path, folder: Path, *, source: str | Path) -> Path:
     InputError : it lies elsewhere, or is no ordinary file
     """
     try:
-        place = (folder / name).resolve()
-        inside = place.is_relative_to(folder.resolve())
-    except (OSError, RuntimeError, ValueError) as error:
+        place = Path(os.path.realpath(folder / name))
+    except (OSError, ValueError) as error:
         raise InputError(f"names a file that cannot be found: {error}", source=source) from error
-    if not inside:
+    if not place.is_relative_to(os.path.realpath(folder)):
         raise InputError(
             f"names a file outside its own folder: {str(name)[:80]!r}; give it on the command line",
             source=source,
@@ -196,51 +199,112 @@ def parse_json(text: str | bytes, *, source: str | Path, where: str | None = Non
     return document
 
 
-def reason_of(error: BaseException) -> str:
-    """What the system says about a fault, in small letters."""
-    said = error.strerror if isinstance(error, OSError) else None
-    return (said or str(error) or type(error).__name__).lower()
+def read_yaml(path: str | Path) -> Any:
+    """The document of a YAML file; needs PyYAML (the extra `train`).
+
+    Raises
+    ------
+    InputError : unreadable, not YAML, too large with its aliases written out, or a number that is
+        not finite
+    """
+    import yaml
+
+    text = read_text(path, most=limits.MAX_YAML_BYTES)
+    try:
+        document = yaml.safe_load(text)
+        for count, value in enumerate(_entries(document, 0), 1):
+            if count > limits.MAX_YAML_NODES:
+                most = f"{limits.MAX_YAML_NODES} entries with its aliases written out"
+                raise InputError(f"has more than {most}")
+            if isinstance(value, float) and not math.isfinite(value):
+                raise InputError("holds a number that is not finite")
+            if isinstance(value, int) and abs(value) > 10**limits.MAX_DIGITS:
+                raise InputError(f"holds a number of more than {limits.MAX_DIGITS} digits")
+            if isinstance(value, set):
+                raise InputError("holds a set; expected lists and mappings")
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = None if mark is None else f"line {mark.line + 1}"
+        raise InputError("is not YAML", source=path, where=place) from error
+    except InputError as error:
+        raise InputError(error.problem, source=path) from error
+    except RecursionError as error:
+        raise InputError("is nested too deep", source=path) from error
+    except (ValueError, TypeError, AttributeError, OverflowError) as error:
+        # PyYAML lets the faults of what it makes out of text through.
+        raise InputError(f"is not YAML that can be read: {error}", source=path) from error
+    return document
 
 
-def _all_of(handle: int, path: Path, most: int) -> bytes:
-    parts: list[bytes] = []
-    size = 0
-    while part := os.read(handle, _CHUNK):
-        parts.append(part)
-        size += len(part)
-        if size > most:  # it grew meanwhile, or its size is a lie, as in /proc
-            _too_large(path, most)
-    return b"".join(parts)
+def read_arrays(
+    path: str | Path, *, what: str = "a file of arrays", only: Collection[str] | None = None
+) -> dict[str, NDArray[Any]]:
+    """The arrays of a NumPy archive (.npz) by name: numbers and text, and nothing that runs code.
+
+    What it claims to hold is added up before anything is unpacked; its checksums are right.
+
+    Parameters
+    ----------
+    what : what the file should be, for the message
+    only : names of the arrays that are wanted; None for all
+
+    Raises
+    ------
+    InputError : unreadable, damaged, too large, or holding anything but numbers and text
+    """
+    content = read_bytes(path, most=limits.MAX_ARCHIVE_BYTES)
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            members = archive.infolist()
+            if len(members) > limits.MAX_MEMBERS:
+                raise InputError(f"holds {len(members)} arrays; {limits.MAX_MEMBERS} are read")
+            size, most = sum(member.file_size for member in members), limits.MAX_ARRAY_BYTES
+            if size > most:
+                problem = f"holds {size / 2**20:.0f} MB unpacked; {most / 2**20:.0f} MB are read"
+                raise InputError(problem)
+            named = {member.filename.removesuffix(".npy"): member for member in members}
+            wanted = named.keys() if only is None else named.keys() & set(only)
+            return {name: _array(archive, named[name]) for name in named if name in wanted}
+    except Exception as error:  # whatever a damaged zip may lead zipfile and NumPy to
+        reason = str(error) or type(error).__name__
+        raise InputError(f"cannot be read as {what}: {reason[:120]}", source=path) from error
 
 
-def _all_of_pipe(handle: int, path: Path, most: int) -> bytes:
-    parts: list[bytes] = []
-    size, heard = 0, time.monotonic()
-    waiting = select.poll()
+# --- details -----------------------------------------------------------------------------------
+
+
+def _unreadable(path: Path, error: Exception, what: str) -> InputError:
+    missing = isinstance(error, FileNotFoundError)
+    problem = f"no such {what}" if missing else f"cannot be read: {reason_of(error)}"
+    return InputError(problem, source=path)
+
+
+def _next_part(handle: int, path: Path, begun: bool) -> bytes:
+    """The next bytes of a file or pipe; none at its end.
+
+    Parameters
+    ----------
+    begun : whether some have come before
+
+    Raises
+    ------
+    InputError : nothing comes from a pipe
+    """
+    waiting, began = select.poll(), time.monotonic()
     waiting.register(handle, select.POLLIN)
     while True:
-        events = waiting.poll(1000 * _PIPE_GLANCE)
+        events = waiting.poll(_GLANCE)
         try:
             part = os.read(handle, _CHUNK)
-        except BlockingIOError:  # somebody holds the other end, and is silent
+        except BlockingIOError:  # someone holds the other end, and is silent
             patience = limits.PIPE_PATIENCE
         else:
-            # Nothing to read: the writer has ended, or none has come yet.
-            if not part and (parts or any(event & select.POLLHUP for _, event in events)):
-                return b"".join(parts)
+            # Nothing to read, and no event: no writer has come yet.
+            if part or begun or events:
+                return part
             patience = limits.PIPE_ALONE
-            if part:
-                heard = time.monotonic()
-                parts.append(part)
-                size += len(part)
-                if size > most:
-                    _too_large(path, most)
-        if time.monotonic() - heard > patience:
+        if time.monotonic() - began > patience:
             raise InputError("nothing comes from this pipe", source=path)
-
-
-def _too_large(path: Path, most: int) -> NoReturn:
-    raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
 
 
 def _is_shallow(document: Any, levels: int) -> bool:
@@ -250,3 +314,27 @@ def _is_shallow(document: Any, levels: int) -> bool:
         return False
     inner = cast("list[Any]", document if isinstance(document, list) else [*document.values()])
     return all(_is_shallow(item, levels - 1) for item in inner if isinstance(item, list | dict))
+
+
+def _entries(value: Any, depth: int) -> Generator[Any]:
+    """All entries of lists and mappings inside one another; one with aliases comes each time."""
+    yield value
+    if isinstance(value, list | dict):
+        if depth > limits.MAX_JSON_DEPTH:
+            raise InputError("is nested too deep")
+        members = cast("list[Any]", value if isinstance(value, list) else [*value, *value.values()])
+        for member in members:
+            yield from _entries(member, depth + 1)
+
+
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    """One array; the end of its bytes is read, where their checksum is compared."""
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError("an array is compressed in a way that is not read")
+    with archive.open(member) as packed:
+        array: NDArray[Any] = npy_format.read_array(packed, allow_pickle=False)
+        if packed.read(1):
+            raise InputError("an array is not of the size that it claims")
+    if array.dtype.kind not in "biufU":  # yes and no, numbers, text; no complex numbers, no objects
+        raise InputError(f"an array holds {array.dtype}, neither numbers nor text")
+    return array

@@ -18,13 +18,13 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.infrastructure.files.command_files import keep
 from curling_env.infrastructure.files.storage import (
     at_once,
     make_directory,
     read_arrays,
     write_arrays,
 )
+from curling_env.infrastructure.files.writing import keep
 from curling_env.infrastructure.provenance import command_name, sha256_of
 from curling_env.trajectory import Trajectory
 from friction_estimation.film.video import TIMES_SUFFIX

@@ -18,8 +18,8 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import CurlingError, InputError
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import at_once, read_json, write_json
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens
@@ -38,7 +38,7 @@ from friction_estimation.tracking.found_stone import (
     focal_from_stones,
 )
 
-FORMAT = FileFormat(name="curling-camera", what="a solved camera")
+FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 2
 """Raised whenever cameras are solved better: those that were kept before are then solved anew."""
 
@@ -142,7 +142,7 @@ class SharedCameras:
         if not self.keep or path is None or not path.exists():
             return None
         try:
-            document = FORMAT.brought_up(read_json(path))
+            document = FORMAT.accept(read_json(path))
             return camera_from(document) if document["scene"] == key else None
         except (CurlingError, KeyError, TypeError, ValueError):
             return None  # it is solved again, and written anew
@@ -153,7 +153,7 @@ class SharedCameras:
             return
         try:
             with at_once():
-                write_json(path, {"format": FORMAT.newest, "scene": key, **camera_document(camera)})
+                write_json(path, {"format": FORMAT.name, "scene": key, **camera_document(camera)})
         except CurlingError:
             return  # a folder in which nothing can be written is no reason to stop
 
@@ -235,7 +235,7 @@ def _may_replace(path: Path) -> bool:
     if not path.exists():
         return True
     try:
-        FORMAT.brought_up(read_json(path))
+        FORMAT.accept(read_json(path))
     except CurlingError:
         return False
     return True

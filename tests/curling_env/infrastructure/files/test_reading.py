@@ -227,7 +227,11 @@ HEADER = npy(np.zeros(3))
     [
         (b"", "cannot be read"),
         (npy(np.zeros(3)), "not a zip"),
-        (packed("a.npy", HEADER.replace(b"(3,)", b"(9,)")), "size that it claims"),
+        (
+            packed("a.npy", HEADER.replace(b"(3,)", b"(9,)")),
+            "EOF: reading array data, expected 72 bytes got 24",
+        ),
+        (packed("a.npy", HEADER.replace(b"(3,)", b"(2,)")), "size that it claims"),
         (packed("a.npy", HEADER.replace(b"(3,)", b"(-1,)"[:4])), "cannot be read"),
         (packed("a.npy", HEADER.replace(b"<f8", b"|O8")), "cannot be read|neither numbers"),
         (packed("a.npy", npy(np.zeros(3, dtype=complex))), "neither numbers nor text"),
