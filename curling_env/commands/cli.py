@@ -329,6 +329,8 @@ def _what_stays(files: CommandFiles) -> str:
 
 def _and_what_stays(files: CommandFiles) -> str:
     """What stands although a command has failed, such as a result of which nobody could be told."""
+    if files.kept:
+        return f"; {files.kept}"
     written = _written(files)
     return f"; written before: {written}" if written else ""
 

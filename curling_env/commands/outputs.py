@@ -20,6 +20,7 @@ from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.files.kinds import kind_of
 from curling_env.infrastructure.files.writing import (
     check_writable,
+    fitted,
     identity_of,
     make_directory,
     note_input,
@@ -94,8 +95,6 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
         if name not in outputs:
             paths = [Path(one) for one in values if isinstance(one, str | Path) and str(one)]
             inputs[name] = [path for path in paths if identity_of(path) and not path.is_dir()]
-            for path in inputs[name]:
-                note_input(path)
     chosen = {name: Path(given[name]) for name in outputs if given.get(name) is not None}
     files = {name: path for name, path in chosen.items() if not outputs[name].folder}
     earlier: list[Path] = []
@@ -103,10 +102,14 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
         how = outputs[name]
         on_purpose = [identity_of(other) for key in how.rewrites for other in inputs.get(key, ())]
         if identity_of(path) in on_purpose:
-            for one in (path, *(path.with_suffix(suffix) for suffix in how.beside)):
+            for one in (path, *(path.with_name(fitted(path.stem, end)) for end in how.beside)):
                 note_rewritten(one)
         elif kind_of(path) is not None and not given.get(how.added_by or ""):
             earlier.append(path)
+    for path in (path for paths in inputs.values() for path in paths):
+        note_input(path)
+    for name, path in files.items():
+        how = outputs[name]
         if how.suffixes and path.suffix.lower() not in how.suffixes:
             expected = " or ".join(how.suffixes)
             raise OutputError(f"{path}: cannot be written: expected a name that ends in {expected}")

@@ -331,6 +331,7 @@ def _track(
     """The tracks of films, frames of the first ones for the report, and the checkpoints."""
     import cv2
 
+    from curling_env.infrastructure.files.storage import together
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking import track_each
     from friction_estimation.tracking.films.resume import Checkpoints
@@ -341,7 +342,7 @@ def _track(
     checkpoints = Checkpoints(output)
     tracks: list[Trajectory] = []
     stills: list[Still] = []
-    with progress_bar("frame") as bar:
+    with together(), progress_bar("frame") as bar:
         tracked = track_each(
             films,
             scenes,

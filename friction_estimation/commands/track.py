@@ -169,7 +169,7 @@ def track(
     """
     import cv2
 
-    from curling_env.infrastructure.files.storage import check_writable, together
+    from curling_env.infrastructure.files.storage import check_writable, fitted, together
     from curling_env.infrastructure.files.writing import note_rewritten
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.scene import load_scene
@@ -199,6 +199,7 @@ def track(
     if append and output.exists():
         note_rewritten(output)
         earlier = read_tracks(output)
+    throws_beside(output)  # a table that cannot be read is refused before the work
     with together(), progress_bar("frame") as bar:
         for one in track_each(
             paths,
@@ -223,7 +224,8 @@ def track(
                         "this tracker returns tracks alone, which do not suffice for an overlay",
                         source="--overlay",
                     )
-                drawn = overlay.with_stem(f"{overlay.stem}-{number}") if number else overlay
+                numbered = fitted(overlay.stem, f"-{number}{overlay.suffix}")
+                drawn = overlay.with_name(numbered) if number else overlay
                 check_writable(drawn, kinds=("made film",))
                 if number and drawn.exists():
                     say(f"{drawn}: the earlier file of this name is replaced")

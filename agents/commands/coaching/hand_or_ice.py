@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
@@ -67,7 +68,7 @@ def hand_or_ice(
     from friction_estimation.reports.throws_section import as_text
     from friction_estimation.tracks.throw_list import THROW_LIST
 
-    if output is not None and output.resolve() == (tracks.parent / THROW_LIST).resolve():
+    if output is not None and realpath(output) == realpath(tracks.parent / THROW_LIST):
         raise InputError("is where the calls stand; name the table otherwise", source=output)
     with progress_bar("throw") as progress:
         found = causes_of(tracks, ice, believed, seed, progress)

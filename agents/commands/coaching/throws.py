@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
@@ -60,7 +61,7 @@ def throws(
     from friction_estimation.reports.throws_section import as_text, curl_in_words
     from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
-    if output is not None and output.resolve() == (tracks.parent / THROW_LIST).resolve():
+    if output is not None and realpath(output) == realpath(tracks.parent / THROW_LIST):
         raise InputError(
             "is where notes of the throws stand; name the table otherwise", source=output
         )

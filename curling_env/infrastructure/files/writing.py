@@ -84,8 +84,10 @@ def note_input(path: Path) -> None:
 
 
 def note_rewritten(path: Path) -> None:
-    """Remember that the running command may write this file although it reads it."""
-    _running().rewritten.add(identity_of(path))
+    """Remember that the running command may write a file that it reads from now on."""
+    files, known = _running(), identity_of(path)
+    if known not in files.inputs:
+        files.rewritten.add(known)
 
 
 def keep(what: str) -> None:
@@ -373,9 +375,11 @@ def _give_names(names: dict[Path, Path]) -> None:
         raise
     finally:
         _remove(*(kept for kept in aside.values() if kept is not None))
+    files = _running()
     for target in names:
-        _running().written.append(target)
-        note_rewritten(target)
+        files.written.append(target)
+        files.inputs.discard(identity_of(target))
+        files.rewritten.add(identity_of(target))
 
 
 def _kept_aside(target: Path) -> Path | None:

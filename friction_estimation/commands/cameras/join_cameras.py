@@ -72,6 +72,7 @@ def join_cameras(
     import cv2
     import numpy as np
 
+    from curling_env.infrastructure.files.storage import together
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.tracking import track_each
@@ -86,7 +87,7 @@ def join_cameras(
     scenes = [load_scene(path, camera, height) for path in scene]
     checkpoints = Checkpoints(output)
     seen: list[list[TrackedFilm]] = [[] for _ in films]
-    with progress_bar("frame") as bar:
+    with together(), progress_bar("frame") as bar:
         for one in track_each(
             films,
             scenes,
