@@ -6,7 +6,6 @@ Only ordinary files and pipes are read, never more of them than `limits` allow. 
 
 from __future__ import annotations
 
-import hashlib
 import io
 import json
 import math
@@ -138,16 +137,6 @@ def read_text(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def file_digest(path: str | Path) -> str:
-    """A short digest of the content of a text file, the same wherever the file lies.
-
-    Raises
-    ------
-    InputError : see `read_text`
-    """
-    return hashlib.sha256(read_text(path).encode()).hexdigest()[:16]
-
-
 def read_json(path: str | Path) -> Any:
     """The document of a JSON file.
 
@@ -166,37 +155,22 @@ def parse_json(text: str | bytes, *, source: str | Path, where: str | None = Non
     ----------
     where : the place of the text in its file; by default row and column of the fault are named
     """
+    place = None
 
-    def refuse(problem: str, place: str | None = None) -> NoReturn:
-        raise InputError(problem, source=source, where=where or place)
-
-    def whole(digits: str) -> int:
-        if len(digits) > limits.MAX_DIGITS:
-            refuse(f"a whole number has {len(digits)} digits; {limits.MAX_DIGITS} are allowed")
-        return int(digits)
-
-    def real(digits: str) -> float:
-        value = float(digits)
-        if not math.isfinite(value):
-            refuse(f"{digits[:20]} is too large for a number")
-        return value
+    def refuse(constant: str) -> NoReturn:
+        raise ValueError(f"{constant} is not a JSON number")
 
     try:
-        document = json.loads(
-            text,
-            parse_constant=lambda constant: refuse(f"{constant} is not a JSON number"),
-            parse_int=whole,
-            parse_float=real,
-        )
+        return _within_limits(json.loads(text, parse_constant=refuse))
     except json.JSONDecodeError as error:
-        refuse(f"not JSON: {error.msg}", f"row {error.lineno}, column {error.colno}")
-    except UnicodeDecodeError:
-        refuse("not JSON: not UTF-8")
+        problem, place = f"not JSON: {error.msg}", f"row {error.lineno}, column {error.colno}"
+    except InputError as error:
+        problem = error.problem
     except RecursionError:
-        refuse("not a usable JSON file: nested too deep")
-    if not _is_shallow(document, limits.MAX_JSON_DEPTH):
-        refuse("not a usable JSON file: nested too deep")
-    return document
+        problem = "nested too deep"
+    except ValueError as error:  # not UTF-8, or thousands of digits
+        problem = f"not JSON: {str(error).partition(';')[0]}"
+    raise InputError(problem, source=source, where=where or place)
 
 
 def read_yaml(path: str | Path) -> Any:
@@ -211,17 +185,7 @@ def read_yaml(path: str | Path) -> Any:
 
     text = read_text(path, most=limits.MAX_YAML_BYTES)
     try:
-        document = yaml.safe_load(text)
-        for count, value in enumerate(_entries(document, 0), 1):
-            if count > limits.MAX_YAML_NODES:
-                most = f"{limits.MAX_YAML_NODES} entries with its aliases written out"
-                raise InputError(f"has more than {most}")
-            if isinstance(value, float) and not math.isfinite(value):
-                raise InputError("holds a number that is not finite")
-            if isinstance(value, int) and abs(value) > 10**limits.MAX_DIGITS:
-                raise InputError(f"holds a number of more than {limits.MAX_DIGITS} digits")
-            if isinstance(value, set):
-                raise InputError("holds a set; expected lists and mappings")
+        return _within_limits(yaml.safe_load(text), limits.MAX_YAML_NODES)
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = None if mark is None else f"line {mark.line + 1}"
@@ -229,11 +193,10 @@ def read_yaml(path: str | Path) -> Any:
     except InputError as error:
         raise InputError(error.problem, source=path) from error
     except RecursionError as error:
-        raise InputError("is nested too deep", source=path) from error
+        raise InputError("nested too deep", source=path) from error
     except (ValueError, TypeError, AttributeError, OverflowError) as error:
         # PyYAML lets the faults of what it makes out of text through.
         raise InputError(f"is not YAML that can be read: {error}", source=path) from error
-    return document
 
 
 def read_arrays(
@@ -307,21 +270,31 @@ def _next_part(handle: int, path: Path, begun: bool) -> bytes:
             raise InputError("nothing comes from this pipe", source=path)
 
 
-def _is_shallow(document: Any, levels: int) -> bool:
-    if not isinstance(document, list | dict):
-        return True
-    if levels == 0:
-        return False
-    inner = cast("list[Any]", document if isinstance(document, list) else [*document.values()])
-    return all(_is_shallow(item, levels - 1) for item in inner if isinstance(item, list | dict))
+def _within_limits(document: Any, most: float = math.inf) -> Any:
+    """A document that is not too deep or long, with numbers that can be used.
+
+    Parameters
+    ----------
+    most : number of its entries, where one with aliases counts each time
+    """
+    for count, value in enumerate(_entries(document, 0), 1):
+        if count > most:
+            raise InputError(f"has more than {most} entries with its aliases written out")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError("holds a number that is too large or not finite")
+        if isinstance(value, int) and abs(value) > 10**limits.MAX_DIGITS:
+            raise InputError(f"holds a whole number of more than {limits.MAX_DIGITS} digits")
+        if isinstance(value, set):
+            raise InputError("holds a set; expected lists and mappings")
+    return document
 
 
 def _entries(value: Any, depth: int) -> Generator[Any]:
-    """All entries of lists and mappings inside one another; one with aliases comes each time."""
+    """All entries of lists and mappings inside one another."""
     yield value
     if isinstance(value, list | dict):
-        if depth > limits.MAX_JSON_DEPTH:
-            raise InputError("is nested too deep")
+        if depth == limits.MAX_JSON_DEPTH:
+            raise InputError("nested too deep")
         members = cast("list[Any]", value if isinstance(value, list) else [*value, *value.values()])
         for member in members:
             yield from _entries(member, depth + 1)

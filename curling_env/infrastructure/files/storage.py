@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.infrastructure.files.reading import confined as confined
-from curling_env.infrastructure.files.reading import file_digest as file_digest
 from curling_env.infrastructure.files.reading import ordinary_file as ordinary_file
 from curling_env.infrastructure.files.reading import parse_json as parse_json
 from curling_env.infrastructure.files.reading import read_arrays as read_arrays
@@ -25,7 +24,6 @@ from curling_env.infrastructure.files.reading import read_bytes as read_bytes
 from curling_env.infrastructure.files.reading import read_json as read_json
 from curling_env.infrastructure.files.reading import read_text as read_text
 from curling_env.infrastructure.files.reading import read_yaml as read_yaml
-from curling_env.infrastructure.files.table import MAX_INTEGER as MAX_INTEGER
 from curling_env.infrastructure.files.table import Column as Column
 from curling_env.infrastructure.files.table import Table as Table
 from curling_env.infrastructure.files.table import read_table as read_table
