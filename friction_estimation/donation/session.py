@@ -215,7 +215,6 @@ def _tracks(form: TracksDocument, source: str) -> list[Trajectory]:
             source=source,
             columns=columns,
             rows=range(1, length + 1),
-            optional=frozenset(c.name for c in TRACK_TABLE if not c.required),
             known={c.name: c for c in TRACK_TABLE},
         )
     )

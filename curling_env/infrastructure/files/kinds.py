@@ -23,17 +23,19 @@ _BEGINNINGS = {
     "file of arrays": (b"PK\x03\x04",),
     "HDF5 file": (b"\x89HDF",),
     "Parquet table": (b"PAR1",),
+    "page": (b"<!doctype", b"<!DOCTYPE", b"<html"),
 }
-_KIND_NAMES = {
+_NAMES = {
     "film": "a film of your own",
     "made film": "a film that this program made",
     "stones": "a list of stones",
     "tracks": "a table of tracks",
     "releases": "a table of releases",
     "table": "a table of other columns",
-    "document": "another JSON document",
     "other": "another file",
 }
+
+_Members = dict[str, msgspec.Raw]
 
 
 def kind_of(path: str | Path) -> str | None:
@@ -42,81 +44,82 @@ def kind_of(path: str | Path) -> str | None:
     None where nothing lies that could be lost: no file, an empty one, a pipe or a device. JSON that
     names a format of this program is of the kind of that name. What cannot be read is `other`.
     """
-    return _described(path)[0]
-
-
-def _described(path: str | Path) -> tuple[str | None, frozenset[str]]:
-    """The kind of a file, and the names of its columns or members."""
-    nothing: frozenset[str] = frozenset()
     try:
         found = os.stat(path)
         if not stat.S_ISREG(found.st_mode) or found.st_size == 0:
-            return None, nothing
-        with open(path, "rb") as file:
-            content = file.read(limits.MAX_JSON_BYTES).removeprefix(b"\xef\xbb\xbf")
+            return None
+        content = _read(path, limits.MAX_JSON_BYTES)
     except (OSError, ValueError):
-        return "other" if os.path.lexists(path) else None, nothing
+        return "other" if os.path.lexists(path) else None
     if content[4:8] == b"ftyp" or content[8:12] == b"AVI ":
-        return "made film" if FILM_MARK.encode() in content else "film", nothing
-    for kind, beginnings in _BEGINNINGS.items():
-        if content.startswith(beginnings):
-            return kind, nothing
-    if content.lstrip().startswith((b"{", b"[")):
-        return _described_json(content)
-    header = next(iter(content[:4096].decode(errors="replace").splitlines()), "")
-    if header.lstrip().lower().startswith(("<!doctype", "<html")):
-        return "page", nothing
-    columns = frozenset(name.strip(' "') for name in header.split(","))
-    if not header.isprintable() or (len(columns) < 2 and columns != frozenset({"t"})):
-        return "other", nothing
+        return "made film" if FILM_MARK.encode() in content else "film"
+    if content.startswith((b"{", b"[")):
+        return _kind_of_json(content)
+    columns = _columns(content)
     if {"throw", "t", "x", "y"} <= columns:
-        return "tracks", columns
-    return "releases" if {"throw", "x", "y", "vx", "vy"} <= columns else "table", columns
+        return "tracks"
+    if {"throw", "x", "y", "vx", "vy"} <= columns:
+        return "releases"
+    known = [kind for kind, begins in _BEGINNINGS.items() if content.startswith(begins)]
+    return known[0] if known else "table" if columns else "other"
 
 
-def _described_json(content: bytes) -> tuple[str, frozenset[str]]:
-    form = dict[str, msgspec.Raw] | list[dict[str, msgspec.Raw]]
-    document: dict[str, msgspec.Raw] | list[dict[str, msgspec.Raw]] | None = None
-    for text in (content.partition(b"\n")[0], content):  # a document on each line, or one in all
-        with suppress(ValueError, RecursionError):
-            document = msgspec.json.decode(text, type=form)
-            break
-    if not isinstance(document, dict):
-        stones = document is not None and all({"x", "y"} <= item.keys() for item in document)
-        return "stones" if stones else "other", frozenset()
-    named = re.fullmatch(rb'"curling-(\w+)/\d+"', bytes(document.get("format", b"")))
-    if named is not None:
-        return named[1].decode(), frozenset(document)
-    if "corners_px" in document or "points" in document:
-        return "scene", frozenset(document)
-    return "camera" if "camera_matrix" in document else "document", frozenset(document)
-
-
-def refuse_other_kind(draft: Path, target: Path) -> None:
+def refuse_other_kind(new: Path, old: Path) -> None:
     """Refuse to replace a file by one of another kind.
 
-    Tables and JSON documents without a kind of their own are alike where the columns of one are
-    among those of the other, and where they share a member.
+    Tables of no kind of their own are alike where the columns of one are among those of the other.
+
+    Raises
+    ------
+    OutputError : the old file is of another kind
     """
-    before, theirs = _described(target)
-    if before is None:
+    before, now = kind_of(old), kind_of(new)
+    if before is None or now is None:
         return
-    now, ours = _described(draft)
-    if now is None or now.removeprefix("made ") != before.removeprefix("made "):
-        alike = now is None
-    elif now == "table":
+    alike = now.removeprefix("made ") == before.removeprefix("made ")
+    if alike and now == "table":
+        ours, theirs = _columns(_read(new)), _columns(_read(old))
         alike = ours <= theirs or theirs <= ours
-    else:
-        alike = now != "document" or not ours.isdisjoint(theirs)
     if not alike:
-        raise other_kind(target, before, str(now))
+        raise other_kind(old, before, now)
 
 
 def other_kind(path: str | Path, *kinds: str) -> OutputError:
     """The refusal to replace a file of the first kind by one of the others."""
     articles = {kind: "an" if kind[0] in "aeio" else "a" for kind in kinds}
-    there, *ours = [_KIND_NAMES.get(kind, f"{articles[kind]} {kind}") for kind in kinds]
+    there, *ours = [_NAMES.get(kind, f"{articles[kind]} {kind}") for kind in kinds]
     return OutputError(
         f"{path}: is {there} and is not replaced by {' or '.join(ours)}; "
         "give the result another name"
     )
+
+
+def _read(path: str | Path, most: int = 4096) -> bytes:
+    with open(path, "rb") as file:
+        return file.read(most).removeprefix(b"\xef\xbb\xbf").lstrip()
+
+
+def _columns(content: bytes) -> frozenset[str]:
+    """The names in the first row of a table; none where it is no table."""
+    header = next(iter(content[:4096].decode(errors="replace").splitlines()), "")
+    names = frozenset(name.strip(' "') for name in header.split(","))
+    is_table = header.isprintable() and (len(names) > 1 or header.strip() == "t")
+    return names if is_table else frozenset()
+
+
+def _kind_of_json(content: bytes) -> str:
+    document: _Members | list[_Members] = {}
+    for text in (content.partition(b"\n")[0], content):  # a document on each line, or one in all
+        with suppress(ValueError, RecursionError):
+            document = msgspec.json.decode(text, type=_Members | list[_Members])
+            break
+    else:
+        return "other"
+    if isinstance(document, list):
+        return "stones" if all({"x", "y"} <= item.keys() for item in document) else "other"
+    named = re.fullmatch(rb'"curling-(\w+)/\d+"', bytes(document.get("format", b"")))
+    if named is not None:
+        return named[1].decode()
+    if "corners_px" in document or "points" in document:
+        return "scene"
+    return "camera" if "camera_matrix" in document else "JSON document"

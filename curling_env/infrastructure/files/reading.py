@@ -12,7 +12,6 @@ import math
 import os
 import select
 import stat
-import time
 import zipfile
 from collections.abc import Collection, Generator
 from pathlib import Path
@@ -26,8 +25,6 @@ from curling_env.infrastructure.files import limits
 from curling_env.infrastructure.files.writing import note_input, reason_of
 
 _CHUNK = 2**20
-_GLANCE = 250
-"""How often a pipe without a writer is looked at [ms]."""
 
 
 def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
@@ -42,31 +39,26 @@ def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
     InputError : missing, a directory or device, unreadable, or too large
     """
     path = Path(path)
+    mode = _mode_of(path, "file")
+    if not stat.S_ISREG(mode) and not stat.S_ISFIFO(mode):
+        raise InputError("is a device; expected an ordinary file", source=path)
     try:
         # A pipe without a writer must not stop everything here.
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise _unreadable(path, error, "file") from error
-    try:
-        found = os.fstat(handle)
-        if stat.S_ISDIR(found.st_mode):
-            raise InputError("is a directory; expected a file", source=path)
-        if not stat.S_ISREG(found.st_mode) and not stat.S_ISFIFO(found.st_mode):
-            raise InputError("is a device; expected an ordinary file", source=path)
-        if stat.S_ISREG(found.st_mode):
-            note_input(path)
-        parts: list[bytes] = []
-        size = found.st_size
-        while size <= most and (part := _next_part(handle, path, bool(parts))):
-            parts.append(part)
-            size = max(size, sum(map(len, parts)))  # it may grow meanwhile, or claim none
-        if size > most:
-            raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
-        return b"".join(parts)
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            size, parts = os.fstat(handle).st_size, list[bytes]()
+            while size <= most and (part := _next_part(handle, path)):
+                parts.append(part)
+                size = max(size, sum(map(len, parts)))  # it may grow meanwhile, or claim none
+        finally:
+            os.close(handle)
     except OSError as error:
-        raise _unreadable(path, error, "file") from error
-    finally:
-        os.close(handle)
+        raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
+    if size > most:
+        raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
+    if stat.S_ISREG(mode):
+        note_input(path)
+    return b"".join(parts)
 
 
 def ordinary_file(path: str | Path, what: str = "file") -> Path:
@@ -81,13 +73,7 @@ def ordinary_file(path: str | Path, what: str = "file") -> Path:
     InputError : missing, or a directory, pipe or device
     """
     path = Path(path)
-    try:
-        mode = path.stat().st_mode
-    except (OSError, ValueError) as error:
-        raise _unreadable(path, error, what) from error
-    if stat.S_ISDIR(mode):
-        raise InputError(f"is a directory; expected a {what}", source=path)
-    if not stat.S_ISREG(mode):
+    if not stat.S_ISREG(_mode_of(path, what)):
         raise InputError(f"is no ordinary file; expected a {what}", source=path)
     if not os.access(path, os.R_OK):
         raise InputError("cannot be read: permission denied", source=path)
@@ -236,38 +222,26 @@ def read_arrays(
 # --- details -----------------------------------------------------------------------------------
 
 
-def _unreadable(path: Path, error: Exception, what: str) -> InputError:
-    missing = isinstance(error, FileNotFoundError)
-    problem = f"no such {what}" if missing else f"cannot be read: {reason_of(error)}"
-    return InputError(problem, source=path)
+def _mode_of(path: Path, what: str) -> int:
+    """The kind and permissions of a file that is not a directory."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        missing = isinstance(error, FileNotFoundError)
+        problem = f"no such {what}" if missing else f"cannot be read: {reason_of(error)}"
+        raise InputError(problem, source=path) from error
+    if stat.S_ISDIR(mode):
+        raise InputError(f"is a directory; expected a {what}", source=path)
+    return mode
 
 
-def _next_part(handle: int, path: Path, begun: bool) -> bytes:
-    """The next bytes of a file or pipe; none at its end.
-
-    Parameters
-    ----------
-    begun : whether some have come before
-
-    Raises
-    ------
-    InputError : nothing comes from a pipe
-    """
-    waiting, began = select.poll(), time.monotonic()
+def _next_part(handle: int, path: Path) -> bytes:
+    """The next bytes of a file or pipe; none at its end."""
+    waiting = select.poll()
     waiting.register(handle, select.POLLIN)
-    while True:
-        events = waiting.poll(_GLANCE)
-        try:
-            part = os.read(handle, _CHUNK)
-        except BlockingIOError:  # someone holds the other end, and is silent
-            patience = limits.PIPE_PATIENCE
-        else:
-            # Nothing to read, and no event: no writer has come yet.
-            if part or begun or events:
-                return part
-            patience = limits.PIPE_ALONE
-        if time.monotonic() - began > patience:
-            raise InputError("nothing comes from this pipe", source=path)
+    if not waiting.poll(1000 * limits.PIPE_PATIENCE):
+        raise InputError("nothing comes from this pipe", source=path)
+    return os.read(handle, _CHUNK)
 
 
 def _within_limits(document: Any, most: float = math.inf) -> Any:

@@ -50,14 +50,12 @@ class Table:
     source : the file
     columns : one stripped text per row for each column asked for
     rows : row numbers as in an editor (the header is row 1)
-    optional : names of the columns in which a cell may be empty
-    known : what is known of columns, by name
+    known : what is known of columns, by name; cells of one that is not required may be empty
     """
 
     source: str
     columns: Mapping[str, Sequence[str]]
     rows: Sequence[int]
-    optional: frozenset[str] = frozenset()
     known: Mapping[str, Column] = field(default_factory=dict[str, Column])
 
     def __len__(self) -> int:
@@ -98,9 +96,9 @@ class Table:
             values = np.array([float(cell) if cell else np.nan for cell in cells], dtype=np.float64)
         except ValueError:  # some cell is no number
             values = np.array([_number_or_inf(cell) for cell in cells], dtype=np.float64)
-        allowed = name in self.optional if blank is None else blank
-        self._refuse(np.isinf(values) if allowed else ~np.isfinite(values), name, "a number")
         column = self.known.get(name, Column(name=name))
+        allowed = not column.required if blank is None else blank
+        self._refuse(np.isinf(values) if allowed else ~np.isfinite(values), name, "a number")
         unit = f" {column.unit}" if column.unit else ""
         bounds = f"a number from {column.low:g} to {column.high:g}{unit}"
         self._refuse((values < column.low) | (values > column.high), name, bounds)
@@ -155,8 +153,9 @@ def read_table(
     InputError : unreadable, a required column missing, one given twice, a row too short or long,
         more rows or longer cells than `limits` allow
     """
-    required = (*required, *(column.name for column in columns if column.required))
-    optional = (*optional, *(column.name for column in columns if not column.required))
+    known = {name: Column(name=name, required=False) for name in optional}
+    known |= {name: Column(name=name) for name in required}
+    known |= {column.name: column for column in columns}
 
     def refuse(problem: str, row: int | None = None) -> NoReturn:
         raise InputError(problem, source=path, where=None if row is None else f"row {row}")
@@ -172,7 +171,7 @@ def read_table(
     longest_before = csv.field_size_limit(limits.MAX_CELL)
     try:
         header = [name.strip() for name in next(lines, list[str]())]
-        wanted = [i for i, name in enumerate(header) if name in required or name in optional]
+        wanted = [i for i, name in enumerate(header) if name in known]
         for record in lines:
             if not record:
                 blank_row = blank_row or lines.line_num
@@ -192,13 +191,12 @@ def read_table(
         refuse(f"not a CSV table: {problem}", lines.line_num)
     finally:
         csv.field_size_limit(longest_before)
-    _check_header(path, header, required, optional)
+    _check_header(path, header, known)
     return Table(
         source=str(path),
         columns={header[i]: [row[k].strip() for row in kept] for k, i in enumerate(wanted)},
         rows=rows,
-        optional=frozenset(optional),
-        known={column.name: column for column in columns},
+        known=known,
     )
 
 
@@ -215,15 +213,13 @@ def quoted(text: str) -> str:
     return "an empty cell" if not text else repr(text if len(text) <= 40 else text[:37] + "...")
 
 
-def _check_header(
-    path: str | Path, header: Sequence[str], required: Sequence[str], optional: Sequence[str]
-) -> None:
+def _check_header(path: str | Path, header: Sequence[str], known: Mapping[str, Column]) -> None:
     if not any(header):
         raise InputError("is empty; expected a header row", source=path)
     problem = ""
-    missing = [name for name in required if name not in header]
-    twice = [name for name in (*required, *optional) if header.count(name) > 1]
-    absent = [name for name in optional if name not in header]
+    absent = [name for name in known if name not in header]
+    missing = [name for name in absent if known[name].required]
+    twice = [name for name in known if header.count(name) > 1]
     if missing:
         problem = (
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)}; "
@@ -231,7 +227,7 @@ def _check_header(
         )
     elif twice:
         problem = f"column {twice[0]} is given twice"
-    for name in [name for name in header if name not in (*required, *optional)]:
+    for name in [name for name in header if name not in known]:
         near = difflib.get_close_matches(name.lower()[:40], absent, n=1, cutoff=0.8)
         if near and not problem:
             problem = f"unknown column {quoted(name)}; did you mean {near[0]}?"
