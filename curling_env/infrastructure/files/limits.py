@@ -42,3 +42,5 @@ MAX_FRAMES = 2_000_000
 
 PIPE_PATIENCE = 15.0
 """Time without a single byte from a pipe after which it is given up [s]."""
+PIPE_ALONE = 5.0
+"""The same where nobody holds the other end of it [s]."""

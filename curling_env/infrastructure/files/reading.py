@@ -239,9 +239,16 @@ def _next_part(handle: int, path: Path) -> bytes:
     """The next bytes of a file or pipe; none at its end."""
     waiting = select.poll()
     waiting.register(handle, select.POLLIN)
-    if not waiting.poll(1000 * limits.PIPE_PATIENCE):
-        raise InputError("nothing comes from this pipe", source=path)
-    return os.read(handle, _CHUNK)
+    for patience in (limits.PIPE_ALONE, limits.PIPE_PATIENCE - limits.PIPE_ALONE):
+        events = waiting.poll(1000 * patience)
+        try:
+            part = os.read(handle, _CHUNK)
+        except BlockingIOError:  # someone holds the other end, and is silent
+            continue
+        if part or events:
+            return part
+        break  # no one holds it
+    raise InputError("nothing comes from this pipe", source=path)
 
 
 def _within_limits(document: Any, most: float = math.inf) -> Any:

@@ -58,10 +58,11 @@ def test_a_pipe_into_which_nobody_writes_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     os.mkfifo(tmp_path / "pipe")
-    monkeypatch.setattr(limits, "PIPE_PATIENCE", 0.1)
+    monkeypatch.setattr(limits, "PIPE_ALONE", 0.1)
     with pytest.raises(InputError, match="nothing comes from this pipe"):
         read_bytes(tmp_path / "pipe")
-    # One who holds the other end is not waited for either.
+    # One who holds the other end is waited for longer, and not for ever.
+    monkeypatch.setattr(limits, "PIPE_PATIENCE", 0.2)
     silent = os.open(tmp_path / "pipe", os.O_RDWR)
     with pytest.raises(InputError, match="nothing comes from this pipe"):
         read_bytes(tmp_path / "pipe")
