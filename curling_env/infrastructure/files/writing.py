@@ -142,10 +142,9 @@ def atomic_path(path: str | Path) -> Generator[Path]:
         if result is None:
             _give_names({target: draft})
         else:
-            earlier = result.get(target)
+            if target in result:
+                _remove(result[target])
             result[target] = draft
-            if earlier is not None:
-                earlier.unlink(missing_ok=True)
     except OutputError:
         raise
     except OSError as error:
@@ -173,12 +172,10 @@ def together() -> Generator[None]:
     result: dict[Path, Path] = {}
     token = _RESULT.set(result)
     try:
-        try:
-            yield
-        finally:
-            _RESULT.reset(token)
+        yield
         _give_names(result)
     finally:
+        _RESULT.reset(token)
         _remove(*result.values())
 
 
@@ -266,7 +263,7 @@ def make_directory(path: str | Path) -> Path:
             _running().made.append(folder)
         path.mkdir(exist_ok=True)
     except (OSError, ValueError) as error:
-        taken = isinstance(error, FileExistsError | NotADirectoryError)
+        taken = isinstance(error, FileExistsError)
         reason = "a file is in its place" if taken else reason_of(error)
         raise OutputError(f"{path}: cannot make this directory: {reason}") from error
     return path
