@@ -94,10 +94,9 @@ def confined(name: str | Path, folder: Path, *, source: str | Path) -> Path:
     ------
     InputError : it lies elsewhere, or is no ordinary file
     """
-    try:
-        place = Path(os.path.realpath(folder / name))
-    except (OSError, ValueError) as error:
-        raise InputError(f"names a file that cannot be found: {error}", source=source) from error
+    if "\0" in str(name):
+        raise InputError("names a file with a zero byte in its name", source=source)
+    place = Path(os.path.realpath(folder / name))
     if not place.is_relative_to(os.path.realpath(folder)):
         raise InputError(
             f"names a file outside its own folder: {str(name)[:80]!r}; give it on the command line",
