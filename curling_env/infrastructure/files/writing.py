@@ -102,11 +102,10 @@ def keep(what: str) -> None:
 
 def identity_of(path: str | Path) -> Identity | None:
     """What identifies a file under all its names and links; None where there is none."""
-    try:
+    with suppress(OSError, ValueError):
         found = os.stat(path)
-    except (OSError, ValueError):
-        return None
-    return (found.st_dev, found.st_ino)
+        return (found.st_dev, found.st_ino)
+    return None
 
 
 # --- writing -----------------------------------------------------------------------------------
@@ -263,9 +262,10 @@ def make_directory(path: str | Path) -> Path:
             _running().made.append(folder)
         path.mkdir(exist_ok=True)
     except (OSError, ValueError) as error:
-        taken = isinstance(error, FileExistsError)
-        reason = "a file is in its place" if taken else reason_of(error)
-        raise OutputError(f"{path}: cannot make this directory: {reason}") from error
+        taken = "a file is in its place" if isinstance(error, FileExistsError) else ""
+        raise OutputError(
+            f"{path}: cannot make this directory: {taken or reason_of(error)}"
+        ) from error
     return path
 
 
