@@ -262,10 +262,9 @@ def make_directory(path: str | Path) -> Path:
             _running().made.append(folder)
         path.mkdir(exist_ok=True)
     except (OSError, ValueError) as error:
-        taken = "a file is in its place" if isinstance(error, FileExistsError) else ""
-        raise OutputError(
-            f"{path}: cannot make this directory: {taken or reason_of(error)}"
-        ) from error
+        taken = isinstance(error, FileExistsError)
+        reason = "a file is in its place" if taken else reason_of(error)
+        raise OutputError(f"{path}: cannot make this directory: {reason}") from error
     return path
 
 
@@ -352,8 +351,7 @@ def _is_running(process: int) -> bool:
 
 def _give_names(names: dict[Path, Path]) -> None:
     """Let every draft take its name, and undo all if one cannot."""
-    aside: dict[Path, Path | None] = {}
-    target = Path()
+    aside, target = dict[Path, Path | None](), Path()
     try:
         for target, draft in names.items():
             _refuse_input(target)
