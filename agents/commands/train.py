@@ -101,7 +101,7 @@ def train(
         return
     with progress_bar("draw") as progress:
         judged = evaluation.evaluate(policy, thrown_on, draws=run.targets, progress=progress)
-    result = {"format": evaluation.EVALUATION_FORMAT.newest, **judged}
+    result = {"format": evaluation.EVALUATION_FORMAT.name, **judged}
     write_json(output / "evaluation.json", result)
     results.show(result, evaluation.in_words(result, settings.skill, results.units))
 

@@ -21,14 +21,14 @@ from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.physics.slides import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, Skill, Throw, skill_named
 from curling_env.typing import Floats, Progress, no_progress, with_progress
 from curling_env.units import Units, short_length
 
-EVALUATION_FORMAT = FileFormat(name="curling-evaluation", what="an evaluation")
+EVALUATION_FORMAT = FileFormat(name="curling-evaluation/1", what="an evaluation")
 
 TRIALS = 256
 """Throws with execution error at each target."""

@@ -38,7 +38,7 @@ from curling_env.commands.terminal import (
     shortened,
 )
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.files.command_files import CommandFiles, command_files
+from curling_env.infrastructure.files.writing import CommandFiles, command_files
 from curling_env.infrastructure.plugins import what_hides
 from curling_env.infrastructure.provenance import typed
 from curling_env.infrastructure.streams import only_our_words, open_streams
@@ -180,7 +180,8 @@ def _run(arguments: list[str], files: CommandFiles) -> int:
     except Exception as error:  # every other end is one line too
         reason = _words_for(error)
     written = _written(files)
-    return _complain(f"{reason}; written before: {written}" if written else reason)
+    left = files.kept or (f"written before: {written}" if written else "")
+    return _complain(f"{reason}; {left}" if left else reason)
 
 
 def _words_for(error: Exception) -> str:

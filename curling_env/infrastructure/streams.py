@@ -6,6 +6,7 @@ import io
 import logging
 import os
 import sys
+import threading
 import warnings
 from collections.abc import Generator
 from contextlib import contextmanager, suppress
@@ -73,6 +74,8 @@ def only_our_words() -> Generator[None]:
     os.dup2(nothing, 2)
     os.close(nothing)
     logging.disable(logging.CRITICAL)
+    # Not restored: TensorBoard's thread may meet a full disk even after our last line.
+    threading.excepthook = lambda _: None
     try:
         with warnings.catch_warnings():
             if not sys.warnoptions:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
@@ -41,7 +42,7 @@ def compare(
 
     known = load_ice(ice)
     noted = {throw: note.row for throw, note in throws_beside(tracks).items()}
-    if noted and output is not None and output.resolve() == tracks.resolve().parent:
+    if noted and output is not None and realpath(output) == realpath(tracks.parent):
         problem = f"holds the {THROW_LIST} of these tracks; name another folder"
         raise InputError(problem, source="-o")
     comparison = compare_tracks(load_tracks(tracks), known)

@@ -182,6 +182,7 @@ def _track(
     ------
     InputError : no scene, or a film that cannot be tracked
     """
+    from curling_env.infrastructure.files.storage import together
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking.overlay.film import draw_stills
 
@@ -193,7 +194,7 @@ def _track(
     scenes = tracking.scenes(scene)
     tracks: list[Trajectory] = []
     stills: list[Still] = []
-    with progress_bar("frame") as bar:
+    with together(), progress_bar("frame") as bar:
         tracked = tracking.throws_in(films, scenes, output, always_track=shown, progress=bar)
         for i, one in enumerate(tracked):
             tracks += one.tracks

@@ -61,8 +61,8 @@ def track(
     throws, `curling live` tracks a running camera, and `curling join-cameras` joins films of one
     throw. See docs/tracking.md and docs/files.md.
     """
-    from curling_env.infrastructure.files.command_files import note_rewritten
     from curling_env.infrastructure.files.storage import together
+    from curling_env.infrastructure.files.writing import note_rewritten
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.film.video import films_in
     from friction_estimation.tracking.films.resume import Checkpoints
@@ -80,6 +80,7 @@ def track(
     if append and output.exists():
         note_rewritten(output)
         earlier = read_tracks(output)
+    throws_beside(output)  # a table that cannot be read is refused before the work
     first = 1 + max((track.throw for track in earlier), default=-1)
     tracks: list[Trajectory] = [*earlier]
     tracked: list[tuple[int, TrackedFilm]] = []
@@ -120,14 +121,15 @@ def _draw(one: TrackedFilm, scene: Scene, overlay: Path, units: Units, progress:
     ------
     InputError : a tracker that returns tracks alone
     """
-    from curling_env.infrastructure.files.storage import check_writable
+    from curling_env.infrastructure.files.storage import check_writable, fitted
     from friction_estimation.tracking.overlay.film import write_overlay
 
     if one.found is None:
         problem = "this tracker returns tracks alone, which do not suffice for an overlay"
         raise InputError(problem, source="--overlay")
     number = one.thrown.throw
-    drawn = overlay.with_stem(f"{overlay.stem}-{number}") if number else overlay
+    numbered = fitted(overlay.stem, f"-{number}{overlay.suffix}")
+    drawn = overlay.with_name(numbered) if number else overlay
     check_writable(drawn, kinds=("made film",))
     if number and drawn.exists():
         say(f"{drawn}: the earlier file of this name is replaced")

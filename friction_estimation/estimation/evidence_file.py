@@ -16,7 +16,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, ice_document, parse_ice
-from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.storage import fitted, parse_json, read_arrays, write_arrays
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsChoice
@@ -63,7 +63,7 @@ class Evidence:
 
 def evidence_path(ice: str | Path) -> Path:
     """Where the evidence of an ice file is kept."""
-    return Path(ice).with_suffix(".evidence.npz")
+    return Path(ice).with_name(fitted(Path(ice).stem, ".evidence.npz"))
 
 
 _ROWS = ("t", "x", "y", "theta", "swept", "sigma_xy", "sigma_theta")

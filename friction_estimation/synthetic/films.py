@@ -12,6 +12,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, save_ice
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import (
     check_writable,
     make_directory,
@@ -19,7 +20,6 @@ from curling_env.infrastructure.files.storage import (
     write_json,
     write_table,
 )
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.physics.session import slides_in_turn
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.throw import Release
@@ -32,7 +32,7 @@ from friction_estimation.synthetic.film_spec import FilmSpec, on_film
 from friction_estimation.synthetic.renderer import FilmRenderer
 from friction_estimation.synthetic.stone_drawing import StoneOnIce
 
-TRUTH_FORMAT = FileFormat(name="curling-truth", what="the truth of a film")
+TRUTH_FORMAT = FileFormat(name="curling-truth/1", what="the truth of a film")
 FILM_QUALITY = 18.0
 """Constant rate factor of rendered films: at 1080p 10 to 20 Mbit/s, as of phones."""
 FILM_PRESET = "ultrafast"
@@ -218,7 +218,7 @@ def _truth(
 ) -> dict[str, Any]:
     spec, camera = renderer.spec, renderer.camera
     return {
-        "format": TRUTH_FORMAT.newest,
+        "format": TRUTH_FORMAT.name,
         **notes,
         "fps": spec.fps,
         "exposure_s": spec.exposure,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import realpath
 from pathlib import Path
 from typing import Annotated
 
@@ -30,5 +31,5 @@ def refuse_throw_list(output: Path | None, tracks: Path) -> None:
     """
     from friction_estimation.tracks.throw_list import THROW_LIST
 
-    if output is not None and output.resolve() == (tracks.parent / THROW_LIST).resolve():
+    if output is not None and realpath(output) == realpath(tracks.parent / THROW_LIST):
         raise InputError("is where the calls stand; name the table otherwise", source=output)

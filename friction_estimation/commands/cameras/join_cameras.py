@@ -42,6 +42,7 @@ def join_cameras(
     """
     import numpy as np
 
+    from curling_env.infrastructure.files.storage import together
     from curling_env.trajectory import write_tracks
     from friction_estimation.tracking.films.joined import join_views
     from friction_estimation.tracking.films.resume import Checkpoints
@@ -51,7 +52,7 @@ def join_cameras(
     if len(set(films)) < max(2, len(films)):
         raise InputError("give the films of two cameras or more", source="VIDEO...")
     seen: dict[Path, list[TrackedFilm]] = {film: [] for film in films}
-    with progress_bar("frame") as bar:
+    with together(), progress_bar("frame") as bar:
         for one in tracking.throws_in(films, tracking.scenes(scene), output, progress=bar):
             seen[one.film].append(one)
     for film, throws_seen in seen.items():
