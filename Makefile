@@ -106,8 +106,12 @@ fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command
 faults: setup  ## full disks, kills and homes that cannot be written, for every command
 	cd scripts && $(SINGLE) ../$(BIN)/python faults.py
 
-mutants: setup  ## 300 small faults put into the code, and which of them the tests notice
-	$(BIN)/python scripts/mutation.py --workers $(JOBS)
+mutants: setup  ## 300 small faults put into the code, and the share that the tests notice
+	@$(PYTHON) -m venv runs/tools
+	@runs/tools/bin/python -m pip install --quiet cosmic-ray
+	@runs/tools/bin/python -m pip install --quiet --no-deps --upgrade --target runs/tools/plugins \
+		pytest-testmon pytest-timeout
+	@runs/tools/bin/python scripts/mutation.py --workers $(JOBS) $(MUTANTS)
 
 release-check:  ## wheel and sdist in clean environments of every Python, extras one by one
 	$(PYTHON) -m venv runs/tools

@@ -1,8 +1,7 @@
 """Independent pieces of work, done in this process, in local processes or on a Ray cluster.
 
-`executor` chooses; `map` does the work. Results come in the order of the items, and a piece whose
-worker was killed is done again by another. Work that depends on nothing but its item therefore
-gives the same numbers on any number of workers.
+Results come in the order of the items, and a piece whose worker was killed is done again by
+another. Work that depends only on its item gives the same numbers on any number of workers.
 """
 
 # Ray is optional and comes without complete types.
@@ -13,6 +12,7 @@ from __future__ import annotations
 
 import logging
 import os
+import re
 import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
@@ -23,7 +23,7 @@ from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from threading import Thread
-from typing import Any, Protocol, TypeVar, cast
+from typing import Any, Protocol, TypeVar
 
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.threads import one_thread
@@ -32,9 +32,9 @@ Piece = TypeVar("Piece")
 Output = TypeVar("Output")
 
 MAX_RETRIES = 3
-"""Times that a piece is done again after its worker was lost."""
+"""Number of times that a piece is done again after its worker was lost."""
 MAX_WORKERS = 1024
-"""Processes that can be asked for."""
+"""Maximum number of processes."""
 PIECES_PER_WORKER = 4
 """Pieces handed out per worker at a time, so that no worker waits."""
 
@@ -44,10 +44,10 @@ class WorkersLostError(CurlingError):
 
 
 class Executor(Protocol):
-    """What does pieces of work."""
+    """Something that does pieces of work."""
 
     def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
-        """Results of the work on each item, in the order of the items.
+        """Return the results of the work on each item, in the order of the items.
 
         Parameters
         ----------
@@ -63,7 +63,7 @@ class Executor(Protocol):
 
 @contextmanager
 def executor(workers: int | str = 1) -> Generator[Executor]:
-    """The executor for a number of workers.
+    """Provide the executor for a number of workers.
 
     Parameters
     ----------
@@ -80,7 +80,7 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
         with _cluster(None if text == "ray" else text) as cluster:
             yield cluster
         return
-    count = int(text) if text.isascii() and text.isdigit() and len(text) < 10 else 0
+    count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
     if not 0 < count <= MAX_WORKERS:
         raise InputError(
             f"workers must be a number of processes up to {MAX_WORKERS}, 'ray' or "
@@ -105,7 +105,7 @@ class ProcessExecutor:
 
     Parameters
     ----------
-    count : number of processes; more than twice as many as there are cores are not begun
+    count : number of processes; at most twice the number of cores are started
     """
 
     def __init__(self, count: int) -> None:
@@ -113,51 +113,40 @@ class ProcessExecutor:
 
     def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """See `Executor`."""
-        source = iter(items)
-        queue: deque[tuple[Piece, Future[Output]]] = deque()
-        pool, losses = self._pool(), 0
-        try:
-            while True:
-                try:
-                    for item in islice(source, PIECES_PER_WORKER * self._count - len(queue)):
-                        # Queued before anything can fail, so that no item is lost with a pool.
-                        queue.append((item, Future()))
-                        queue[-1] = (item, pool.submit(work, item))
-                    if not queue:
+        source, begun, losses = iter(items), deque[Piece](), 0
+        while losses <= MAX_RETRIES:
+            pool = ProcessPoolExecutor(
+                self._count, mp_context=get_context("spawn"), initializer=begin_worker
+            )
+            try:
+                # After a loss these are the pieces that the lost pool had begun.
+                results = deque[Future[Output]](pool.submit(work, item) for item in begun)
+                while True:
+                    for item in islice(source, PIECES_PER_WORKER * self._count - len(begun)):
+                        begun.append(item)
+                        results.append(pool.submit(work, item))
+                    if not begun:
                         return
-                    result = queue[0][1].result()
-                except BrokenProcessPool:
-                    losses += 1
-                    if losses > MAX_RETRIES:
-                        raise WorkersLostError(
-                            f"workers died {losses} times over the same piece of work; it may "
-                            "need more memory than there is"
-                        ) from None
-                    pool.shutdown(wait=False)
-                    pool = self._pool()
-                    queue = deque(
-                        (item, done if _succeeded(done) else pool.submit(work, item))
-                        for item, done in queue
-                    )
-                    continue
-                queue.popleft()
-                losses = 0
-                yield result
-        finally:
-            pool.shutdown(cancel_futures=True)
-
-    def _pool(self) -> ProcessPoolExecutor:
-        return ProcessPoolExecutor(
-            self._count, mp_context=get_context("spawn"), initializer=begin_worker
+                    result = results.popleft().result()
+                    begun.popleft()
+                    losses = 0
+                    yield result
+            except BrokenProcessPool:
+                losses += 1
+            finally:
+                pool.shutdown(cancel_futures=True)
+        raise WorkersLostError(
+            f"workers died {losses} times over the same piece of work; it may need more memory "
+            "than there is"
         )
 
 
 def begin_worker() -> None:
     """Make this worker process end with its parent, take one core, and hold nothing else.
 
-    A parent that was killed cannot tell its workers to end. They notice that it is gone, also while
-    they work. What they print has no reader: whoever reads the parent's output would else wait for
-    their end too.
+    A parent that was killed cannot end its workers. They notice that it is gone, also while they
+    work. Their output has no reader: a process that reads the parent's output would wait for their
+    end too.
     """
     parent = parent_process()
     if parent is None:
@@ -167,16 +156,7 @@ def begin_worker() -> None:
         os.dup2(nothing, stream)
     os.close(nothing)
     one_thread()
-    Thread(target=_end_with, args=(parent.sentinel,), daemon=True).start()
-
-
-def _end_with(sentinel: int) -> None:
-    wait([sentinel])
-    os._exit(1)
-
-
-def _succeeded(future: Future[Any]) -> bool:
-    return future.done() and not future.cancelled() and future.exception() is None
+    Thread(target=lambda: os._exit(len(wait([parent.sentinel]))), daemon=True).start()
 
 
 class RayExecutor:
@@ -189,42 +169,35 @@ class RayExecutor:
 
         task = ray.remote(max_retries=MAX_RETRIES)(work)
         ahead = PIECES_PER_WORKER * max(1, int(ray.cluster_resources().get("CPU", 1)))
-        source = iter(items)
-        queue: deque[Any] = deque()
-        # When the work is abandoned, the few pieces that have begun are left to end by themselves:
-        # cancelling a Ray task that ends at that moment can take this process down.
-        while True:
-            queue.extend(task.remote(item) for item in islice(source, ahead - len(queue)))
-            if not queue:
-                return
-            try:
-                result = cast("Output", ray.get(queue[0]))
-            except RayTaskError as error:
-                raise error.cause from None
-            except (WorkerCrashedError, NodeDiedError) as error:
-                raise WorkersLostError(
-                    f"workers died {MAX_RETRIES + 1} times over the same piece of work"
-                ) from error
-            queue.popleft()
-            yield result
+        source, begun = iter(items), deque[Any]()
+        try:
+            # Pieces that have begun when the work is abandoned are left to end by themselves:
+            # cancelling a Ray task that ends at that moment can take this process down.
+            while begun.extend(map(task.remote, islice(source, ahead - len(begun)))) or begun:
+                yield ray.get(begun.popleft())
+        except RayTaskError as error:
+            raise error.cause from None
+        except (WorkerCrashedError, NodeDiedError) as error:
+            raise WorkersLostError(
+                f"workers died {MAX_RETRIES + 1} times over the same piece of work"
+            ) from error
 
 
 @contextmanager
-def _cluster(address: str | None) -> Generator[RayExecutor]:
+def _cluster(address: str | None) -> Generator[Executor]:
     """Connect to a cluster, unless this process is connected already."""
-    # Ray would otherwise report its use to its makers.
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")
+    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # or Ray reports its use to its makers
     import ray
 
-    if ray.is_initialized():
-        yield RayExecutor()
-        return
+    options: dict[str, Any] = {
+        "include_dashboard": False,
+        "log_to_driver": False,
+        "logging_level": logging.ERROR,
+    }
+    connected = ray.is_initialized()
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # Ray warns much; a failure becomes one line below
-            ray.init(
-                address, include_dashboard=False, log_to_driver=False, logging_level=logging.ERROR
-            )
+        with warnings.catch_warnings(action="ignore"):
+            _ = connected or ray.init(address, **options)
     except (ConnectionError, RuntimeError, ValueError) as error:
         at = f" at {address}" if address else ""
         raise InputError(
@@ -234,4 +207,5 @@ def _cluster(address: str | None) -> Generator[RayExecutor]:
     try:
         yield RayExecutor()
     finally:
-        ray.shutdown()
+        if not connected:
+            ray.shutdown()
