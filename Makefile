@@ -91,7 +91,7 @@ notebooks: setup  ## every notebook executed, as a page with its outputs, into r
 	$(SINGLE) $(BIN)/python scripts/notebooks.py
 
 schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
-	cd scripts && ../$(BIN)/python -m schemas
+	$(BIN)/python scripts/schemas.py
 
 soak: setup  ## the property tests with ten seeds of new examples, and ten thousand random ends
 	for seed in 1 2 3 4 5 6 7 8 9 10; do \
