@@ -100,8 +100,8 @@ soak: setup  ## the property tests with ten seeds of new examples, and ten thous
 		$(SINGLE) CURLING_SOAK_ENDS=1000 CURLING_SOAK_SEED=$$seed \
 		$(BIN)/pytest -n 0 -q tests/curling_env/game/test_soak.py || exit 1; done
 
-fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command
-	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz --minutes $(MINUTES) --keep ../runs/fuzz
+fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command; FUZZ='--inputs 10000 --seed 0'
+	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz $(or $(FUZZ),--minutes $(MINUTES))
 
 faults: setup  ## full disks, kills and homes that cannot be written, for every command
 	cd scripts && $(SINGLE) ../$(BIN)/python faults.py

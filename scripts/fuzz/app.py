@@ -6,40 +6,42 @@ import asyncio
 import json
 import shutil
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 from urllib.parse import urlencode
 
-from curling_env.errors import InputError
+from curling_env.errors import CurlingError, InputError
 
 SECRET, PORT = "the-secret", 8711
 MANY_BYTES = "ö" * 125 + ".mp4"
 """A name of few letters and 254 bytes."""
+PIECE = b"\0\0\0\x18ftypmp42"
 PAGES = (
     *("", "practice", "practice/1", "throws", "throws/1", "throws/1/1", "throws/1/1/track", "ice"),
     *("ice/1", "throw", "throw/1", "hand-or-ice/1", "athletes", "athletes/1", "stones/1", "share"),
 )
 FORMS: tuple[tuple[str, dict[str, str]], ...] = (
     ("practice", {"day": "2026-11-22", "sheet": "A", "name": "x", "camera": "new",
-                  "camera_name": "end", "size": "world"}),
-    ("practice/1/camera", {"camera": "1"}),
+                  "camera_name": "end", "size": "45.72x4.75"}),
+    ("practice/1/camera", {"camera": ""}),
     ("practice/1/note", {"text": "keen"}),
     ("practice/1/take", {"file": "sessions/1/a.mp4"}),
     ("practice/1/record", {"source": "0"}),
     ("practice/1/work", {"kind": "track"}),
-    ("practice/remove", {"kind": "session", "number": "1"}),
-    ("practice/bring-back", {"kind": "session", "number": "1"}),
+    ("practice/remove", {"kind": "session", "id": "1"}),
+    ("practice/bring-back", {"kind": "session", "id": "1"}),
     ("throws/1/1", {"athlete": "Anna", "hand": "left", "stone": "1", "called": "draw button",
                     "made": "", "note": "x"}),
 )  # fmt: skip
-PLACE = {"x": 0.2, "y": 17.0}
+PLACE, STONE = {"x": 0.2, "y": 17.0}, {"x": -0.5, "y": 16.0}
 DOCUMENTS: tuple[tuple[str, dict[str, Any]], ...] = (
     ("practice/1/films", {"name": "a.mp4", "size": 1000}),
     ("practice/1/films", {"name": MANY_BYTES, "size": 1000}),
-    ("throw/run", {"ice": "standard", "throw": {"speed": 2.1, "spin": 1.5}, "stones": [PLACE]}),
-    ("throw/plan", {"ice": "standard", "target": PLACE, "skill": "club", "stones": [PLACE]}),
-    ("throw/calls", {"ice": "standard", "position": {"stones": [PLACE], "delivered": 7}}),
-    ("throw/targets", {"name": "corner guard", "place": PLACE}),
+    ("throw/run", {"ice": "standard", "throw": {"speed": 2.1, "spin": 1.5}, "stones": [STONE]}),
+    ("throw/plan", {"ice": "standard", "target": PLACE, "skill": "club", "stones": [STONE]}),
+    ("throw/calls", {"ice": "standard", "position": {"stones": [STONE], "delivered": 7}}),
+    ("throw/targets", {"name": "my corner", "place": PLACE}),
 )  # fmt: skip
 
 
@@ -50,7 +52,7 @@ def request(method: str, path: str, headers: Mapping[str, str], body: bytes = b"
 
 
 def requests() -> list[bytes]:
-    """Return good requests to the app: its pages, its forms, its documents, and a film's piece."""
+    """Return good requests to the app: its pages, forms and documents, and pieces of films."""
     from agents.app import token_for
 
     token = {"Host": f"127.0.0.1:{PORT}", "X-CSRF-Token": token_for(SECRET)}
@@ -63,12 +65,12 @@ def requests() -> list[bytes]:
             request("POST", at + path, token, json.dumps(document).encode())
             for path, document in DOCUMENTS
         ),
-        request("PUT", at + "practice/films/1?begin=0", token, b"\0\0\0\x18ftypmp42"),
+        *(request("PUT", f"{at}practice/films/{k}?begin=0", token, PIECE) for k in (1, 2)),
     ]
 
 
 def make_club(folder: Path, tracks: bytes, notes: bytes) -> Path:
-    """Make a club with an evening of one session, and a film of which a piece has come."""
+    """Make a club with an evening of one session, and two films that are going to be sent."""
     from agents.app import Club
     from agents.app.club.films import begin_film
     from agents.app.take_in import take_in
@@ -79,6 +81,8 @@ def make_club(folder: Path, tracks: bytes, notes: bytes) -> Path:
     club = Club(folder / "club")
     session = take_in(club, folder / "evening", name="Monday", day="2026-11-23", sheet="A")
     begin_film(club, session, "b.mp4", 1000)
+    with suppress(CurlingError):
+        begin_film(club, session, MANY_BYTES, len(PIECE))
     return folder / "club"
 
 

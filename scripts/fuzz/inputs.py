@@ -77,7 +77,7 @@ def inputs(
         if kind == "message":
             side = rng.choice(list(messages))
             k = rng.randrange(len(messages[side]))
-            content = _damaged_message(messages[side][k], rng)
+            content = damaged_message(messages[side][k], rng)
             words = ["read", f"{side} {k}", "message"]
             return Input(name=side, words=words, files={"message": content})
         target = rng.choice(shares)
@@ -178,8 +178,8 @@ KINDS: dict[str, tuple[int, Way]] = {
 """Kind of fault -> share of the inputs [%], and how it is made."""
 
 
-def _damaged_message(message: bytes, rng: random.Random) -> bytes:
-    """Damage a message: its head or its body, which each have a form of their own."""
+def damaged_message(message: bytes, rng: random.Random) -> bytes:
+    """Return a damaged message: its head or its body, which each have a form of their own."""
     mark = next((m for m in (b"\r\n\r\n", b"\r\ndata: ") if m in message), None)
     if mark is None or rng.random() < 0.1:
         return damaged(message, rng)

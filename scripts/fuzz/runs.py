@@ -35,7 +35,7 @@ MAX_BYTES = 2**30
 """Maximum memory of a run beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
 KEPT = (".unfinished/", ".solved.json")
-"""Files that a refused command keeps of the films before the one that it refused."""
+"""Files that a refused command keeps of the films before the one that it refused, unnamed."""
 LARGE = 2**30
 """Files of this size are made of zeros, on which no disk space is spent [bytes]."""
 UNHEARD = ("all streams closed", "stdout piped away", "stdout on a full disk")
@@ -109,7 +109,8 @@ def run(
             faults.append(f"{len(lines)} lines")
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
-        left = sorted(n for n in set(after) - set(before) if not any(k in n for k in KEPT))
+        new = sorted(set(after) - set(before))
+        left = [name for name in new if name not in said and not any(k in name for k in KEPT)]
         if left:
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
