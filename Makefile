@@ -115,7 +115,7 @@ mutants: setup  ## 300 small faults put into the code, and the share that the te
 
 release-check:  ## wheel and sdist in clean environments of every Python, extras one by one
 	$(PYTHON) -m venv runs/tools
-	runs/tools/bin/python -m pip install --quiet build uv
+	runs/tools/bin/python -m pip install --quiet uv
 	cd scripts && ../runs/tools/bin/python -m release.check $(CHECKS)
 
 sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of licences and sizes

@@ -15,8 +15,8 @@ from typing import Any
 import club_study
 import newcomer
 import numpy as np
-from release import artefacts, inventory
-from release import pages as release_pages
+from release import bill
+from release.check import PROJECT, ROOT, tracked_files
 from website.__main__ import build
 
 from agents.commands.page_benchmarks import page_measures
@@ -74,21 +74,21 @@ def stones() -> dict[str, float]:
 
 def size() -> dict[str, float]:
     """Measure the size of an installation on disk, without compiled bytecode [MB]."""
-    rows = inventory.inventory()
-    asked = release_pages.PROJECT["optional-dependencies"]
-    core = release_pages.closure(rows, release_pages.PROJECT["dependencies"])
-    own = 1e-6 * sum((artefacts.ROOT / name).stat().st_size for name in artefacts.tracked_files())
-    extras = {name: release_pages.closure(rows, asked[name]) - core for name in EXTRAS}
+    rows = bill.inventory()
+    asked = PROJECT["optional-dependencies"]
+    core = bill.closure(rows, PROJECT["dependencies"])
+    own = 1e-6 * sum((ROOT / name).stat().st_size for name in tracked_files())
+    extras = {name: bill.closure(rows, asked[name]) - core for name in EXTRAS}
     return {
         "own_mb": own,
         "core_mb": own + _megabytes(rows, core),
         **{f"{name}_mb": _megabytes(rows, added) for name, added in extras.items()},
-        "all_mb": own + _megabytes(rows, {release_pages.key(row) for row in rows}),
+        "all_mb": own + _megabytes(rows, {bill.key(row) for row in rows}),
     }
 
 
 def _megabytes(rows: Iterable[dict[str, Any]], names: set[str]) -> float:
-    return 1e-6 * sum(row["size"] for row in rows if release_pages.key(row) in names)
+    return 1e-6 * sum(row["size"] for row in rows if bill.key(row) in names)
 
 
 def import_of_package() -> dict[str, float]:
@@ -120,7 +120,7 @@ def tests_run(folder: str) -> float:
     """
     words = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", folder]
     begun = time.monotonic()
-    subprocess.run(words, cwd=artefacts.ROOT, check=True, stdout=sys.stderr)
+    subprocess.run(words, cwd=ROOT, check=True, stdout=sys.stderr)
     return time.monotonic() - begun
 
 
@@ -128,9 +128,7 @@ def faults_noticed() -> dict[str, float]:
     """Measure the share of small faults in the code that the tests notice [%], by area."""
     with TemporaryDirectory() as out:
         words = ["make", "-s", "mutants", "JOBS=2", f"MUTANTS=-n {MUTANTS} --out {out}"]
-        done = subprocess.run(
-            words, cwd=artefacts.ROOT, check=True, stdout=subprocess.PIPE, text=True
-        )
+        done = subprocess.run(words, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
     return json.loads(done.stdout.splitlines()[-1])
 
 
