@@ -61,7 +61,8 @@ lint: setup  ## style, types and architecture
 format: setup  ## format the code
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
-	$(BIN)/python scripts/notebooks.py --strip
+	$(BIN)/jupyter nbconvert --log-level=WARN --clear-output docs/notebooks/*.ipynb \
+		--ClearMetadataPreprocessor.enabled=True --ClearMetadataPreprocessor.clear_notebook_metadata=False
 
 types: setup  ## strict for curling_env, standard for the rest
 	$(BIN)/basedpyright --warnings
@@ -88,7 +89,7 @@ docs-test: docs  ## every example of every page is run, and the site is looked a
 	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py tests/test_site.py
 
 notebooks: setup  ## every notebook executed, as a page with its outputs, into runs/notebooks
-	$(SINGLE) $(BIN)/python scripts/notebooks.py
+	$(SINGLE) $(BIN)/jupyter nbconvert --to html --execute --output-dir runs/notebooks docs/notebooks/*.ipynb
 
 schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
 	$(BIN)/python scripts/schemas.py
@@ -103,8 +104,9 @@ soak: setup  ## the property tests with ten seeds of new examples, and ten thous
 fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command; FUZZ='--inputs 10000 --seed 0'
 	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz $(or $(FUZZ),--minutes $(MINUTES))
 
-faults: setup  ## full disks, kills and homes that cannot be written, for every command
-	cd scripts && $(SINGLE) ../$(BIN)/python faults.py
+faults: setup  ## kills at any moment, full disks and odd environments, for every command
+	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz --inputs 300 --keep ../runs/faults \
+		--kinds killed 'full disk' surroundings variables
 
 mutants: setup  ## 300 small faults put into the code, and the share that the tests notice
 	@$(PYTHON) -m venv runs/tools

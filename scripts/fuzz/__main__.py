@@ -13,6 +13,7 @@ import json
 import os
 import random
 import shutil
+import signal
 import sys
 import tempfile
 import time
@@ -27,7 +28,6 @@ from typing import Any
 import cv2
 from hypothesis import HealthCheck, Phase, given, settings
 from hypothesis import seed as seeded
-from processes import end_orderly_when_told
 from tqdm import tqdm
 
 from fuzz import app, wire
@@ -54,7 +54,7 @@ def main() -> int:
     options.add_argument("--kinds", nargs="*", default=[], choices=KINDS, help="kinds of faults")
     options.add_argument("--keep", type=Path, default=Path("../runs/fuzz"), help="for the report")
     chosen = options.parse_args()
-    end_orderly_when_told()
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what was made is cleared away
     if chosen.seed is None:
         chosen.seed = random.SystemRandom().randrange(2**32)
     found = Fuzzer(chosen).run()
@@ -153,7 +153,10 @@ class Fuzzer:
         folder.mkdir()
         for file, content in one.files.items():
             put(folder / file, content)
-        ended = run(one.words, folder, one.surroundings, one.variables, self.given)
+        words, given = one.words, self.given
+        ended = run(
+            words, folder, one.surroundings, one.variables, given, kill=one.kill, room=one.room
+        )
         if one.again is None or ended.faults:
             return ended
         for file, content in one.again.items():

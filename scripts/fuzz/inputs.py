@@ -41,6 +41,8 @@ class Input:
     surroundings : one of `SURROUNDINGS`; empty for the usual ones
     variables : environment variables of a Python that is started again
     again : good files with which the command is then run again, and must succeed
+    kill : time after which the process is killed [s]
+    room : largest file that it may write [bytes]
     """
 
     name: str
@@ -49,6 +51,8 @@ class Input:
     surroundings: str = ""
     variables: Mapping[str, str] | None = None
     again: Mapping[str, bytes] | None = None
+    kill: float | None = None
+    room: int | None = None
 
 
 Way = Callable[[Target, str, random.Random, st.DrawFn], Input | None]
@@ -142,6 +146,20 @@ def _large(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> In
     return _input(target, {name: enlarged(target.files[name], rng)})
 
 
+def _killed(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input | None:
+    """Kill the command at any moment; then it must succeed as if nothing had happened."""
+    if not target.succeeds or target.arguments[0] == "read":
+        return None
+    return _input(target, kill=10 ** rng.uniform(-2.5, 0.7), again=dict(target.files))
+
+
+def _full(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input | None:
+    """Leave room for small files only, among them stderr; then there is room enough."""
+    if not target.succeeds or target.arguments[0] == "read":
+        return None
+    return _input(target, room=round(2 ** rng.uniform(10, 18)), again=dict(target.files))
+
+
 def _options(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input | None:
     if target.arguments[0] == "read":
         return None
@@ -164,7 +182,7 @@ def _names(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> In
 
 
 KINDS: dict[str, tuple[int, Way]] = {
-    "damage": (52, _damage),
+    "damage": (50, _damage),
     "message": (14, _damage),
     "from the schema": (11, _from_the_schema),
     "options": (9, _options),
@@ -174,6 +192,8 @@ KINDS: dict[str, tuple[int, Way]] = {
     "names": (1, _names),
     "variables": (1, _variables),
     "large": (1, _large),
+    "killed": (1, _killed),
+    "full disk": (1, _full),
 }
 """Kind of fault -> share of the inputs [%], and how it is made."""
 

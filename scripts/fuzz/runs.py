@@ -6,6 +6,7 @@ milliseconds and a hanging or crashing one harms nobody.
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import resource
@@ -21,10 +22,10 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-from processes import end_with
-
 from fuzz.surroundings import SURROUNDINGS
 
+PR_SET_PDEATHSIG = 1
+"""Number of the option of Linux's prctl(2)."""
 MAX_SECONDS = 20.0
 """Longest processor time of a run [s]."""
 PATIENCE = 6.0
@@ -72,6 +73,9 @@ def run(
     surroundings: str = "",
     variables: Mapping[str, str] | None = None,
     given: Given | None = None,
+    *,
+    kill: float | None = None,
+    room: int | None = None,
 ) -> Ended:
     """Run `curling` in a folder and judge its end.
 
@@ -82,6 +86,8 @@ def run(
     surroundings : one of `SURROUNDINGS`; empty for the usual ones
     variables : environment variables of a Python that is started again; None for a fork
     given : the functions for ``read``
+    kill : time after which the process is killed, though not its workers [s]
+    room : largest file that it may write, in place of a full disk [bytes]
     """
     before = _content(folder)
     loaded = _loaded() if variables is None else 0
@@ -89,14 +95,19 @@ def run(
     parent = os.getpid()
     child = os.fork()
     if child == 0:
-        end_with(parent)
+        _end_with(parent)
+        if room is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
         _be_curling(arguments, folder, surroundings, variables, given or {})
-    status, memory, worked, hung = _await(child)
+    status, memory, worked, hung = _await(child, kill)
     seconds = time.monotonic() - begun
     said = (folder.parent / "stderr").read_text(errors="replace")
     memory = max(0, memory - loaded)
     after = _content(folder)
     faults: list[str] = []
+    if kill is not None and status == -signal.SIGKILL:
+        faults += [] if _ends(child) else ["a worker did not end"]
+        status, after = 0, {name: content for name, content in after.items() if "~" not in name}
     if hung or worked > MAX_SECONDS:
         faults.append("too long")
     if status not in (0, 2) and not hung:
@@ -110,7 +121,8 @@ def run(
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
         new = sorted(set(after) - set(before))
-        left = [name for name in new if name not in said and not any(k in name for k in KEPT)]
+        kept = KEPT if room is None else (*KEPT, "films/", "runs/", "found/")
+        left = [name for name in new if name not in said and not any(k in name for k in kept)]
         if left:
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
@@ -121,6 +133,14 @@ def run(
     if memory > MAX_BYTES:
         faults.append(f"{memory / 2**20:.0f} MB")
     return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
+
+
+def _end_with(parent: int) -> None:
+    """Let Linux kill this process when the one that forked it ends, however that ends."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
 
 
 def _be_curling(
@@ -204,19 +224,35 @@ def _mark_as_asked() -> None:
     AnnotationServer.wait = wait
 
 
-def _await(child: int) -> tuple[int, int, float, bool]:
+def _await(child: int, kill: float | None) -> tuple[int, int, float, bool]:
     """Return status, peak memory and processor time of a child, and if it had to be killed."""
-    deadline, wait, hung = time.monotonic() + PATIENCE * MAX_SECONDS, 0.001, False
+    begun, wait, hung = time.monotonic(), 0.001, False
+    deadline = begun + PATIENCE * MAX_SECONDS
     while True:
         done, status, usage = os.wait4(child, 0 if hung else os.WNOHANG)
         if done:
             worked = usage.ru_utime + usage.ru_stime
             return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, worked, hung
+        if kill is not None and time.monotonic() > begun + kill:
+            os.kill(child, signal.SIGKILL)
+            kill = None
         if time.monotonic() > deadline:
             os.killpg(child, signal.SIGKILL)
             hung = True
         time.sleep(wait)
         wait = min(wait * 1.2, 0.05)
+
+
+def _ends(group: int) -> bool:
+    """Return whether the processes of a group, whose first was killed, end by themselves."""
+    deadline = time.monotonic() + MAX_SECONDS
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.02)
+    return False
 
 
 def _content(folder: Path) -> dict[str, str]:

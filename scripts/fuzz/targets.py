@@ -56,6 +56,7 @@ TARGETS = """
 1    ice.json         validate ice.json --json
 0.5  full.json        validate full.json
 1    r.csv            sweep --releases r.csv --skill club --seeds 2 --workers 1 -o o.csv
+0.1  r.csv            sweep --releases r.csv --skill club --seeds 200 --workers 2 -o o.csv
 0.5  full.json        plan --ice full.json --target 0,17
 0.5  st.json          plan --ice standard --target 0,17 --stones st.json
 0.5  skill.json       plan --ice standard --target 0,17 --skill skill.json --task draw
