@@ -83,7 +83,7 @@ docs: setup  ## the site, into site/: every warning and broken link is an error
 	@cd scripts && $(SINGLE) ../$(BIN)/python -m website ../site
 
 docs-serve: docs  ## the site in the browser, at http://127.0.0.1:8000/
-	@cd scripts && ../$(BIN)/python -m website ../site --serve
+	@$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory site
 
 docs-test: docs  ## every example of every page is run, and the site is looked at in a browser
 	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py tests/test_site.py

@@ -4,16 +4,10 @@ Results come in the order of the items, and a piece whose worker was killed is d
 another. Work that depends only on its item gives the same numbers on any number of workers.
 """
 
-# Ray is optional and comes without complete types.
-# pyright: reportMissingImports=false, reportUnknownMemberType=false, reportMissingTypeStubs=false
-# pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
-
 from __future__ import annotations
 
-import logging
 import os
 import re
-import warnings
 from collections import deque
 from collections.abc import Callable, Generator, Iterable, Iterator
 from concurrent.futures import Future, ProcessPoolExecutor
@@ -23,7 +17,7 @@ from itertools import islice
 from multiprocessing import get_context, parent_process
 from multiprocessing.connection import wait
 from threading import Thread
-from typing import Any, Protocol, TypeVar
+from typing import TypeVar
 
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.threads import one_thread
@@ -43,8 +37,8 @@ class WorkersLostError(CurlingError):
     """Workers died repeatedly over the same piece of work."""
 
 
-class Executor(Protocol):
-    """Something that does pieces of work."""
+class Executor:
+    """Does one piece after the other in this process."""
 
     def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """Return the results of the work on each item, in the order of the items.
@@ -58,7 +52,7 @@ class Executor(Protocol):
         ------
         WorkersLostError : workers died repeatedly over the same piece
         """
-        ...
+        return map(work, items)
 
 
 @contextmanager
@@ -77,8 +71,10 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
     """
     text = str(workers)
     if text == "ray" or text.startswith("ray://"):
-        with _cluster(None if text == "ray" else text) as cluster:
-            yield cluster
+        from curling_env.infrastructure.ray_cluster import cluster
+
+        with cluster(None if text == "ray" else text) as there:
+            yield there
         return
     count = int(text) if re.fullmatch("[0-9]{1,9}", text) else 0
     if not 0 < count <= MAX_WORKERS:
@@ -86,18 +82,10 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
             f"workers must be a number of processes up to {MAX_WORKERS}, 'ray' or "
             f"'ray://host:port', got {text[:40]!r}"
         )
-    yield SerialExecutor() if count == 1 else ProcessExecutor(count)
+    yield Executor() if count == 1 else ProcessExecutor(count)
 
 
-class SerialExecutor:
-    """Does one piece after the other in this process."""
-
-    def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
-        """See `Executor`."""
-        return map(work, items)
-
-
-class ProcessExecutor:
+class ProcessExecutor(Executor):
     """Does pieces in local processes.
 
     They are spawned, not forked: a fork of a process that holds numba's and OpenCV's threads may
@@ -157,55 +145,3 @@ def begin_worker() -> None:
     os.close(nothing)
     one_thread()
     Thread(target=lambda: os._exit(len(wait([parent.sentinel]))), daemon=True).start()
-
-
-class RayExecutor:
-    """Does pieces on the Ray cluster that this process is connected to."""
-
-    def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
-        """See `Executor`."""
-        import ray
-        from ray.exceptions import NodeDiedError, RayTaskError, WorkerCrashedError
-
-        task = ray.remote(max_retries=MAX_RETRIES)(work)
-        ahead = PIECES_PER_WORKER * max(1, int(ray.cluster_resources().get("CPU", 1)))
-        source, begun = iter(items), deque[Any]()
-        try:
-            # Pieces that have begun when the work is abandoned are left to end by themselves:
-            # cancelling a Ray task that ends at that moment can take this process down.
-            while begun.extend(map(task.remote, islice(source, ahead - len(begun)))) or begun:
-                yield ray.get(begun.popleft())
-        except RayTaskError as error:
-            raise error.cause from None
-        except (WorkerCrashedError, NodeDiedError) as error:
-            raise WorkersLostError(
-                f"workers died {MAX_RETRIES + 1} times over the same piece of work"
-            ) from error
-
-
-@contextmanager
-def _cluster(address: str | None) -> Generator[Executor]:
-    """Connect to a cluster, unless this process is connected already."""
-    os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # or Ray reports its use to its makers
-    import ray
-
-    options: dict[str, Any] = {
-        "include_dashboard": False,
-        "log_to_driver": False,
-        "logging_level": logging.ERROR,
-    }
-    connected = ray.is_initialized()
-    try:
-        with warnings.catch_warnings(action="ignore"):
-            _ = connected or ray.init(address, **options)
-    except (ConnectionError, RuntimeError, ValueError) as error:
-        at = f" at {address}" if address else ""
-        raise InputError(
-            f"no Ray cluster answers{at} ({str(error).splitlines()[0]}); one that asks for a token "
-            "also needs RAY_AUTH_MODE=token here"
-        ) from error
-    try:
-        yield RayExecutor()
-    finally:
-        if not connected:
-            ray.shutdown()

@@ -15,6 +15,7 @@ import json
 from collections.abc import Callable, Iterator
 from functools import partial
 from typing import Any, NamedTuple
+from unittest import mock
 
 import msgspec
 
@@ -129,31 +130,9 @@ def host_of_version_3() -> list[Said]:
     ]
 
 
-class _Deaf(asyncio.StreamWriter):
-    """Takes whatever is written."""
-
-    def __init__(self) -> None:
-        """Needs no connection."""
-
-    def __del__(self, *_: Any) -> None:
-        """Has nothing to close."""
-
-    def write(self, data: Any) -> None:
-        """Has no reader."""
-
-    async def drain(self) -> None:
-        """Has always room."""
-
-    def close(self) -> None:
-        """Has nothing open."""
-
-    async def wait_closed(self) -> None:
-        """Is closed."""
-
-
 async def _seat(lines: list[bytes]) -> ClientSeat:
     reader = asyncio.StreamReader(limit=MAX_CLIENT_LINE)
-    seat = ClientSeat(reader, _Deaf())
+    seat = ClientSeat(reader, mock.create_autospec(asyncio.StreamWriter))  # deaf, and never full
     for line in lines:
         reader.feed_data(line)
     reader.feed_eof()

@@ -4,20 +4,22 @@ from __future__ import annotations
 
 import contextlib
 import json
+import os
 import subprocess
 import sys
 import time
 from collections.abc import Iterable
+from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import club_study
-import newcomer
 import numpy as np
 from release import bill
 from release.check import PROJECT, ROOT, tracked_files
 from website.__main__ import build
+from website.examples import examples
 
 from agents.commands.page_benchmarks import page_measures
 from curling_env.commands.benchmarks import import_time
@@ -100,9 +102,30 @@ def import_of_package() -> dict[str, float]:
 
 
 def first_map() -> dict[str, float]:
-    """Measure the time from the clone to a first map, by the commands of docs/start.md."""
+    """Measure the time from the clone to a first map, by the commands of docs/start.md.
+
+    Its blocks are run in order in a new folder, up to the first that is not a shell's.
+
+    Raises
+    ------
+    CalledProcessError : a block failed
+    """
+    spent: list[float] = []
+    page = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
     with TemporaryDirectory() as folder:
-        spent = [block.seconds for block in newcomer.run_page(Path(folder) / "newcomer")]
+        cloned = Path(folder) / "curling-sheet"
+        for example in takewhile(lambda example: example.language == "sh", examples(page)):
+            text = 'curling() { .venv/bin/curling "$@"; }\n' + example.text
+            begun = time.monotonic()
+            subprocess.run(
+                ["bash", "-euo", "pipefail", "-c", text.replace("<this repository>", str(ROOT))],
+                cwd=cloned if cloned.exists() else folder,
+                env={k: v for k, v in os.environ.items() if k != "VIRTUAL_ENV"},
+                stdin=subprocess.DEVNULL,
+                stdout=sys.stderr,
+                check=True,
+            )
+            spent.append(time.monotonic() - begun)
     return {"demo_min": spent[0] / 60, "map_s": sum(spent[1:])}
 
 
