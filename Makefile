@@ -9,6 +9,8 @@ CORE   := $(VENV)/.core-complete
 STAMP  := $(VENV)/.complete
 JOBS   ?= 3
 MINUTES ?= 10
+EXTRAS := dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app
+COMMA  := ,
 TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 
 # One process, one core: the tests run side by side, and numeric libraries that each start a
@@ -41,7 +43,7 @@ $(STAMP): $(CORE) constraints.txt
 	@$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
 	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
 	@$(BIN)/python -m pip install --quiet --no-build-isolation \
-		--editable '.[dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app]'
+		--editable '.[$(EXTRAS)]'
 	@touch $@
 
 demo: $(CORE)  ## film, track, estimate, plan and throw: the main job on films it renders, into runs/demo
@@ -125,10 +127,20 @@ sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of lic
 	runs/tools/bin/python -m pip install --quiet cyclonedx-bom 'cyclonedx-python-lib[json-validation]' packaging uv
 	cd scripts && ../runs/tools/bin/python -m release.bill
 
+LOCK := runs/lock/bin/uv pip compile pyproject.toml - --quiet --universal --python-version 3.11 \
+	--generate-hashes --no-annotate --custom-compile-command 'make lock'
+
+# uv resolves for all systems and Pythons at once, and keeps versions that fit. Editable installations
+# build with setuptools, which no dependency names. What only PyTorch's build for NVIDIA's GPUs needs
+# is gigabytes, and that build fixes its versions itself.
 lock:  ## constraints.txt and constraints-core.txt, with hashes (UPGRADE=--upgrade: the newest versions)
 	$(PYTHON) -m venv runs/lock
 	runs/lock/bin/python -m pip install --quiet uv
-	runs/lock/bin/python scripts/lock.py $(UPGRADE)
+	echo 'setuptools>=77' | $(LOCK) --output-file constraints.txt $(UPGRADE) \
+		$(foreach extra,$(subst $(COMMA), ,$(EXTRAS)),--extra $(extra))
+	awk 'BEGIN { kept = 1 } /^[a-z]/ { kept = !/^(nvidia-|cuda-|triton==)/ } kept' constraints.txt > runs/lock/new
+	mv runs/lock/new constraints.txt
+	echo 'setuptools>=77' | $(LOCK) --output-file constraints-core.txt --constraint constraints.txt
 
 clean:  ## remove what can be made again (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs site
