@@ -40,8 +40,8 @@ from fuzz.targets import make_targets
 
 BATCH = 100
 """Inputs that hypothesis draws from one seed."""
-SHRUNK = 30
-"""Number of runs in which an unclean input is made smaller."""
+SHRINKING = 20.0
+"""Time in which the first unclean input of a kind is made smaller [s]."""
 
 
 def main() -> int:
@@ -104,10 +104,11 @@ class Fuzzer:
 
                 number = chosen.seed * 10**6 + found["batches"]
                 drawn(strategy, number, batch, tried)
-                found["ends"] += [
-                    self.kept(len(found["ends"]) + k, *self.smaller(strategy, number, batch, one))
-                    for k, one in enumerate(unclean)
-                ]
+                for one in unclean:
+                    kind = one[0].name, list(one[1].faults)
+                    if kind not in [(k["target"], k["faults"]) for k in found["ends"]]:
+                        one = self.smaller(strategy, number, batch, one)
+                    found["ends"].append(self.kept(len(found["ends"]), *one))
                 found["by_target"] = dict(counts.most_common())
                 found["inputs"], found["unclean"] = counts.total(), len(found["ends"])
                 found["batches"] += 1
@@ -170,18 +171,17 @@ class Fuzzer:
         self, strategy: Any, number: int, batch: int, unclean: tuple[Input, Ended]
     ) -> tuple[Input, Ended]:
         """Return the smallest input that ends as an unclean one of a batch did."""
-        best, left = unclean, SHRUNK
+        best, end = unclean, time.monotonic() + SHRINKING
 
         def still(one: Input) -> None:
-            nonlocal best, left
-            if one.name == unclean[0].name and left:
-                left -= 1
+            nonlocal best
+            if one.name == unclean[0].name and time.monotonic() < end:
                 ended = self.tried(one)
                 if ended.faults == unclean[1].faults:
                     best = one, ended
                     raise AssertionError
 
-        with suppress(Exception):  # hypothesis may call it flaky when the runs are used up
+        with suppress(Exception):  # hypothesis may call it flaky when the time is over
             drawn(strategy, number, batch, still, [Phase.generate, Phase.shrink])
         return best
 

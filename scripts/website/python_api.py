@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib
+import types
+
 PACKAGES = {
     "curling_env": "the sheet, its ice, the physics, the rules, and the environments",
     "friction_estimation": "from film to tracks, from tracks to ice",
@@ -28,12 +31,18 @@ The names that the packages offer at their top are public, and change by the rul
 
 def pages() -> dict[str, str]:
     """Return a page in reStructuredText for each package, which autodoc fills, and their list."""
-    members = "   :members:\n   :undoc-members:\n"
-    texts = {
-        f"reference/python/{name}.rst": f"{name}\n{'=' * len(name)}\n\n"
-        f".. automodule:: {name}\n{members}"
-        for name in PACKAGES
-    }
     listed = "\n".join(f"- [`{name}`]({name}.rst): {words}" for name, words in PACKAGES.items())
     index = INDEX.format(listed=listed, names="\n".join(PACKAGES))
+    texts = {f"reference/python/{name}.rst": page(name) for name in PACKAGES}
     return {**texts, "reference/python/index.md": index}
+
+
+def page(package: str) -> str:
+    """Return the page of a package; autodoc finds its functions and classes, but no constants."""
+    module = importlib.import_module(package)
+    lines = [package, "=" * len(package), "", f".. automodule:: {package}", "   :members:", ""]
+    for name in module.__all__:
+        value = getattr(module, name)
+        if not callable(value) and not isinstance(value, types.ModuleType):
+            lines += [f".. autodata:: {package}.{name}", ""]
+    return "\n".join(lines)
