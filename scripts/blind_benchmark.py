@@ -29,13 +29,13 @@ from blind.tables import tables
 from tqdm import tqdm
 
 from curling_env import load_ice
-from curling_env.infrastructure.executor import ProcessExecutor
 from curling_env.infrastructure.files.storage import (
     make_directory,
     read_json,
     write_json,
     write_table,
 )
+from curling_env.infrastructure.workers import ProcessExecutor
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.discovery.discover import Discovery, discover
 from friction_estimation.discovery.report import document

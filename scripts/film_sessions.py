@@ -27,8 +27,8 @@ from blind.hidden import SCATTER, draw_map, has_map, hidden_numbers, hide, log_m
 from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
 from tqdm import tqdm
 
-from curling_env.infrastructure.executor import begin_worker
 from curling_env.infrastructure.files.storage import make_directory, write_json
+from curling_env.infrastructure.workers import begin_worker
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.camera.lens import TERMS
 from friction_estimation.camera.scene import load_scene, save_scene

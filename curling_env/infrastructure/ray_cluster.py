@@ -1,4 +1,4 @@
-"""Pieces of work on a Ray cluster; see `curling_env.infrastructure.executor`."""
+"""Pieces of work on a Ray cluster; see `curling_env.infrastructure.workers`."""
 
 # Ray is optional and comes without complete types.
 # pyright: reportMissingImports=false, reportUnknownMemberType=false, reportMissingTypeStubs=false
@@ -16,7 +16,7 @@ from itertools import islice
 from typing import Any
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.executor import (
+from curling_env.infrastructure.workers import (
     MAX_RETRIES,
     PIECES_PER_WORKER,
     Executor,

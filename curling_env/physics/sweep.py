@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.executor import Executor
+from curling_env.infrastructure.workers import Executor
 from curling_env.physics.batch import RELEASE_DTYPE, Rests, release_table, throw_batch
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release, Skill, skill_named
 from curling_env.typing import Floats, Progress, no_progress, with_progress
