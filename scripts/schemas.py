@@ -20,7 +20,7 @@ from agents.playing.record_schema import DeliveryLine, HeadLine, ResultLine
 from curling_env.game.skill_file import SKILL_FORMAT, SkillDocument
 from curling_env.ice import ICE_FORMAT
 from curling_env.ice_form import IceDocument
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.infrastructure.files.schema import FileFormat
 from friction_estimation.camera.scene import SCENE_FORMAT, LensDocument, SceneDocument
 from friction_estimation.donation.session import SESSION_FORMAT, SessionDocument
 
@@ -54,7 +54,7 @@ class JsonFile:
         roots = list(outer)
         if self.format is not None:
             head = parts[roots[0]["$ref"].removeprefix(IN_PARTS)]
-            head["properties"]["format"] = {"const": self.format.newest}
+            head["properties"]["format"] = {"const": self.format.name}
         body = roots[0] if len(roots) == 1 else {"anyOf": roots}
         if self.listed is not None:
             body = {"type": "array", "items": body, "maxItems": self.listed}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import hypot
@@ -174,7 +175,7 @@ def hands_beside(tracks: str | Path) -> Hands:
     InputError : a table that cannot be read, another word for a hand, or an athlete given twice
     """
     path = Path(tracks).parent / HANDS_LIST
-    if not path.exists():
+    if not os.path.lexists(path):
         return ALL_RIGHT
     table = read_table(path, required=("athlete", "hand"))
     found: dict[str, Hand] = {}

@@ -23,12 +23,12 @@ from curling_env.game.rules import Game, Ruling, Team, concede
 from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
 from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import confined, parse_json, read_text, write_text
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
-FORMAT = FileFormat(name="curling-game", what="a recorded game")
+FORMAT = FileFormat(name="curling-game/1", what="a recorded game")
 KEPT_SAMPLES = 3
 """One in so many of a path's 30 samples a second is written."""
 
@@ -64,7 +64,7 @@ def head_line(
     simulator, ice, seed : as in `lines_of`
     """
     return {
-        "format": FORMAT.newest,
+        "format": FORMAT.name,
         "home": names[Team.HOME],
         "away": names[Team.AWAY],
         "rules": first.rules.name,
@@ -120,7 +120,7 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
             raise InputError("expected an object", source=path, where=f"line {number}")
         lines.append(cast("dict[str, Any]", line))
     try:
-        lines[:1] = [FORMAT.brought_up(lines[0] if lines else None)]
+        lines[:1] = [FORMAT.accept(lines[0] if lines else None)]
     except InputError as error:
         raise InputError(error.problem, source=path, where="line 1") from error
     if len(lines) < 2 or "line_score" not in lines[-1]:

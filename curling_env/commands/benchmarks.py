@@ -1,29 +1,25 @@
-"""What `curling bench` measures: the speed of this package on this machine.
+"""Measures of `curling bench`: the speed of this package on this machine.
 
-Each measure repeats its work for long enough, three times, and keeps the best, because other work
-of the machine can only slow it down. Packages declare their measures under the entry-point group
+Each measure repeats its work for 0.4 s, three times, and keeps the best, because other work of the
+machine can only slow it down. Packages declare their measures under the entry-point group
 `curling.benchmarks`, as functions that yield them.
 """
 
 from __future__ import annotations
 
-import math
 import os
 import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice, load_ice
-from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.throw import Throw
-from curling_env.typing import Floats
+from curling_env.sheet import TEE_Y, Direction
 
 REPEATS = 3
 REPEAT_TIME = 0.4
@@ -46,17 +42,15 @@ class Measure:
     unit: str
 
 
-def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False) -> float:
+def rate(work: Callable[[], int], *, repeats: int = REPEATS) -> float:
     """Items per second on one core, in processor time.
 
     Parameters
     ----------
     work : does some items and returns their number
-    repeats : how often to measure; the best counts
-    warm : whether the work has been done before, so that everything is compiled
+    repeats : number of measurements; the best counts
     """
-    if not warm:
-        work()
+    work()  # compiles
     best = 0.0
     for _ in range(repeats):
         done = 0
@@ -65,46 +59,6 @@ def rate(work: Callable[[], int], *, repeats: int = REPEATS, warm: bool = False)
             done += work()
         best = max(best, done / spent)
     return best
-
-
-def wall_rates(*works: Callable[[], int]) -> list[float]:
-    """Items per second by the clock on the wall, for work on several cores, done by turns.
-
-    Other work of the machine slows them, so they need a quiet one.
-    """
-    best = [0.0] * len(works)
-    for repeat in range(REPEATS + 1):
-        for k, work in enumerate(works):
-            start = time.perf_counter()
-            done = work()
-            if repeat > 0:  # the first warms up
-                best[k] = max(best[k], done / (time.perf_counter() - start))
-    return best
-
-
-def memory_of_a_million() -> float:
-    """Memory for a million throws without paths, releases and results included [MB].
-
-    The stones are slow, to save time: a slide keeps nothing, so its length does not matter.
-    """
-    import tracemalloc
-
-    from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
-
-    def throw(count: int) -> object:
-        table = np.zeros(count, dtype=RELEASE_DTYPE)
-        table["vy"], table["omega"] = 0.05, 0.1
-        return throw_batch(load_ice("standard"), table)
-
-    throw(10)
-    tracemalloc.start()
-    try:
-        kept = throw(1_000_000)
-        _, peak = tracemalloc.get_traced_memory()
-    finally:
-        tracemalloc.stop()
-    del kept
-    return 1e-6 * peak
 
 
 def import_time() -> float:
@@ -122,95 +76,43 @@ def first_steps() -> Iterator[Measure]:
     program = """
 import sys, time
 import gymnasium, curling_env
-make, id = sys.argv[1:]
-env = gymnasium.make(id) if make == "make" else gymnasium.make_vec(id, num_envs=64)
+env = getattr(gymnasium, sys.argv[1])(sys.argv[2])
 env.action_space.seed(0)
 env.reset(seed=0)
 env.step(env.action_space.sample())
 print(time.process_time())
 """
-    for make, kind in (("make", ""), ("make_vec", "vector_")):
-        for name in ("Sheet", "End"):
-            with TemporaryDirectory() as empty:
-                told = subprocess.check_output(
-                    [sys.executable, "-c", program, make, f"Curling{name}-v0"],
-                    env={**os.environ, "NUMBA_CACHE_DIR": empty},
-                    stderr=subprocess.DEVNULL,
-                )
-            value = float(told)
-            yield Measure(name=f"first_step_{kind}{name.lower()}_s", value=value, unit="s")
-
-
-def mapped_ice(rng: np.random.Generator) -> Ice:
-    """Standard ice with a different friction in every cell, rougher than any real ice."""
-    ice = load_ice("standard")
-    mu = ice.friction.mu * np.exp(0.04 * rng.standard_normal(ice.friction.mu.shape))
-    return replace(ice, friction=replace(ice.friction, mu=mu))
-
-
-def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
-    """Releases towards the away house; a share `hits` of them at take-out weight."""
-    from curling_env.physics.batch import RELEASE_DTYPE
-
-    table = np.zeros(n, dtype=RELEASE_DTYPE)
-    spin = rng.choice([-1.5, 1.5], n)
-    hit = rng.random(n) < hits
-    speed = np.where(hit, rng.uniform(2.5, 3.2, n), rng.normal(2.09, 0.02, n))
-    # Aimed off by what the stone curls: 1.4 m for a draw, 0.7 m at take-out weight.
-    aim = rng.normal(0.0, 0.5, n) + np.sign(spin) * np.where(hit, 0.7, 1.4)
-    angle = -aim / (HOG_LINE_Y + TEE_Y)
-    table["y"] = -HOG_LINE_Y
-    table["vx"], table["vy"] = -speed * np.sin(angle), speed * np.cos(angle)
-    table["omega"] = spin
-    return table
-
-
-def houses(rng: np.random.Generator, n: int, stones: int = 8) -> Floats:
-    """Positions of stones that lie in the away house, (n, stones, 2) [m]."""
-    found = np.empty((n, stones, 2))
-    for position in found:
-        k = 0
-        while k < stones:
-            radius, turn = 1.8 * math.sqrt(rng.random()), rng.uniform(0, 2 * np.pi)
-            place = np.array([radius * math.sin(turn), TEE_Y + radius * math.cos(turn)])
-            if k == 0 or np.hypot(*(position[:k] - place).T).min() > 0.3:
-                position[k] = place
-                k += 1
-    return found
+    for name, words in (
+        ("sheet", ("make", "CurlingSheet-v0")),
+        ("vector_end", ("make_vec", "CurlingEnd-v0")),
+    ):
+        with TemporaryDirectory() as empty:
+            printed = subprocess.check_output(
+                [sys.executable, "-c", program, *words],
+                env={**os.environ, "NUMBA_CACHE_DIR": empty},
+                stderr=subprocess.DEVNULL,
+            )
+        yield Measure(name=f"first_step_{name}_s", value=float(printed), unit="s")
 
 
 def measures() -> Iterator[Measure]:
-    """The measures of this package: batches, environments, and pymunk for comparison."""
+    """Measure batches, environments, and pymunk for comparison."""
     yield Measure(name="import_ms", value=import_time(), unit="ms")
-    yield from _batch()
+    yield from batch_rates()
     yield from first_steps()
-    yield from _environment()
-    yield from _ends()
-    yield _clones_of_a_state()
-    yield from _pymunk_only()
+    yield from environment_rates()
 
 
-def _batch() -> Iterator[Measure]:
+def batch_rates() -> Iterator[Measure]:
+    """Throws per second in a batch, on an empty sheet and among stones."""
     from curling_env.physics.batch import play_batch, throw_batch
+    from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
     from curling_env.physics.slides import play_bounds
 
     rng = np.random.default_rng(1)
     ice = mapped_ice(rng)
     draws = draws_and_hits(rng, 20_000, hits=0.0)
-    yield Measure(
-        name="batch_throws_per_s_empty",
-        value=rate(lambda: len(throw_batch(ice, draws).x)),
-        unit="throws/s",
-    )
-    yield Measure(
-        name="batch_throws_per_s_empty_uniform_ice",
-        value=rate(lambda: len(throw_batch(load_ice("standard"), draws).x)),
-        unit="throws/s",
-    )
-    one, two = wall_rates(*(lambda n=n: len(throw_batch(ice, draws, workers=n).x) for n in (1, 2)))
-    yield Measure(name="batch_throws_per_s_empty_2_cores", value=two, unit="throws/s")
-    yield Measure(name="batch_two_core_ratio", value=two / one, unit="1")
-    yield Measure(name="batch_memory_mb_per_million_throws", value=memory_of_a_million(), unit="MB")
+    yield _throws("batch_throws_per_s_empty", lambda: len(throw_batch(ice, draws).x))
     mixed, stones = draws_and_hits(rng, 5_000, hits=0.5), houses(rng, 5_000)
     bounds = play_bounds(ice, Direction.AWAY)
     for name, sheet in (("", ice), ("_uniform_ice", load_ice("standard"))):
@@ -218,64 +120,62 @@ def _batch() -> Iterator[Measure]:
         def play(sheet: Ice = sheet) -> int:
             return len(play_batch(sheet, stones, mixed, bounds=bounds, tabulated=True).time)
 
-        yield Measure(name=f"batch_throws_per_s_8_stones{name}", value=rate(play), unit="throws/s")
+        yield _throws(f"batch_throws_per_s_8_stones{name}", play)
 
 
-def _environment() -> Iterator[Measure]:
+def environment_rates() -> Iterator[Measure]:
+    """Throws per second of the environments, and of pymunk alone for comparison."""
     import gymnasium
+
+    from curling_env.physics.plain_pymunk import throw_in_pymunk
+    from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
 
     rng = np.random.default_rng(2)
     ice = mapped_ice(rng)
     for name, stones in (("empty", 0), ("8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
         env = gymnasium.make("CurlingSheet-v0", ice=ice, stones=stones)
-        yield Measure(
-            name=f"env_throws_per_s_{name}",
-            value=rate(lambda env=env: _steps(env)),
-            unit="throws/s",
-        )
+        yield _throws(f"env_throws_per_s_{name}", lambda env=env: steps(env))
         env.close()
-    sheets = 256
-    for name, stones in (("", 0), ("_8_stones", houses(rng, 1)[0] - [0.0, TEE_Y])):
-        # Reset within the step, so that every step is a throw.
-        envs: Any = gymnasium.make_vec(
-            "CurlingSheet-v0", num_envs=sheets, ice=ice, stones=stones, autoreset_mode="SameStep"
-        )
-        envs.action_space.seed(0)
-        envs.reset(seed=0)
+    yield _throws("vector_env_throws_per_s", vector_steps(ice=ice))
+    draws = draws_and_hits(rng, 2, hits=0.0)
 
-        def step_all(envs: Any = envs) -> int:
-            envs.step(envs.action_space.sample())
-            return sheets
+    def throw_all() -> int:
+        for draw in draws:
+            throw_in_pymunk(ice, draw)
+        return len(draws)
 
-        yield Measure(name=f"vector_env_throws_per_s{name}", value=rate(step_all), unit="throws/s")
-        envs.close()
+    yield _throws("pymunk_only_throws_per_s_empty", throw_all)
 
 
-def _ends() -> Iterator[Measure]:
-    """Deliveries of both teams in the vector environment of ends, beginnings included."""
+def _throws(name: str, work: Callable[[], int]) -> Measure:
+    return Measure(name=name, value=rate(work), unit="throws/s")
+
+
+def vector_steps(sheets: int = 256, **options: Any) -> Callable[[], int]:
+    """Return work that makes a throw on every sheet of a vector environment.
+
+    Parameters
+    ----------
+    sheets : number of sheets
+    options : those of CurlingSheet-v0
+    """
     import gymnasium
 
-    ends = 64
-    for opponent in ("draw", "rulebased"):
-        envs: Any = gymnasium.make_vec(
-            "CurlingEnd-v0", num_envs=ends, opponent=opponent, autoreset_mode="SameStep"
-        )
-        envs.action_space.seed(0)
-        envs.reset(seed=0)
+    # Reset within the step, so that every step is a throw.
+    envs: Any = gymnasium.make_vec(
+        "CurlingSheet-v0", num_envs=sheets, autoreset_mode="SameStep", **options
+    )
+    envs.action_space.seed(0)
+    envs.reset(seed=0)
 
-        def step_all(envs: Any = envs) -> int:
-            for _ in range(8):
-                envs.step(envs.action_space.sample())
-            return 8 * ends * 2
+    def step_all() -> int:
+        envs.step(envs.action_space.sample())
+        return sheets
 
-        value = rate(step_all)
-        yield Measure(
-            name=f"vector_end_deliveries_per_s_{opponent}", value=value, unit="deliveries/s"
-        )
-        envs.close()
+    return step_all
 
 
-def _steps(env: Any, n: int = 20) -> int:
+def steps(env: Any, n: int = 20) -> int:
     """Steps of an environment with random actions, resets included."""
     env.action_space.seed(0)
     env.reset(seed=0)
@@ -284,85 +184,3 @@ def _steps(env: Any, n: int = 20) -> int:
         if ended or cut:
             env.reset()
     return n
-
-
-def _clones_of_a_state() -> Measure:
-    """How often a search can clone the state of an end."""
-    from copy import deepcopy
-
-    from curling_env.game import TYPICAL_EVOLUTION, Call, GameSimulator
-
-    simulator = GameSimulator(ice_evolution=TYPICAL_EVOLUTION)
-    begun = simulator.begin_end(simulator.new_game(0))
-    state, _ = simulator.play(begun, Call(throw=Throw(speed=2.0)))
-
-    def work() -> int:
-        for _ in range(2000):
-            deepcopy(state)
-        return 2000
-
-    return Measure(name="end_state_clones_per_s", value=rate(work), unit="clones/s")
-
-
-def _pymunk_only() -> Iterator[Measure]:
-    rng = np.random.default_rng(3)
-    ice = mapped_ice(rng)
-    for name, hits, stones in (
-        ("empty", 0.0, np.empty((8, 0, 2))),
-        ("8_stones", 0.5, houses(rng, 8)),
-    ):
-        throws = draws_and_hits(rng, 8, hits)
-
-        def work(throws: NDArray[Any] = throws, stones: Floats = stones) -> int:
-            for throw, position in zip(throws[:2], stones[:2], strict=True):
-                _throw_in_pymunk(ice, throw, position)
-            return 2
-
-        yield Measure(name=f"pymunk_only_throws_per_s_{name}", value=rate(work), unit="throws/s")
-
-
-def _throw_in_pymunk(ice: Ice, throw: Any, stones: Floats, rate_hz: float = 60.0) -> Floats:
-    """Pymunk moves every stone and a Python callback slows it, 60 times per second."""
-    import pymunk
-
-    from curling_env.physics.motion import GRAVITY
-
-    stone, sheet = ice.stone, ice.sheet
-    mu, cell = ice.friction.mu, sheet.cell_size
-    exponent = float(ice.effects[0].parameters["exponent"])
-    curl = float(ice.effects[2].parameters["strength"])
-
-    def slow(body: pymunk.Body, gravity: Any, damping: float, dt: float) -> None:
-        vx, vy = body.velocity
-        speed = math.hypot(vx, vy)
-        if speed < 1e-9:
-            return
-        x, y = body.position
-        row = min(max(int((y + sheet.length / 2) / cell), 0), mu.shape[0] - 1)
-        column = min(max(int((x + sheet.width / 2) / cell), 0), mu.shape[1] - 1)
-        loss = (GRAVITY * mu[row, column] * speed**-exponent + 9.5e-4 * speed * speed) * dt
-        if loss >= speed:
-            body.velocity = (0.0, 0.0)
-            body.angular_velocity = 0.0
-            return
-        left = math.copysign(curl * speed**0.2 * dt, body.angular_velocity)
-        keep = 1.0 - loss / speed
-        body.velocity = (vx * keep - vy / speed * left, vy * keep + vx / speed * left)
-
-    space = pymunk.Space()
-    bodies: list[pymunk.Body] = []
-    for place in [*stones, (throw["x"], throw["y"])]:
-        body = pymunk.Body(stone.mass, stone.inertia)
-        body.position = (float(place[0]), float(place[1]))
-        body.velocity_func = slow
-        shape = pymunk.Circle(body, stone.radius)
-        shape.elasticity, shape.friction = stone.restitution**0.5, stone.stone_friction**0.5
-        space.add(body, shape)
-        bodies.append(body)
-    bodies[-1].velocity = (float(throw["vx"]), float(throw["vy"]))
-    bodies[-1].angular_velocity = float(throw["omega"])
-    for _ in range(int(60 * rate_hz)):
-        space.step(1.0 / rate_hz)
-        if all(body.velocity.length < 1e-3 for body in bodies):
-            break
-    return np.array([tuple(body.position) for body in bodies])

@@ -5,11 +5,11 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "files.command_files": ("command_files", "refuse_to_write"),
         "files.kinds": ("FILM_SUFFIXES", "kind_of"),
-        "files.schema": ("Document", "checked", "within"),
+        "files.schema": ("Document", "FileFormat", "checked", "within"),
         "files.storage": (
             "Column",
+            "at_once",
             "atomic_path",
             "check_writable",
             "confined",
@@ -22,6 +22,7 @@ __getattr__, __dir__ = lazy_names(
             "read_json",
             "read_table",
             "read_text",
+            "read_yaml",
             "together",
             "write_arrays",
             "write_json",
@@ -29,8 +30,7 @@ __getattr__, __dir__ = lazy_names(
             "write_text",
             "written_so_far",
         ),
-        "files.versions": ("FileFormat",),
-        "files.yaml_file": ("read_yaml",),
+        "files.writing": ("command_files", "fitted", "note_input"),
         "local_server": ("LocalHandler", "LocalServer"),
         "plugins": ("what_hides",),
         "provenance": ("typed",),

@@ -35,7 +35,7 @@ ANSWER = 60.0
 MAX_BYTES = 2**30
 """Maximum memory of a run beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
-KEPT = (".unfinished/", ".solved.json")
+KEPT = (".unfinished/",)
 """Files that a refused command keeps of the films before the one that it refused, unnamed."""
 LARGE = 2**30
 """Files of this size are made of zeros, on which no disk space is spent [bytes]."""
@@ -181,8 +181,8 @@ def _be_curling(
 def _called(words: Sequence[str], given: Given) -> int:
     """Call the command, or the function that is given a file; returns a status."""
     from curling_env.commands.cli import main
-    from curling_env.commands.terminal import only_our_words
     from curling_env.errors import CurlingError
+    from curling_env.infrastructure.streams import only_our_words
 
     webbrowser.open = lambda *_: False
     try:

@@ -75,7 +75,7 @@ TARGETS = """
 1    t.csv,s.json     donate t.csv --scene s.json --consent All-who-threw-agree-to-this -o o.json
 0.5  throws.csv       donate t.csv --scene s.json --consent All-who-threw-agree-to-this -o o.json
 3    session.json     convert session.json -o o.csv
-2    t.csv,ice.json   compare t.csv --ice ice.json --window 2
+2    t.csv,ice.json   compare t.csv --ice ice.json
 0.3  t.csv            compare t.csv --ice ice.json -o found
 
 0.6  t.csv            estimate t.csv --seed 1 -o o.json

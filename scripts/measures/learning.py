@@ -225,7 +225,7 @@ def recorded() -> dict[str, float]:
 def rates() -> dict[str, float]:
     """Compare throws per second of 256 sheets, by their ices, with those of one sheet."""
     env = gymnasium.make("CurlingSheet-v0")
-    single = benchmarks.rate(lambda: benchmarks._steps(env))
+    single = benchmarks.rate(lambda: benchmarks.steps(env))
     return {
         "throws_per_s": round(_throws_per_s({})),
         "pool": _throws_per_s({"ices": {"pool": 16}}) / single,
@@ -234,14 +234,4 @@ def rates() -> dict[str, float]:
 
 
 def _throws_per_s(options: dict[str, Any]) -> float:
-    envs: Any = gymnasium.make_vec(
-        "CurlingSheet-v0", num_envs=SHEETS, autoreset_mode="SameStep", **options
-    )
-    envs.action_space.seed(0)
-    envs.reset(seed=0)
-
-    def step() -> int:
-        envs.step(envs.action_space.sample())
-        return SHEETS
-
-    return benchmarks.rate(step)
+    return benchmarks.rate(benchmarks.vector_steps(SHEETS, **options))

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
 import digital_curling_transitions as server_shots
 import engine_agreement as engines_of
-import gymnasium
 import numpy as np
 import recorded_game
 import rest_accuracy
@@ -168,7 +166,7 @@ def speed() -> dict[str, float]:
         return 1
 
     loop = benchmarks.rate(plain)
-    found = {measure.name: measure.value for measure in benchmarks._batch()}
+    found = {measure.name: measure.value for measure in benchmarks.batch_rates()}
     return {
         "throws_per_s": found["batch_throws_per_s_empty"],
         "lone": found["batch_throws_per_s_empty"] / loop,
@@ -185,9 +183,9 @@ def first_step() -> dict[str, float]:
 
 def environments() -> dict[str, float]:
     """Compare the environments' throws per second with each other and with pymunk alone."""
-    found = {measure.name: measure.value for measure in _environment_rates()}
-    alone = benchmarks.rate(game_benchmarks._end_alone())
-    together = benchmarks.rate(game_benchmarks._ends_together())
+    found = {measure.name: measure.value for measure in benchmarks.environment_rates()}
+    alone = benchmarks.rate(game_benchmarks.end_alone())
+    together = benchmarks.rate(game_benchmarks.ends_together())
     single = found["env_throws_per_s_empty"]
     return {
         "single_over_pymunk": single / found["pymunk_only_throws_per_s_empty"],
@@ -197,24 +195,6 @@ def environments() -> dict[str, float]:
     }
 
 
-def _environment_rates() -> Iterator[benchmarks.Measure]:
-    yield from benchmarks._environment()
-    yield from benchmarks._pymunk_only()
-
-
 def _thrown_on(ices: Any) -> float:
     """Return the throws per second of a vector environment whose episodes have their own ice."""
-    sheets = 256
-    envs: Any = gymnasium.make_vec(
-        "CurlingSheet-v0", num_envs=sheets, ices=ices, autoreset_mode="SameStep"
-    )
-    envs.action_space.seed(0)
-    envs.reset(seed=0)
-
-    def step_all() -> int:
-        envs.step(envs.action_space.sample())
-        return sheets
-
-    found = benchmarks.rate(step_all)
-    envs.close()
-    return found
+    return benchmarks.rate(benchmarks.vector_steps(ices=ices))

@@ -117,7 +117,7 @@ def test_the_command_measures_the_stone_to_millimetres_and_draws_an_overlay(
     save_scene(scene(), tmp_path / "scene.json")
     done = curling(
         *("track", film, "--scene", tmp_path / "scene.json", "-o", tmp_path / "tracks.csv"),
-        *("--overlay", tmp_path / "seen.mp4", "--flow", "plain"),
+        *("--overlay", tmp_path / "seen.mp4"),
     )
     assert done.status == 0, done.err
     (report,), (path,) = done.json(), read_tracks(tmp_path / "tracks.csv")

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from fractions import Fraction
 
+import av
+import cv2
 import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from friction_estimation.film.video import Film
+from friction_estimation.film import Film
 from friction_estimation.film.writer import film_writer
 from friction_estimation.tracking.films.steady_film import SteadyFilm, sample_size
 
@@ -37,3 +40,20 @@ def test_a_film_of_which_no_frame_is_whole_is_refused(tmp_path):
     assert SteadyFilm(film).sample
     with pytest.raises(InputError, match=r"f\.mp4.*no frame can be decoded without damage"):
         SteadyFilm(replace(film, size=(64, 50)))  # frames of another size count as damaged
+
+
+def test_pictures_of_another_size_are_left_out(tmp_path):
+    rng = np.random.default_rng(4)
+    path, rate = tmp_path / "changes.avi", Fraction(10)
+    with av.open(str(path), "w", format="avi") as film:
+        stream = film.add_stream("mjpeg", rate=rate)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuvj420p"
+        for k in range(40):
+            size = (48, 64, 3) if k < 30 else (24, 32, 3)
+            picture = cv2.GaussianBlur(rng.integers(0, 255, size, dtype=np.uint8), (0, 0), 3)
+            packet = av.Packet(cv2.imencode(".jpg", picture)[1].tobytes())
+            packet.stream, packet.time_base, packet.is_keyframe = stream, 1 / rate, True
+            packet.pts = packet.dts = k
+            film.mux(packet)
+    steady = SteadyFilm(Film.open(path))
+    assert [frame.shape for _, frame in steady.frames()] == [(48, 64, 3)] * 30
