@@ -61,10 +61,13 @@ SURROUNDINGS: dict[str, Callable[[], object]] = {
 ODD_VALUES = ("", "0", "-1", "x", "1e9", "99999999999", "/nonexistent", "/dev/full", "é", "none")
 VARIABLES = (
     *("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_CACHE_DIR"),
-    *("COLUMNS", "LINES", "TERM", "LANG", "LC_ALL", "PYTHONIOENCODING", "PYTHONUTF8", "TZ"),
+    *("COLUMNS", "LINES", "TERM", "LANG", "LC_ALL", "TZ"),
     *("MPLBACKEND", "MPLCONFIGDIR", "HOME", "XDG_CACHE_HOME", "TMPDIR", "NO_COLOR", "FORCE_COLOR"),
 )
-"""Variables that the libraries read when they are loaded: such a run starts Python again."""
+"""Variables that the libraries read when they are loaded: such a run starts Python again.
+
+Those of Python itself, such as PYTHONUTF8, end it before it has read a line of the program.
+"""
 
 
 def _socket(path: Path) -> None:
