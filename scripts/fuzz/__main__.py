@@ -1,8 +1,8 @@
 """Fuzz every command: `python -m fuzz --inputs 10000 --seed 0` (see `make fuzz`).
 
 Hypothesis draws the inputs in batches, each from a seed of its own. With a fixed seed they are the
-same every time, and a run that was interrupted goes on after its last batch. An input that ends
-uncleanly is kept, made as small as hypothesis can make it.
+same every time, and a run that was interrupted goes on after its last batch, unless the code has
+changed. An input that ends uncleanly is kept, made as small as hypothesis can make it.
 """
 
 from __future__ import annotations
@@ -14,6 +14,7 @@ import os
 import random
 import shutil
 import signal
+import subprocess
 import sys
 import tempfile
 import time
@@ -83,6 +84,8 @@ class Fuzzer:
         """Run batches until the time or the number of inputs is over, and return the report."""
         chosen = self.chosen
         asked = {k: str(v) for k, v in vars(chosen).items() if k not in ("minutes", "inputs")}
+        words = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
+        asked["state"] = subprocess.run(words, capture_output=True, text=True).stdout.strip()
         found: dict[str, Any] = {"asked": asked, "batches": 0, "seconds": 0.0, "inputs": 0,
                                  "unclean": 0, "by_target": {}, "ends": []}  # fmt: skip
         if self.report.exists() and (kept := json.loads(self.report.read_text()))["asked"] == asked:
