@@ -16,7 +16,7 @@ from agents.closed_loop import demo_figures, demo_page
 from agents.closed_loop.areas import find_areas
 from agents.closed_loop.demo_findings import ComparedDraw, Findings
 from agents.closed_loop.filming import FPS, film_throws
-from agents.closed_loop.hidden_ice import patchy_ice
+from agents.closed_loop.patches import patchy_ice
 from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
 from types import MappingProxyType
@@ -261,9 +261,3 @@ def write_sheets(path: str | Path, sheets: Sequence[ThrowSheet]) -> None:
         if any(one.get(name) is not None for one in dicts)
     }
     write_measures(path, [sheet.measures for sheet in sheets], notes, others)
-
-
-def as_noted(sheet: ThrowSheet, **changes: str) -> ThrowSheet:
-    """The throw with a note that was changed, for a coach's entry."""
-    note = replace(sheet.note, **changes)
-    return replace(sheet, note=note, call=read_call(note.called))

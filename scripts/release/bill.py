@@ -27,7 +27,7 @@ FOLDER = ROOT / "runs" / "sbom"
 DOCS = ROOT / "docs"
 TOOLS = ("pip", "setuptools")
 """What an environment may have by itself."""
-NOT_INSTALLED = (*NOT_TRIED, "rllib", "offline", "pysindy")
+NOT_INSTALLED = (*NOT_TRIED, "rllib", "offline")
 """Extras that need an environment of their own, or are for the project's developers."""
 SELF_DESCRIBED = re.compile(rb"lib(?:av|sw)\w+ license: ([^\0\n]{3,80})")
 """What each of FFmpeg's libraries says of its own licence."""

@@ -117,7 +117,6 @@ IMPORTED = {
     "app": ("agents.app.application", "agents.app.serve"),
     "science": ("h5netcdf", "h5py", "friction_estimation.discovery.posterior_file"),
     "offline": ("minari", "agents.playing.offline_data"),
-    "pysindy": ("pysindy",),
 }  # fmt: skip
 """Extra -> modules that need it."""
 TRIED = {"core": core, "film": film, "train": train, "viewer": viewer, "game": game,
