@@ -54,8 +54,8 @@ def _ends_together():
     )
     assert isinstance(env, CurlingEndVectorEnv)
     env.reset(seed=0)
-    single = env.single
-    action = single.action_of(single.opponent.call(single.simulator.view(env.states[0])))
+    view = env.usual.simulator.view(env.states[0])
+    action = env.action_of(env.opponents[0].call(view))
     actions = np.tile(action, (SIDE_BY_SIDE, 1))
 
     def work() -> int:

@@ -1,27 +1,111 @@
-"""Deliveries in many ends as arrays, and what is told of each."""
+"""Deliveries in many ends, simulated together where they share an ice that does not wear.
+
+Before stones touch, ends are those that the engine plays, to a tenth of a millimetre; contacts
+multiply what is left. Shots have no contacts and no paths.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.envs.game.core import DIRECTION
+from curling_env.envs.game.end_core import End, PlayOneByOne
+from curling_env.errors import InputError
 from curling_env.game.players import Call, SweepInterval
 from curling_env.game.rules.delivery import Ruling
-from curling_env.game.rules.game import End
+from curling_env.game.rules.game import End as GameEnd
+from curling_env.game.rules.game import deliver
 from curling_env.game.rules.teams import STONES_PER_TEAM
-from curling_env.game.simulator import GameSimulator, PlayedShot, direction_of
+from curling_env.game.simulator import GameSimulator, PlayedShot, result_of_places
+from curling_env.game.state import GameState
 from curling_env.physics.batch import RELEASE_DTYPE, Positions
 from curling_env.physics.engine import Outcome, Status, StoneState, is_hogged, left_by_the_side
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Delivery, Throw, velocity_of
 from curling_env.typing import Flags, Floats
 
-DIRECTION = direction_of(0)
-"""The end played to in the first end of a game."""
+_PLAY_ALONE = PlayOneByOne(paths=False)
+
+
+def play_together(
+    deliveries: Sequence[tuple[End, Call]],
+) -> Sequence[tuple[GameState, PlayedShot]]:
+    """Play one delivery in each of some ends, in all of which the same team throws.
+
+    Where stones wear the ice, or every game has its own set of stones, no two ends share an ice:
+    they are played one after another by the engine.
+
+    Raises
+    ------
+    InputError : ice on which a stone never stops
+    """
+    out: list[tuple[GameState, PlayedShot] | None] = [None] * len(deliveries)
+    alike: dict[int, list[int]] = {}
+    for k, (end, _) in enumerate(deliveries):
+        simulator = end.ice.simulator
+        lonely = simulator.ice_wears or simulator.ice_evolution.stone_spread
+        alike.setdefault(-1 if lonely else id(end.ice), []).append(k)
+    for key, some in alike.items():
+        play = _PLAY_ALONE if key == -1 else _play_on_one_ice
+        for k, played in zip(some, play([deliveries[k] for k in some]), strict=True):
+            out[k] = played
+    return [played for played in out if played is not None]
+
+
+def _play_on_one_ice(
+    deliveries: Sequence[tuple[End, Call]],
+) -> Sequence[tuple[GameState, PlayedShot]]:
+    ice, calls = deliveries[0][0].ice, [call for _, call in deliveries]
+    simulator, states = ice.simulator, [end.state for end, _ in deliveries]
+    ends = [end for state in states if (end := state.game.end) is not None]
+    places, names, identifiers, columns = lying_in(ends)
+    thrown = simulator.with_execution_errors(
+        [call.throw for call in calls], [simulator.skills[end.to_throw] for end in ends], states
+    )
+    sweeps = sweeps_of(simulator, calls, thrown)
+    numbers = [(own[-1], s.clock, s.throws) for own, s in zip(identifiers, states, strict=True)]
+    releases = release_table_of(np.hstack([thrown, numbers, sweeps]), simulator.delivery)
+    after = ice.batch.play(places, releases, identity=names, bounds=ice.bounds)
+    if (after.collisions < 0).any():
+        raise InputError("a stone never stops on this ice; check its friction and slope")
+    xy = after.xy - np.array([0.0, TEE_Y])
+    last = xy[:, -1].tolist()
+    apart = after.xy[:, :-1] != places
+    moved = (apart[..., 0] | apart[..., 1]) & ~np.isnan(places[..., 0])
+    new: list[dict[int, list[float]]] = [{} for _ in ends]
+    touched: list[list[int]] = np.argwhere(moved).tolist()
+    for (row, column), place in zip(touched, xy[:, :-1][moved].tolist(), strict=True):
+        new[row][columns[row].index(column)] = place
+    met: list[bool] = (after.collisions > 0).tolist()
+    together = Deliveries(thrown, sweeps, after, moved, ice.bounds, simulator.lines.stone_radius)
+    played: list[tuple[GameState, PlayedShot]] = []
+    for row, ((whole, call), end) in enumerate(zip(deliveries, ends, strict=True)):
+        result = result_of_places(end, new[row], last[row], met[row])
+        chosen: list[bool] = []
+        game, ruling = deliver(whole.state.game, result, put_back=_put_back(whole, chosen))
+        shot = BatchShot(
+            Facts(together, row, end, identifiers[row], columns[row], call, ruling, any(chosen))
+        )
+        played.append((simulator.after(whole.state, game), shot))
+    return played
+
+
+def _put_back(whole: End, chosen: list[bool]) -> Callable[[Ruling], bool]:
+    """The decision after a tick, which is added to `chosen`."""
+
+    def put_back(ruling: Ruling) -> bool:
+        state = whole.state
+        other = state.game.end.to_throw.other if state.game.end is not None else None
+        view = whole.ice.simulator.view(state, other)
+        chosen.append(whole.decider.puts_back(view, ruling))
+        return chosen[-1]
+
+    return put_back
 
 
 class Lying(NamedTuple):
@@ -44,7 +128,7 @@ class Lying(NamedTuple):
     columns: list[list[int]]
 
 
-def lying_in(ends: Sequence[End]) -> Lying:
+def lying_in(ends: Sequence[GameEnd]) -> Lying:
     """The stones that lie in many ends."""
     identifiers = [
         [STONES_PER_TEAM * team + number for team, number, _, _ in end.stones] for end in ends
@@ -140,7 +224,7 @@ class Facts(NamedTuple):
 
     deliveries: Deliveries
     row: int
-    end: End
+    end: GameEnd
     identifiers: list[int]
     columns: list[int]
     call: Call
@@ -155,7 +239,8 @@ class BatchShot(PlayedShot):
     """
 
     def __init__(self, facts: Facts) -> None:
-        vars(self)["_facts"] = facts
+        parts = vars(self)
+        parts["_facts"], parts["team"], parts["ruling"] = facts, facts.end.to_throw, facts.ruling
 
     def __getattr__(self, name: str) -> Any:
         if "_facts" not in vars(self):
@@ -184,14 +269,12 @@ def _parts_of(facts: Facts) -> dict[str, Any]:
     return {
         "end": end.number,
         "number": end.delivered,
-        "team": end.to_throw,
         "stone": facts.identifiers[-1],
         "call": facts.call,
         "thrown": Throw(speed=speed, angle=angle, spin=spin, x=x),
         "sweep": deliveries.sweeps[row],
         "direction": DIRECTION,
         "outcome": _outcome(facts),
-        "ruling": facts.ruling,
         "put_back": facts.put_back,
     }
 

@@ -6,6 +6,7 @@ package would. A mask tells which shots there are in a position.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -128,6 +129,15 @@ class ShotActions:
         if view is None or view.game.end is None:
             raise InputError("a shot needs an end in play")
         return self._aiming.shot(view, SHOTS[int(number)])
+
+    def calls_of(
+        self, actions: Sequence[Any], view: Callable[[int], PlayerView] | None = None
+    ) -> list[Call]:
+        """The calls for many shots; `view` returns what the team sees that takes the k-th."""
+        return [
+            self.call_of(action, None if view is None else view(k))
+            for k, action in enumerate(actions)
+        ]
 
     def decisions_of(self, action: Any) -> None:
         """None: shots decide nothing else."""

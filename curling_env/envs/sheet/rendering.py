@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.envs.rendering import FPS, EnvRenderer, signed
+from curling_env.envs.rendering import FPS, ClipRenderer, signed
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
 from curling_env.physics.engine import Outcome, Status, StoneState
@@ -25,8 +25,6 @@ from curling_env.sheet import Direction, to_sheet
 from curling_env.throw import Throw
 from curling_env.typing import Floats, Image
 
-PLAYBACK_SPEED = 8.0
-"""How many times faster than it happened a window shows a throw; a draw takes 25 s."""
 STATUS_TEXT = {
     Status.REST: "at rest",
     Status.OUT_SIDE: "out, side line",
@@ -61,6 +59,7 @@ class Shown:
 
     Parameters
     ----------
+    ice : the ice thrown on
     task : name of the task
     direction : the end played to
     target : (2,) where the delivered stone should end, delivery frame [m]
@@ -69,6 +68,7 @@ class Shown:
     last : the last throw; None before the first
     """
 
+    ice: Ice
     task: str
     direction: Direction
     target: Floats
@@ -112,46 +112,35 @@ class Shown:
         )
 
 
-class SheetEnvRenderer(EnvRenderer):
-    """Draws the sheet of a `CurlingSheet-v0`.
+class SheetRenderer(ClipRenderer[Shown]):
+    """Draws `CurlingSheet-v0`."""
 
-    Parameters
-    ----------
-    ice : the ice under the lines
-    """
+    title = "CurlingSheet-v0"
+    window_speed = 8.0  # a draw takes 25 s
 
-    def __init__(self, ice: Ice) -> None:
-        super().__init__(ice, "CurlingSheet-v0")
-
-    def picture(self, shown: Shown) -> Image:
+    def picture(self, clip: Shown) -> Image:
         """The sheet with the path of the last throw, (720, 1280, 3) RGB."""
-        scene, last = shown.scene(), shown.last
+        scene, last = clip.scene(), clip.last
         if last is not None:
             scene = scene_at(scene, last.before, last.outcome, math.inf, _handle_colour)
-        return self.sheet(shown.direction).draw(scene)
+        return self.sheet(clip.ice, clip.direction).draw(scene)
 
-    def frames(self, shown: Shown, speed: float) -> Iterator[Image]:
+    def frames(self, clip: Shown, speed: float) -> Iterator[Image]:
         """The last throw as a film, `speed` times as fast as it happened."""
-        sheet, last = self.sheet(shown.direction), shown.last
+        last = clip.last
         if last is None:
-            yield sheet.draw(shown.scene())
+            yield self.picture(clip)
             return
         yield from playback_frames(
-            sheet,
-            shown.scene(at_rest=False),
+            self.sheet(clip.ice, clip.direction),
+            clip.scene(at_rest=False),
             last.before,
             last.outcome,
             _handle_colour,
             fps=FPS,
             speed=speed,
-            scene_at_rest=shown.scene(),
+            scene_at_rest=clip.scene(),
         )
-
-    def show(self, shown: Shown) -> None:
-        """In the window: the last throw as it happened, or the sheet before the first."""
-        window = self.window()
-        for frame in self.frames(shown, PLAYBACK_SPEED):
-            window.show(frame)
 
 
 def _handle_colour(stone: int) -> Colour:

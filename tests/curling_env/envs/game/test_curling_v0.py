@@ -158,7 +158,7 @@ def ticked(put_back):
         tick = Call(throw=aim.through(off, -3.0, weight, 1.5))
         # The decision of the home team is not asked after its own tick.
         env.step(env.action.action_of(tick, TeamDecisions(put_back=not put_back)))
-        shot = env.infos["home"]["shot"]
+        shot = env.infos["home"]["shots"][0]
         if shot.ruling.fault is Fault.NO_TICK:
             return before, env.state, shot
         env.state = before

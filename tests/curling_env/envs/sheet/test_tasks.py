@@ -168,7 +168,7 @@ def test_many_sheets_judge_as_one_does(name, rng):
     options = {"task": name, "stones": 2, "level": 0.6, "direction": "random"}
     many = gymnasium.make_vec("CurlingSheet-v0", num_envs=n, fps=10, **options)
     seen, _ = many.reset(seed=5)
-    good = many.unwrapped.single.action_of(GOOD[name]())
+    good = many.unwrapped.action_of(GOOD[name]())
     actions = good + np.float32([0.05, 0.05, 0.0]) * rng.normal(size=(n, 3)).astype(np.float32)
     actions[0] = good
     after, rewards, _, _, told = many.step(actions)
@@ -192,8 +192,7 @@ def test_many_sheets_judge_as_one_does(name, rng):
 def test_many_sheets_do_good_throws_and_miss_bad_ones(name):
     many = gymnasium.make_vec("CurlingSheet-v0", num_envs=2, task=name)
     many.reset(seed=0)
-    single = many.unwrapped.single
-    actions = np.stack([single.action_of(shots[name]()) for shots in (GOOD, BAD)])
+    actions = np.stack([many.unwrapped.action_of(shots[name]()) for shots in (GOOD, BAD)])
     assert many.step(actions)[-1]["success"].tolist() == [True, False]
 
 
