@@ -6,7 +6,6 @@ simulates the throw is the only difference between the single and the vector env
 
 from __future__ import annotations
 
-import operator
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 from typing import Any, NamedTuple, cast
@@ -17,7 +16,6 @@ from numpy.typing import ArrayLike
 
 from curling_env.envs.core import Core, Facts, Part
 from curling_env.envs.ices import EpisodeIces, GivenIce, IceOption
-from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.options import (
     dataclass_from,
     delivery_from,
@@ -32,7 +30,6 @@ from curling_env.envs.sheet.players import (
     STATUSES,
     PlayOneByOne,
     Surface,
-    Surfaces,
     ThrowPlayer,
     Throws,
 )
@@ -60,6 +57,8 @@ _DIRECTIONS = np.array([None, Direction.AWAY, Direction.HOME], dtype=object)
 """The directions by their numbers, 1 and -1."""
 _STATUS_NAMES = np.array([status.value for status in STATUSES], dtype=object)
 _REST = STATUSES.index(Status.REST)
+_NOBODYS = -1
+"""Identifier of no stone."""
 
 
 class Sheets(NamedTuple):
@@ -68,6 +67,9 @@ class Sheets(NamedTuple):
     Parameters
     ----------
     surfaces : the ice of each sheet
+    radius : (n,) radius of its stones [m]
+    known : (n, m) what is known of it, seen along the direction of play
+    of_stones : (n, slots + 1, k) what is known of each stone, and of none
     direction : (n,) the end played to, 1 (away) or -1 (home)
     target : (n, 2) where the next stone should end, delivery frame [m]
     stones : (n, slots, 3) place and heading of the stones, sheet frame [m, rad]; NaN where there is
@@ -76,7 +78,10 @@ class Sheets(NamedTuple):
     clock : (n,) time since the episode began [s]
     """
 
-    surfaces: Surfaces
+    surfaces: tuple[Surface, ...]
+    radius: Floats
+    known: Singles
+    of_stones: Singles
     direction: Integers
     target: Floats
     stones: Floats
@@ -124,7 +129,7 @@ class SheetCore(Core[Sheets]):
         self.task = task_named(task)
         if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
-        self.ices = EpisodeIces(ice, known_ice, ices, ice_sigma=ice_sigma, make=self._surface)
+        self.ices = EpisodeIces(ice, known_ice, ices, ice_sigma=ice_sigma, make=Surface)
         self.skill = skill_from("skill", skill)
         self._options: dict[str, Any] = {
             "target": target,
@@ -200,8 +205,13 @@ class SheetCore(Core[Sheets]):
 
     def blank(self, count: int) -> Sheets:
         """Sheets without stones, all throws played."""
+        surface = self.ices.on(self.ice, self.ices.known[0])
+        known, of_stones = self._seen(surface, Direction.AWAY)
         return Sheets(
-            surfaces=Surfaces([self.ices.on(self.ice, self.ices.known[0])] * count),
+            surfaces=(surface,) * count,
+            radius=np.full(count, surface.ice.stone.radius),
+            known=np.tile(known, (count, 1)),
+            of_stones=np.tile(of_stones, (count, 1, 1)),
             direction=np.ones(count, dtype=np.int64),
             target=np.zeros((count, 2)),
             stones=np.full((count, self.observation.slots, 3), np.nan),
@@ -249,29 +259,25 @@ class SheetCore(Core[Sheets]):
         recurs = alike and asked is self._usual and len(rows) == len(episodes.played)
         if recurs and self._beginning is not None:
             return self._beginning[0]
-        direction, target = episodes.direction.copy(), episodes.target.copy()
-        stones, surfaces = episodes.stones.copy(), list(episodes.surfaces.each)
-        played, clock = episodes.played.copy(), episodes.clock.copy()
+        surfaces, *arrays = episodes
+        surfaces, arrays = list(surfaces), [array.copy() for array in arrays]
+        radius, known, of_stones, direction, target, stones, played, clock = arrays
         stones[rows], played[rows], clock[rows] = np.nan, 0, 0.0
         for some in [rows] if alike else [rows[k : k + 1] for k in range(len(rows))]:
             first, *others = cast("list[int]", some.tolist())
-            surfaces[first] = self.ices.draw(rngs[first], given)
-            initial = distribution.on(surfaces[first].ice).sample(rngs[first])
+            surface = surfaces[first] = self.ices.draw(rngs[first], given)
             for i in others:
-                surfaces[i] = surfaces[first]
+                surfaces[i] = surface
+            initial = distribution.on(surface.ice).sample(rngs[first])
             direction[some], target[some] = initial.direction, initial.target
+            radius[some] = surface.ice.stone.radius
+            known[some], of_stones[some] = self._seen(surface, initial.direction)
             count = len(initial.places)
             if count:
                 stones[some, :count, :2] = to_sheet(initial.places, initial.direction)
                 stones[some, :count, 2] = 0.0
-        same = all(map(operator.is_, surfaces, episodes.surfaces.each))
         sheets = Sheets(
-            surfaces=episodes.surfaces if same else Surfaces(surfaces),
-            direction=direction,
-            target=target,
-            stones=stones,
-            played=played,
-            clock=clock,
+            tuple(surfaces), radius, known, of_stones, direction, target, stones, played, clock
         )
         if recurs:
             self._beginning = sheets, self.observed(sheets)
@@ -300,8 +306,7 @@ class SheetCore(Core[Sheets]):
         throws = Throws(
             throws=[Throw(speed=v, angle=a, spin=s) for v, a, s in numbers.tolist()],
             numbers=numbers,
-            surfaces=episodes.surfaces,
-            rows=rows,
+            surfaces=[episodes.surfaces[i] for i in cast("list[int]", rows.tolist())],
             stones=episodes.stones[rows, :first_free],
             identifiers=self._identifiers[:first_free],
             direction=direction,
@@ -326,7 +331,7 @@ class SheetCore(Core[Sheets]):
             target=episodes.target[rows],
             target_stone=self._target_stones(stones[rows], facing),
             target_stone_before=self._target_stones(throws.stones, facing),
-            stone_radius=episodes.surfaces.radius[rows],
+            stone_radius=episodes.radius[rows],
         )
         verdict = judge(landing, self.task.is_done(landing))
         facts: Facts = {
@@ -364,22 +369,23 @@ class SheetCore(Core[Sheets]):
         """The observations of all sheets."""
         if self._beginning is not None and episodes is self._beginning[0]:
             return self._beginning[1].copy()
-        surfaces, stones, played = episodes.surfaces, episodes.stones[..., :2], episodes.played
-        slots = self._all_slots[None]
+        stones, played, of_stones = episodes.stones[..., :2], episodes.played, episodes.of_stones
+        slots, rows = self._all_slots[None], np.arange(len(played))
         if slots.size > 1:
             # Stones in play come first, in their order.
             slots = np.argsort(np.isnan(stones[..., 0]), axis=1, kind="stable")
-            stones = stones[np.arange(len(stones))[:, None], slots]
+            stones = stones[rows[:, None], slots]
         to_come = np.minimum(self._resting + played, self._all_slots.size)
+        has_own = of_stones.any()
         return self.observation.vector(
             target=episodes.target,
             throws_left=1 - played / self.throws,
             clock=episodes.clock,
-            known=surfaces.features(episodes.direction),
-            next_stone=surfaces.of_stones(to_come),
+            known=episodes.known,
+            next_stone=of_stones[rows, to_come] if has_own else None,
             stones=to_delivery(stones, episodes.direction[:, None, None]),
             own=slots >= self._resting,
-            of_stones=surfaces.of_stones(slots),
+            of_stones=of_stones[rows[:, None], slots] if has_own else None,
         )
 
     def reported(self, episodes: Sheets, rows: Indices) -> Facts:
@@ -391,5 +397,7 @@ class SheetCore(Core[Sheets]):
             "direction": _DIRECTIONS[direction],
         }
 
-    def _surface(self, ice: Ice, known: KnownIce) -> Surface:
-        return Surface(ice, known, self._identifiers)
+    def _seen(self, surface: Surface, direction: Direction) -> tuple[Singles, Singles]:
+        """What is known of an ice played in a direction, and of each stone by its slot."""
+        of_stones = surface.known.of_stones([*self._identifiers, _NOBODYS])
+        return surface.known.features(direction), of_stones

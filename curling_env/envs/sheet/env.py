@@ -70,12 +70,12 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     @property
     def thrown_ice(self) -> Ice:
         """The ice that is thrown on in this episode."""
-        return self._episodes.surfaces.each[0].ice
+        return self._episodes.surfaces[0].ice
 
     @property
     def known_ice(self) -> Ice:
         """The ice as the agent knows it in this episode."""
-        return self._episodes.surfaces.each[0].known.ice
+        return self._episodes.surfaces[0].known.ice
 
     @property
     def target(self) -> Floats:
@@ -95,7 +95,7 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     def ice_features(self, direction: Direction) -> Singles:
         """What the agent knows of the ice when it plays to an end; see `KnownIce.features`."""
-        return self._episodes.surfaces.each[0].known.features(direction)
+        return self._episodes.surfaces[0].known.features(direction)
 
     # --- the parts -----------------------------------------------------------------------------
 

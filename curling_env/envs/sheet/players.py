@@ -39,14 +39,10 @@ class Surface:
     ----------
     ice : the ice thrown on
     known : the ice as the agent knows it
-    identifiers : of the stones, by their slots
     """
 
-    def __init__(self, ice: Ice, known: KnownIce, identifiers: Sequence[int]) -> None:
+    def __init__(self, ice: Ice, known: KnownIce) -> None:
         self.ice, self.known = ice, known
-        told = known.of_stones(identifiers)
-        self.of_stones = np.concatenate([told, np.zeros_like(told[:1])])
-        """(slots + 1, k) what is known of each stone, and of none."""
 
     @cached_property
     def engine(self) -> Engine:
@@ -64,52 +60,6 @@ class Surface:
         return {int(end): play_bounds(self.ice, end) for end in Direction}
 
 
-class Surfaces:
-    """The ices of n sheets, of which many may be the same.
-
-    Parameters
-    ----------
-    each : the ice of each sheet
-    """
-
-    def __init__(self, each: Sequence[Surface]) -> None:
-        self.each = tuple(each)
-        kinds = {id(surface): surface for surface in each}
-        number = {key: k for k, key in enumerate(kinds)}
-        self.kinds = tuple(kinds.values())
-        """The different ones."""
-        self.which = np.array([number[id(surface)] for surface in each])
-        """(n,) which of `kinds` each sheet has."""
-        self.radius = np.array([surface.ice.stone.radius for surface in self.kinds])[self.which]
-        """(n,) radius of the stones [m]."""
-        self._of_stones = np.array([surface.of_stones for surface in self.kinds])
-        self._has_own = bool(self._of_stones.any())
-        self._features: Singles | None = None
-        self._filled: set[tuple[int, int]] = set()
-
-    def features(self, direction: Integers) -> Singles:
-        """What is known of the ice of each sheet played in a direction, 1 or -1, (n, m)."""
-        if self._features is None:
-            size = self.kinds[0].known.features(Direction(int(direction[0]))).size
-            self._features = np.zeros((len(self.kinds), 3, size), dtype=np.float32)
-        which: list[int] = self.which.tolist()
-        for kind, end in set(zip(which, direction.tolist(), strict=True)):
-            if (kind, end) not in self._filled:
-                self._features[kind, end] = self.kinds[kind].known.features(Direction(end))
-                self._filled.add((kind, end))
-        return self._features[self.which, direction]
-
-    def of_stones(self, slots: Integers) -> Singles | None:
-        """What is known of the stones in slots (n, ...) of each sheet, (n, ..., k).
-
-        None where stones have no numbers of their own.
-        """
-        if not self._has_own:
-            return None
-        which = self.which.reshape(-1, *(1,) * (slots.ndim - 1))
-        return self._of_stones[which, slots]
-
-
 class Throws(NamedTuple):
     """Throws about to be made on n sheets.
 
@@ -117,8 +67,7 @@ class Throws(NamedTuple):
     ----------
     throws : as they leave the hand
     numbers : (n, 3) their speeds, angles and spins [m/s, rad, rad/s]
-    surfaces : the ices of all sheets
-    rows : (n,) which of them are thrown on
+    surfaces : the ice of each
     stones : (n, k, 3) place and heading of the stones before, sheet frame; NaN where there is none
     identifiers : (k,) of these stones
     direction : (n,) the end played to, 1 or -1
@@ -129,8 +78,7 @@ class Throws(NamedTuple):
 
     throws: Sequence[Throw]
     numbers: Floats
-    surfaces: Surfaces
-    rows: Indices
+    surfaces: Sequence[Surface]
     stones: Floats
     identifiers: Sequence[int]
     direction: Integers
@@ -199,7 +147,7 @@ class PlayOneByOne:
         there = [(k, *place) for k, place in enumerate(throws.stones[row].tolist())]
         there = [(k, x, y, theta) for k, x, y, theta in there if x == x]  # not NaN
         order = int(throws.order[row])
-        outcome = throws.surfaces.each[int(throws.rows[row])].engine.play(
+        outcome = throws.surfaces[row].engine.play(
             throws.throws[row].release(
                 Direction(int(throws.direction[row])),
                 stone=FIRST_OWN_STONE + order,
@@ -233,33 +181,32 @@ def play_together(throws: Throws) -> Flown:
     table["clock"], table["order"] = throws.clock, throws.order
     stones, last = np.empty((n, k + 1, 3)), np.empty((n, 2))
     status, time = np.empty(n, dtype=np.int64), np.empty(n)
-    which = throws.surfaces.which[throws.rows]
-    for number, surface in enumerate(throws.surfaces.kinds):
-        for end in Direction:
-            rows = np.flatnonzero((which == number) & (throws.direction == end))
-            if not len(rows):
-                continue
-            bounds = surface.bounds[end]
-            if k == 0:
-                after = _throw_alone(surface.ice, table[rows], bounds)
-            else:
-                after = surface.batch.play(
-                    throws.stones[rows, :, :2],
-                    table[rows],
-                    identity=throws.identifiers,
-                    bounds=bounds,
-                )
-            if (after.collisions < 0).any():
-                raise InputError("a stone never stops on this ice; check its friction and slope")
-            stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
-            last[rows], time[rows] = after.last[:, -1], after.time
-            status[rows] = _status_of_delivered(after, end, surface, bounds)
+    for (surface, end), rows in _alike(throws).items():
+        bounds = surface.bounds[end]
+        if k == 0:
+            after = _throw_alone(surface.ice, table[rows], bounds)
+        else:
+            before, names = throws.stones[rows, :, :2], throws.identifiers
+            after = surface.batch.play(before, table[rows], identity=names, bounds=bounds)
+        if (after.collisions < 0).any():
+            raise InputError("a stone never stops on this ice; check its friction and slope")
+        stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
+        last[rows], time[rows] = after.last[:, -1], after.time
+        status[rows] = _status_of_delivered(after, end, surface, bounds)
     stones[status != STATUSES.index(Status.REST), -1] = np.nan
     return Flown(stones=stones, last=last, status=status, time=time, records={})
 
 
+def _alike(throws: Throws) -> dict[tuple[Surface, int], list[int]]:
+    """The rows that share an ice and a direction."""
+    rows: dict[tuple[Surface, int], list[int]] = {}
+    for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
+        rows.setdefault(key, []).append(row)
+    return rows
+
+
 def _status_of_delivered(
-    after: Positions, end: Direction, surface: Surface, bounds: Floats
+    after: Positions, end: int, surface: Surface, bounds: Floats
 ) -> Integers:
     """The status of delivered stones, by its number in `STATUSES`."""
     x, y = after.last[:, -1].T
