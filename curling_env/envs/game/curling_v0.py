@@ -225,7 +225,8 @@ class raw_env(GameCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
             masks = spaces.Box(0, 1, size, dtype=np.int8)
             space = spaces.Dict({"observation": space, "action_mask": masks})
         self._spaces = dict.fromkeys(TEAMS, space)
-        self._actions: dict[str, spaces.Space[Any]] = {label: self.action.space for label in TEAMS}
+        actions: Any = self.action.space
+        self._actions = dict.fromkeys(TEAMS, actions)
         self._state: GameState | None = None
         self._thrown = 0
         self._shots: tuple[PlayedShot, ...] = ()
@@ -327,6 +328,7 @@ class raw_env(GameCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         else:
             parts = self._deliver(before, call)
         after = self.state.game
+        self.rewards, self.infos = {}, {}
         for label, team in TEAMS.items():
             held = self.value(before.game, team)
             earned = self.with_potential(parts[team], held, after, team)

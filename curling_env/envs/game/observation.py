@@ -90,6 +90,7 @@ class GameObservation:
             team: np.roll(of_stones, -STONES_PER_TEAM * team, axis=0).ravel() for team in Team
         }
         self._ice_size = len(_ice_names())
+        self._new_ice: dict[tuple[Direction, Team], Singles] = {}
         if kind == "planes":
             x = np.arange(-lines.width / 2 + PLANE_CELL / 2, lines.width / 2, PLANE_CELL)
             y = np.arange(PLANE_Y[0] + PLANE_CELL / 2, PLANE_Y[1], PLANE_CELL)[::-1]
@@ -163,12 +164,14 @@ class GameObservation:
     def _ice(self, wears: Sequence[Floats | None], team: Team, direction: Direction) -> Singles:
         """Ice features, (n, m): the initial ice, its wear, the factors of each stone."""
         features, of_stones = self.known.features(direction), self._of_stones[team]
-        out = np.zeros((len(wears), self._ice_size), dtype=np.float32)
-        out[:, : len(features)] = features
+        if (direction, team) not in self._new_ice:
+            unworn = self.known.wear(None, direction)
+            self._new_ice[direction, team] = np.concatenate([features, unworn, of_stones])
+        out = np.empty((len(wears), self._ice_size), dtype=np.float32)
+        out[:] = self._new_ice[direction, team]
         for row, wear in enumerate(wears):
             if wear is not None:
                 out[row, len(features) : -len(of_stones)] = self.known.wear(wear, direction)
-        out[:, -len(of_stones) :] = of_stones
         return out
 
     def _stones(self, games: Sequence[Game], team: Team) -> Singles:

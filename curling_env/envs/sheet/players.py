@@ -26,7 +26,7 @@ from curling_env.physics.slides import SlideEnd, play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
 from curling_env.throw import Delivery, Throw, velocity_of
-from curling_env.typing import Floats, Indices, Integers, Singles
+from curling_env.typing import Floats, Integers
 
 STATUSES = tuple(Status)
 """The status of a stone by its number in arrays."""
@@ -205,9 +205,7 @@ def _alike(throws: Throws) -> dict[tuple[Surface, int], list[int]]:
     return rows
 
 
-def _status_of_delivered(
-    after: Positions, end: int, surface: Surface, bounds: Floats
-) -> Integers:
+def _status_of_delivered(after: Positions, end: int, surface: Surface, bounds: Floats) -> Integers:
     """The status of delivered stones, by its number in `STATUSES`."""
     x, y = after.last[:, -1].T
     gone = np.isnan(after.xy[:, -1, 0])
