@@ -45,5 +45,9 @@ class TrackTooShortError(InputError):
     """Too few samples for the quantity that was asked for."""
 
 
+class FitError(InputError):
+    """Measured throws to which no ice can be fitted."""
+
+
 class NoThrowError(InputError):
     """A film, or a part of one, shows no thrown stone."""

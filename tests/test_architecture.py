@@ -1,10 +1,12 @@
-"""The map in ARCHITECTURE.md names every folder of the packages, and every folder has its tests."""
+"""ARCHITECTURE.md maps every folder, every folder has its tests, and imports form no circle."""
 
 from __future__ import annotations
 
 import re
+from graphlib import TopologicalSorter
 from pathlib import Path, PurePosixPath
 
+import grimp
 import pytest
 
 ROOT = Path(__file__).parent.parent
@@ -77,3 +79,10 @@ def test_every_folder_of_tests_mirrors_one_of_modules() -> None:
         for test in (ROOT / "tests" / package).rglob("test_*.py")
     }
     assert names(ours - folders()) == []
+
+
+def test_no_module_imports_itself_through_others() -> None:
+    """Imports inside functions and those for type checkers count too."""
+    graph = grimp.build_graph(*PACKAGES, cache_dir=None)
+    imports = {name: graph.find_modules_directly_imported_by(name) for name in graph.modules}
+    TopologicalSorter(imports).prepare()  # a CycleError names the modules of a circle

@@ -20,7 +20,8 @@ from agents.app.pages import go_to, network_address_of, page, session_of
 from agents.app.screens import SCREENS
 from agents.app.views.progress import job_in_words
 from agents.app.work.causes import ComingError
-from agents.app.work.queue import OPEN, WorkQueue
+from agents.app.work.jobs import OPEN
+from agents.app.work.queue import WorkQueue
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.qr_code import qr_outline
 
@@ -63,6 +64,7 @@ def application(
         },
     )
     app.state.club, app.state.work, app.state.network = club, work, network
+    app.state.screens = SCREENS
     doors = {host: secret for host in hosts}
     if network is not None:
         doors[network[0]] = network[1]

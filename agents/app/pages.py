@@ -82,8 +82,6 @@ def page(
     session : the session that it is about; links to the other screens lead to the same one
     content : what the template shows; text is escaped
     """
-    from agents.app.screens import SCREENS
-
     here = request.scope["path"].removeprefix(request.scope["root_path"]).strip("/")
     text = (
         _environment()
@@ -91,7 +89,7 @@ def page(
         .render(
             at=lambda path="": at(request, path),
             csrf=token_for(request.scope["root_path"].strip("/")),
-            screens=SCREENS,
+            screens=request.app.state.screens,
             here=here.split("/")[0],
             session=session,
             shared=network_address_of(request),

@@ -131,7 +131,7 @@ def _begin(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
 
     from agents.app.demo import begin_evening
     from agents.app.take_in import begin_from, is_in
-    from agents.app.work.queue import submit
+    from agents.app.work.jobs import submit
 
     today = datetime.date.today().isoformat()
     for folder in folders:

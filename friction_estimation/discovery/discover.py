@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from curling_env.errors import FitError, InputError
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Indices, Progress, no_progress, part_of_progress
@@ -40,7 +41,7 @@ from friction_estimation.discovery.evidence.unknown.explanation import (
 from friction_estimation.discovery.evidence.unknown.residual_term import NAME, try_table
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
-from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.fit import SessionFit, fit, singular_fit_refused
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.naming import Structure, name_effects
 from friction_estimation.discovery.search.maps import renew_map
@@ -156,11 +157,22 @@ class Discovery:
 
 
 def ice_of(fitted: SessionFit) -> Ice:
-    """The ice of a fit, with its standard errors and what they have in common."""
+    """The ice of a fit, with its standard errors and what they have in common.
+
+    Raises
+    ------
+    FitError : the fit has a friction or an effect that no ice has
+    """
     level, common = common_errors(fitted)
-    return fitted.model.improved_ice(
-        standard_errors(fitted), map_errors(fitted), level=level, common=common
-    )
+    try:
+        return fitted.model.improved_ice(
+            standard_errors(fitted), map_errors(fitted), level=level, common=common
+        )
+    except InputError as error:
+        raise FitError(
+            f"no ice that there is explains these throws: {fitted.worst_throw()}; check its "
+            f"positions, times and headings ({error})"
+        ) from error
 
 
 def discover(
@@ -187,11 +199,12 @@ def discover(
     ------
     TrackTooShortError : no throw slides freely
     InputError : tracks that lie off the sheet, an ice with an effect that is not known
+    FitError : throws to which no ice can be fitted
     """
     calibrations = {c.name: c for c in (*calibrations_of(ice), *references)}
     known = tuple(calibrations.values())
     # The matrices are too small to share: more threads of linear algebra only wait for each other.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
         rng = np.random.default_rng(seed)
         found = _discover(corrected(tracks, known), ice, scene, rng, progress)
     return replace(

@@ -23,7 +23,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.discover import Discovery, ice_of, search_session
 from friction_estimation.discovery.evidence.intervals import level_error
-from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.fit import SessionFit, singular_fit_refused
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.ripple import RippleSearch, find_ripple
@@ -77,6 +77,7 @@ def estimate_ice(
     TrackTooShortError : no throw has a free slide that is long enough
     InputError : tracks that lie off the sheet, an effect that is not known, or choices that do not
         go together
+    FitError : throws to which no ice can be fitted
     """
     if prior is not None and (start is not None or uniform):
         raise InputError(
@@ -90,7 +91,7 @@ def estimate_ice(
     if not session.turns.any():
         session = session.with_spins_by_bends()
     # The matrices are too small to share: more threads of linear algebra only wait for each other.
-    with threadpool_limits(limits=1, user_api="blas"):
+    with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
         if effects == "none" or uniform:
             model = known_effects_model(first, session, uniform=uniform, from_map=from_map)
             progress("friction of all throws together", 0.1)

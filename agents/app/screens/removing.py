@@ -10,7 +10,7 @@ from agents.app.club import Session
 from agents.app.club.records import State
 from agents.app.club.removal import KINDS, Kind, bring_back, delete_for_good, remove
 from agents.app.pages import club_of, form_of, go_to, number_in, work_of
-from agents.app.work.queue import OPEN
+from agents.app.work.jobs import OPEN
 from curling_env.errors import InputError
 
 

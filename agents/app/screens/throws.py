@@ -22,8 +22,7 @@ from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
 from agents.app.views.told import COLUMNS, told
 from agents.app.work.film_copy import copy_of
-from agents.app.work.kinds import COPY
-from agents.app.work.queue import latest, submit
+from agents.app.work.jobs import COPY, latest, submit
 from agents.coaching import read_call
 from curling_env.errors import InputError
 

@@ -14,7 +14,7 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS
 from agents.app.club.planned_ice import believed_ice, has_causes
 from agents.app.work.causes import ComingError, causes_of
-from agents.app.work.queue import OPEN
+from agents.app.work.jobs import OPEN
 from agents.coaching import (
     AthleteErrors,
     SessionCauses,

@@ -13,8 +13,9 @@ from starlette.concurrency import run_in_threadpool
 from agents.app.club import Club, Job, Session
 from agents.app.club.records import State
 from agents.app.views.measures import sheets_of
-from agents.app.work.kinds import CAUSES, COPY, IN_WORDS
-from agents.app.work.queue import OPEN, WorkQueue
+from agents.app.work.jobs import CAUSES, COPY, OPEN
+from agents.app.work.kinds import IN_WORDS
+from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet
 from curling_env.errors import CurlingError
 from friction_estimation.reports.throws_section import throw_in_words

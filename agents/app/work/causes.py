@@ -20,8 +20,7 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS
 from agents.app.club.planned_ice import believed_ice, has_causes
 from agents.app.club.records import State
-from agents.app.work.kinds import CAUSES
-from agents.app.work.queue import latest, submit
+from agents.app.work.jobs import CAUSES, latest, submit
 from agents.coaching import SessionCauses, hand_or_ice
 from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
 from curling_env.errors import CurlingError
@@ -31,7 +30,7 @@ from curling_env.infrastructure.files.storage import make_directory, write_text
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
 if TYPE_CHECKING:
-    from agents.app.work.worker import Reported
+    from agents.app.work.reported import Reported
 
 FOLDER = "coaching"
 """Of the answers, in the folder of a session."""

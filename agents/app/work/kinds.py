@@ -11,13 +11,10 @@ from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
+from agents.app.work.jobs import CAUSES, COPY
 
 if TYPE_CHECKING:
-    from agents.app.work.worker import Reported
-
-
-CAUSES, COPY = "causes", "copy"
-"""Kinds that are begun by looking at a page."""
+    from agents.app.work.reported import Reported
 
 
 def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:

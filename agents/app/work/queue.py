@@ -11,10 +11,9 @@ from pathlib import Path
 from threading import Event, Lock, Thread
 
 from agents.app.club import Club, Job, Session
-from agents.app.club.club import added
 from agents.app.club.database import row_of, rows_of
 from agents.app.club.records import State
-from agents.app.work.kinds import CAUSES, COPY
+from agents.app.work.jobs import CAUSES, COPY, submit
 
 MOST = 2
 """Processes at a time."""
@@ -24,38 +23,8 @@ BESIDE = ("record", CAUSES, COPY)
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
-OPEN = (State.WAITING, State.RUNNING)
-"""Work that has not ended."""
 GOODBYE = 5.0
 """Time that a process has to end [s]."""
-
-
-def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
-    """Ask for work; the same work that waits already is enough.
-
-    Parameters
-    ----------
-    kind : a name of `KINDS` in `work.kinds`
-    given : what it needs to know besides the session
-    """
-    with club.database.writing() as connection:
-        query = (
-            "select * from job where kind = ? and session_id = ? and given = ? "
-            "and state = 'waiting'"
-        )
-        found = row_of(connection, Job, query, (kind, session.id, given))
-        if found is None:
-            number = added(connection, "job", kind=kind, session_id=session.id, given=given)
-            found = row_of(connection, Job, "select * from job where id = ?", (number,))
-    assert found is not None
-    return found
-
-
-def latest(club: Club, kind: str, session: Session, given: str) -> Job | None:
-    """The latest work of a kind that was asked for; None if there was none."""
-    with club.database.reading() as connection:
-        query = "select * from job where kind = ? and session_id = ? and given = ? order by id desc"
-        return row_of(connection, Job, query, (kind, session.id, given))
 
 
 class WorkQueue:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.films import take_film
-from agents.app.work.queue import submit
+from agents.app.work.jobs import submit
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import make_directory
 from friction_estimation.camera.pose import camera_from_scene
@@ -21,7 +21,7 @@ SOURCE = r"\d{1,3}|(?:rtsps?|rtmps?|https?|udp|rtp|srt)://\S{1,500}"
 """Cameras of this machine by their number, and streams by their address; no files."""
 
 if TYPE_CHECKING:
-    from agents.app.work.worker import Reported
+    from agents.app.work.reported import Reported
 
 
 def record(club: Club, session: Session, progress: Reported, given: str = "") -> None:

@@ -16,7 +16,7 @@ from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
 
 if TYPE_CHECKING:
-    from agents.app.work.worker import Reported
+    from agents.app.work.reported import Reported
 
 
 def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:

@@ -15,11 +15,14 @@ amplitude of the systematic error is found likewise, with its coefficients integ
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
 
+from curling_env.errors import FitError
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
@@ -88,6 +91,38 @@ class SessionFit:
     def residuals(self) -> Floats:
         """Measured less predicted x, y, theta, (rows, 3)."""
         return self.session.observed - self.predicted[:, MEASURED]
+
+    def worst_throw(self) -> str:
+        """Name the throw with the largest residuals, for an error message."""
+        session = self.session
+        distance = np.nan_to_num(np.hypot(*self.residuals[:, :2].T), nan=np.inf)
+        turn = np.nan_to_num(np.abs(self.residuals[:, 2]))
+        largest = [
+            (float(distance[rows].max()), float(turn[rows].max()))
+            for rows in map(session.rows, range(len(session)))
+        ]
+        # A radian counts as much as it moves the rim of a stone.
+        rim = self.model.ice.stone.radius
+        k = int(np.argmax([metres + rim * radians for metres, radians in largest]))
+        metres, radians = largest[k]
+        return f"throw {session.throws[k]} fits worst, by {metres:.3g} m and {radians:.3g} rad"
+
+
+@contextmanager
+def singular_fit_refused() -> Generator[None]:
+    """Report equations without a solution as throws that cannot be fitted.
+
+    Raises
+    ------
+    FitError : a matrix of the fit is singular
+    """
+    try:
+        yield
+    except np.linalg.LinAlgError as error:
+        raise FitError(
+            "no ice can be fitted to these throws: their positions, times or headings make the "
+            f"equations singular ({error})"
+        ) from error
 
 
 class Point(NamedTuple):

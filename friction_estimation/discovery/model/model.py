@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from curling_env.common_errors import LevelError
-from curling_env.ice import Ice
+from curling_env.ice import MAX_FRICTION, Ice
 from curling_env.physics.law import Law, compile_law, on_tracks
 from curling_env.physics.state import State
 from curling_env.physics.wear import wear_along_path, wear_under_contacts
@@ -236,7 +236,8 @@ class Model:
     @cached_property
     def _law_on_wear_cells(self) -> Law:
         """The force law, its map divided into the cells that keep wear along paths."""
-        mu = np.broadcast_to(self.law.mu, self.ice.sheet.shape).copy()
+        # A fit may pass through friction that no ice has; only its end is judged.
+        mu = np.broadcast_to(np.minimum(self.law.mu, MAX_FRICTION), self.ice.sheet.shape).copy()
         mapped = replace(self.ice, friction=replace(self.ice.friction, mu=mu), effects=())
         finer = compile_law(mapped.refined(self.wear_refinement))
         return self.law._replace(
