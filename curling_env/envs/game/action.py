@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
-from curling_env.envs.options import brief, floats_from
+from curling_env.envs.options import brief, floats_from, one_of
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.game.players import Call, Player, PlayerView
@@ -89,13 +89,9 @@ class GameAction:
     """
 
     def __init__(self, throws: ThrowRange, sweeping: Sweeping, choices: Choices = "rule") -> None:
-        if sweeping not in ("none", "scripted", "action"):
-            raise InputError(f"sweeping must be 'none', 'scripted' or 'action', got {sweeping!r}")
-        if choices not in ("rule", "action"):
-            raise InputError(f"choices must be 'rule' or 'action', got {choices!r}")
         self.throws = throws
-        self.choices: Choices = choices
-        self.sweeping = sweeping
+        self.choices: Choices = one_of("choices", choices, ("rule", "action"))
+        self.sweeping: Sweeping = one_of("sweeping", sweeping, ("none", "scripted", "action"))
         self.size = 3 + 2 * (sweeping == "action") + 4 * (choices == "action")
 
     @property

@@ -14,7 +14,7 @@ from curling_env.envs.game.action import Choices, GameAction, Sweeping
 from curling_env.envs.game.observation import GameObservation, ObservationKind
 from curling_env.envs.game.potential import potential_from
 from curling_env.envs.game.reward import GameRewardParts, GameRewardWeights
-from curling_env.envs.game.shots import ShotActions, checked_actions, mask_of
+from curling_env.envs.game.shots import ShotActions
 from curling_env.envs.ices import EpisodeIces, IceOption
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.options import (
@@ -125,7 +125,7 @@ class GameCore:
         }
         self._observation: GameObservation | None = None
         self._kind: ObservationKind = observation
-        # How ice wears is observed; the stones' own factors are drawn for every game.
+        # How the ice will change is observed; the stones' own factors are drawn for every game.
         lasting = replace(evolution, stone_spread=0.0)
         observed = partial(ice_for_game, evolution=lasting, seed=0, sweeping=is_swept)
         self.ices = EpisodeIces(ice, known_ice, ices, make=self._on, observed=observed)
@@ -135,7 +135,11 @@ class GameCore:
         throws = GameAction(
             widest_range(self.ices.known, hits=True, delivery=delivery), sweeping, choices
         )
-        with_shots = checked_actions(actions, sweeping, choices) == "shots"
+        with_shots = one_of("actions", actions, ("throws", "shots")) == "shots"
+        if with_shots and "action" in (sweeping, choices):
+            raise InputError(
+                "shots have no sweeping and no choices; those are for actions='throws'"
+            )
         self.action: GameAction | ShotActions = ShotActions() if with_shots else throws
         self.weights = dataclass_from(
             GameRewardWeights, "weights", GameRewardWeights() if weights is None else weights
@@ -192,10 +196,9 @@ class GameCore:
         ------
         InputError : actions are throws, all of which there always are
         """
-        mask = mask_of(self.action, view)
-        if mask is None:
+        if not isinstance(self.action, ShotActions):
             raise InputError("only shots have a mask: make the environment with actions='shots'")
-        return mask
+        return self.action.mask(view)
 
     @property
     def has_masks(self) -> bool:

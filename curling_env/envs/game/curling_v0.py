@@ -224,9 +224,8 @@ class raw_env(GameCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
             size = (cast("spaces.Discrete", self.action.space).n,)
             masks = spaces.Box(0, 1, size, dtype=np.int8)
             space = spaces.Dict({"observation": space, "action_mask": masks})
-        self._spaces = dict.fromkeys(TEAMS, space)
-        actions: Any = self.action.space
-        self._actions = dict.fromkeys(TEAMS, actions)
+        self._spaces: dict[str, Any] = {label: space for label in TEAMS}
+        self._actions: dict[str, Any] = {label: self.action.space for label in TEAMS}
         self._state: GameState | None = None
         self._thrown = 0
         self._shots: tuple[PlayedShot, ...] = ()

@@ -22,8 +22,8 @@ from curling_env.envs.known_ice import (
     told,
     wear_names,
 )
+from curling_env.envs.options import one_of
 from curling_env.envs.sheet.observation import LENGTH_SCALE
-from curling_env.errors import InputError
 from curling_env.game import GameState, PlayerView
 from curling_env.game.rules.game import Game
 from curling_env.game.rules.lines import BACK_LINE, HOG_LINE, Lines
@@ -80,9 +80,7 @@ class GameObservation:
     """
 
     def __init__(self, kind: ObservationKind, known: KnownIce, lines: Lines) -> None:
-        if kind not in ("flat", "dict", "planes"):
-            raise InputError(f"observation must be 'flat', 'dict' or 'planes', got {kind!r}")
-        self.kind: ObservationKind = kind
+        self.kind: ObservationKind = one_of("observation", kind, ("flat", "dict", "planes"))
         self.lines = lines
         self.known = known
         of_stones = known.of_stones(range(SLOTS))

@@ -27,7 +27,6 @@ from curling_env.envs.options import (
 from curling_env.envs.sheet.action import ThrowRange, widest_range
 from curling_env.envs.sheet.observation import SheetObservation
 from curling_env.envs.sheet.players import (
-    STATUSES,
     PlayOneByOne,
     Surface,
     ThrowPlayer,
@@ -55,8 +54,6 @@ from curling_env.typing import Flags, Floats, Indices, Integers, Singles
 
 _DIRECTIONS = np.array([None, Direction.AWAY, Direction.HOME], dtype=object)
 """The directions by their numbers, 1 and -1."""
-_STATUS_NAMES = np.array([status.value for status in STATUSES], dtype=object)
-_REST = STATUSES.index(Status.REST)
 _NOBODYS = -1
 """Identifier of no stone."""
 
@@ -259,26 +256,23 @@ class SheetCore(Core[Sheets]):
         recurs = alike and asked is self._usual and len(rows) == len(episodes.played)
         if recurs and self._beginning is not None:
             return self._beginning[0]
-        surfaces, *arrays = episodes
-        surfaces, arrays = list(surfaces), [array.copy() for array in arrays]
-        radius, known, of_stones, direction, target, stones, played, clock = arrays
-        stones[rows], played[rows], clock[rows] = np.nan, 0, 0.0
+        arrays: Any = [array.copy() for array in episodes[1:]]
+        new, surfaces = Sheets(episodes.surfaces, *arrays), list(episodes.surfaces)
+        new.stones[rows], new.played[rows], new.clock[rows] = np.nan, 0, 0.0
         for some in [rows] if alike else [rows[k : k + 1] for k in range(len(rows))]:
             first, *others = cast("list[int]", some.tolist())
             surface = surfaces[first] = self.ices.draw(rngs[first], given)
             for i in others:
                 surfaces[i] = surface
             initial = distribution.on(surface.ice).sample(rngs[first])
-            direction[some], target[some] = initial.direction, initial.target
-            radius[some] = surface.ice.stone.radius
-            known[some], of_stones[some] = self._seen(surface, initial.direction)
+            new.direction[some], new.target[some] = initial.direction, initial.target
+            new.radius[some] = surface.ice.stone.radius
+            new.known[some], new.of_stones[some] = self._seen(surface, initial.direction)
             count = len(initial.places)
             if count:
-                stones[some, :count, :2] = to_sheet(initial.places, initial.direction)
-                stones[some, :count, 2] = 0.0
-        sheets = Sheets(
-            tuple(surfaces), radius, known, of_stones, direction, target, stones, played, clock
-        )
+                new.stones[some, :count, :2] = to_sheet(initial.places, initial.direction)
+                new.stones[some, :count, 2] = 0.0
+        sheets = new._replace(surfaces=tuple(surfaces))
         if recurs:
             self._beginning = sheets, self.observed(sheets)
         return sheets
@@ -327,7 +321,7 @@ class SheetCore(Core[Sheets]):
         facing = direction[:, None]
         landing = Landing(
             stone=to_delivery(flown.last, facing),
-            in_play=flown.status == _REST,
+            in_play=flown.status == Status.REST.value,
             target=episodes.target[rows],
             target_stone=self._target_stones(stones[rows], facing),
             target_stone_before=self._target_stones(throws.stones, facing),
@@ -336,7 +330,7 @@ class SheetCore(Core[Sheets]):
         verdict = judge(landing, self.task.is_done(landing))
         facts: Facts = {
             "throw": throws.throws,
-            "status": _STATUS_NAMES[flown.status],
+            "status": flown.status.astype(object),
             "distance_m": verdict.distance_m,
             "in_house": verdict.in_house,
             "success": verdict.success,

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.envs.sheet.core import SheetCore, Sheets
-from curling_env.envs.sheet.rendering import LastThrow, SheetRenderer, Shown
+from curling_env.envs.sheet.rendering import SheetRenderer, Shown
 from curling_env.envs.single import SingleEnv
 from curling_env.ice import Ice
 from curling_env.physics.engine import StoneState
@@ -65,7 +65,7 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     """
 
     title = "CurlingSheet-v0"
-    _last: tuple[Sheets, dict[str, Any]] | None = None
+    _last: tuple[Sheets, dict[str, Any] | None] | None = None
 
     @property
     def thrown_ice(self) -> Ice:
@@ -103,29 +103,21 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
         return SheetRenderer()
 
     def _remember(self, before: Sheets, info: dict[str, Any] | None) -> None:
-        self._last = None if info is None else (before, info)
+        self._last = before, info
 
     def _clips(self) -> list[Shown]:
-        last = None
-        if self._last is not None:
-            before, info = self._last
-            last = LastThrow(
-                throw=info["throw"],
-                before=self._lying(before),
-                outcome=info["outcome"],
-                distance_m=info["distance_m"],
-                success=info["success"],
-            )
+        before, info = self._last or (self._episodes, None)
         return [
             Shown(
                 ice=self.thrown_ice,
                 task=self.task.name,
                 direction=self.direction,
                 target=self.target,
+                before=self._lying(before),
                 stones=self._lying(self._episodes),
                 throw_number=max(int(self._episodes.played[0]), 1),
                 throws=self.throws,
-                last=last,
+                last=info,
             )
         ]
 

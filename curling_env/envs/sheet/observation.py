@@ -12,11 +12,9 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.envs.known_ice import BANDS, LANES, ice_features, ice_names, stone_names
+from curling_env.envs.known_ice import ice_names, stone_names
 from curling_env.sheet import HOG_TO_TEE
 from curling_env.typing import Floats, Singles
-
-__all__ = ["BANDS", "LANES", "LENGTH_SCALE", "SheetObservation", "ice_features"]
 
 LENGTH_SCALE = HOG_TO_TEE + 0.6
 """Distance along the sheet that counts as 1 [m]: from the tee to just before the hog line."""

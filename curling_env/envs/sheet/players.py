@@ -28,9 +28,6 @@ from curling_env.sheet import Direction
 from curling_env.throw import Delivery, Throw, velocity_of
 from curling_env.typing import Floats, Integers
 
-STATUSES = tuple(Status)
-"""The status of a stone by its number in arrays."""
-
 
 class Surface:
     """The ice of an episode, with what plays on it and what is known of it.
@@ -94,18 +91,19 @@ class Flown(NamedTuple):
     ----------
     stones : (n, k + 1, 3) place and heading of the stones in play, the delivered one last; else NaN
     last : (n, 2) where the delivered stone ended, in play or not, sheet frame [m]
-    status : (n,) of the delivered stone, by its number in `STATUSES`
+    status : (n,) `Status` of the delivered stone, by its name
     time : (n,) time until all stones rest [s]
     records : for `info`, by name one for each throw
     """
 
     stones: Floats
     last: Floats
-    status: Integers
+    status: NDArray[np.str_]
     time: Floats
     records: dict[str, list[Any]]
 
 
+_NAME = f"U{max(map(len, Status))}"
 ThrowPlayer = Callable[[Throws], Flown]
 
 
@@ -134,7 +132,7 @@ class PlayOneByOne:
         return Flown(
             stones=stones,
             last=last,
-            status=np.array([STATUSES.index(one.delivered_status) for one in outcomes]),
+            status=np.array([one.delivered_status.value for one in outcomes]),
             time=np.array([one.time for one in outcomes]),
             records={
                 "outcome": outcomes,
@@ -180,7 +178,7 @@ def play_together(throws: Throws) -> Flown:
     table["omega"], table["stone"] = spin, FIRST_OWN_STONE + throws.order
     table["clock"], table["order"] = throws.clock, throws.order
     stones, last = np.empty((n, k + 1, 3)), np.empty((n, 2))
-    status, time = np.empty(n, dtype=np.int64), np.empty(n)
+    status, time = np.empty(n, dtype=_NAME), np.empty(n)
     for (surface, end), rows in _alike(throws).items():
         bounds = surface.bounds[end]
         if k == 0:
@@ -193,7 +191,7 @@ def play_together(throws: Throws) -> Flown:
         stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
         last[rows], time[rows] = after.last[:, -1], after.time
         status[rows] = _status_of_delivered(after, end, surface, bounds)
-    stones[status != STATUSES.index(Status.REST), -1] = np.nan
+    stones[status != Status.REST.value, -1] = np.nan
     return Flown(stones=stones, last=last, status=status, time=time, records={})
 
 
@@ -205,17 +203,16 @@ def _alike(throws: Throws) -> dict[tuple[Surface, int], list[int]]:
     return rows
 
 
-def _status_of_delivered(after: Positions, end: int, surface: Surface, bounds: Floats) -> Integers:
-    """The status of delivered stones, by its number in `STATUSES`."""
+def _status_of_delivered(
+    after: Positions, end: int, surface: Surface, bounds: Floats
+) -> NDArray[np.str_]:
+    """The status of delivered stones, by its name."""
     x, y = after.last[:, -1].T
     gone = np.isnan(after.xy[:, -1, 0])
     hogged = (after.collisions == 0) & is_hogged(y, end, surface.ice.stone.radius)
-    number = STATUSES.index
-    return np.where(
-        gone,
-        np.where(left_by_the_side(x, y, bounds), number(Status.OUT_SIDE), number(Status.OUT_BACK)),
-        np.where(hogged, number(Status.HOGGED), number(Status.REST)),
-    )
+    side = left_by_the_side(x, y, bounds)
+    out = np.where(side, Status.OUT_SIDE.value, Status.OUT_BACK.value)
+    return np.where(gone, out, np.where(hogged, Status.HOGGED.value, Status.REST.value))
 
 
 def _throw_alone(ice: Ice, releases: NDArray[Any], bounds: Floats) -> Positions:
