@@ -11,11 +11,10 @@ from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from curling_env.envs.field import Field
 from curling_env.envs.game.core import DIRECTION
 from curling_env.envs.game.end_core import End, PlayOneByOne
-from curling_env.errors import InputError
 from curling_env.game.players import Call, SweepInterval
 from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import End as GameEnd
@@ -23,17 +22,17 @@ from curling_env.game.rules.game import deliver
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import GameSimulator, PlayedShot, result_of_places
 from curling_env.game.state import GameState
-from curling_env.physics.batch import RELEASE_DTYPE, Positions
-from curling_env.physics.engine import Outcome, Status, StoneState, is_hogged, left_by_the_side
+from curling_env.physics.batch import Positions
+from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.sheet import TEE_Y
-from curling_env.throw import Delivery, Throw, velocity_of
+from curling_env.throw import Throw
 from curling_env.typing import Flags, Floats
 
 _PLAY_ALONE = PlayOneByOne(paths=False)
 
 
 def play_together(
-    deliveries: Sequence[tuple[End, Call]],
+    ends: Sequence[End], calls: Sequence[Call]
 ) -> Sequence[tuple[GameState, PlayedShot]]:
     """Play one delivery in each of some ends, in all of which the same team throws.
 
@@ -44,24 +43,25 @@ def play_together(
     ------
     InputError : ice on which a stone never stops
     """
-    out: list[tuple[GameState, PlayedShot] | None] = [None] * len(deliveries)
+    out: list[tuple[GameState, PlayedShot] | None] = [None] * len(ends)
     alike: dict[int, list[int]] = {}
-    for k, (end, _) in enumerate(deliveries):
+    for k, end in enumerate(ends):
         simulator = end.ice.simulator
         lonely = simulator.ice_wears or simulator.ice_evolution.stone_spread
         alike.setdefault(-1 if lonely else id(end.ice), []).append(k)
     for key, some in alike.items():
         play = _PLAY_ALONE if key == -1 else _play_on_one_ice
-        for k, played in zip(some, play([deliveries[k] for k in some]), strict=True):
-            out[k] = played
-    return [played for played in out if played is not None]
+        played = play([ends[k] for k in some], [calls[k] for k in some])
+        for k, one in zip(some, played, strict=True):
+            out[k] = one
+    return [one for one in out if one is not None]
 
 
 def _play_on_one_ice(
-    deliveries: Sequence[tuple[End, Call]],
+    ends_now: Sequence[End], calls: Sequence[Call]
 ) -> Sequence[tuple[GameState, PlayedShot]]:
-    ice, calls = deliveries[0][0].ice, [call for _, call in deliveries]
-    simulator, states = ice.simulator, [end.state for end, _ in deliveries]
+    ice = ends_now[0].ice
+    simulator, states = ice.simulator, [end.state for end in ends_now]
     ends = [end for state in states if (end := state.game.end) is not None]
     places, names, identifiers, columns = lying_in(ends)
     thrown = simulator.with_execution_errors(
@@ -69,10 +69,8 @@ def _play_on_one_ice(
     )
     sweeps = sweeps_of(simulator, calls, thrown)
     numbers = [(own[-1], s.clock, s.throws) for own, s in zip(identifiers, states, strict=True)]
-    releases = release_table_of(np.hstack([thrown, numbers, sweeps]), simulator.delivery)
-    after = ice.batch.play(places, releases, identity=names, bounds=ice.bounds)
-    if (after.collisions < 0).any():
-        raise InputError("a stone never stops on this ice; check its friction and slope")
+    throws = np.hstack([thrown, numbers, sweeps])
+    after = ice.field.play(places, names, throws, DIRECTION, simulator.delivery)
     xy = after.xy - np.array([0.0, TEE_Y])
     last = xy[:, -1].tolist()
     apart = after.xy[:, :-1] != places
@@ -82,9 +80,9 @@ def _play_on_one_ice(
     for (row, column), place in zip(touched, xy[:, :-1][moved].tolist(), strict=True):
         new[row][columns[row].index(column)] = place
     met: list[bool] = (after.collisions > 0).tolist()
-    together = Deliveries(thrown, sweeps, after, moved, ice.bounds, simulator.lines.stone_radius)
+    together = Deliveries(thrown, sweeps, after, moved, ice.field)
     played: list[tuple[GameState, PlayedShot]] = []
-    for row, ((whole, call), end) in enumerate(zip(deliveries, ends, strict=True)):
+    for row, (whole, call, end) in enumerate(zip(ends_now, calls, ends, strict=True)):
         result = result_of_places(end, new[row], last[row], met[row])
         chosen: list[bool] = []
         game, ruling = deliver(whole.state.game, result, put_back=_put_back(whole, chosen))
@@ -167,25 +165,6 @@ def sweeps_of(
     ]
 
 
-def release_table_of(throws: Floats, delivery: Delivery) -> NDArray[Any]:
-    """Releases, of RELEASE_DTYPE.
-
-    Parameters
-    ----------
-    throws : (n, 9) rows of offset, speed, angle, spin, stone, clock, order, begin and end of
-        sweeping
-    delivery : where throws begin
-    """
-    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
-    vx, vy = velocity_of(speed, angle, DIRECTION)
-    given = {"x": x, "y": -delivery.line_y, "vx": vx, "vy": vy, "omega": spin, "stone": stone}
-    given |= {"clock": clock, "order": order, "sweep_start": begin, "sweep_end": until}
-    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-    for name, values in given.items():
-        releases[name] = values
-    return releases
-
-
 class Deliveries(NamedTuple):
     """Deliveries in many ends that were simulated together.
 
@@ -195,16 +174,14 @@ class Deliveries(NamedTuple):
     sweeps : when each stone was swept
     after : the positions afterwards
     moved : (n, k) whether something touched the stone of each column
-    bounds : the edges of play, sheet frame
-    radius : radius of a stone [m]
+    field : what simulated them
     """
 
     thrown: Floats
     sweeps: Sequence[SweepInterval]
     after: Positions
     moved: Flags
-    bounds: Floats
-    radius: float
+    field: Field
 
 
 class Facts(NamedTuple):
@@ -281,19 +258,17 @@ def _parts_of(facts: Facts) -> dict[str, Any]:
 
 def _outcome(facts: Facts) -> Outcome:
     deliveries, row, columns = facts.deliveries, facts.row, [*facts.columns, -1]
-    after = deliveries.after
-    stones: list[StoneState] = []
-    status: list[Status] = []
-    ended, lie = after.last[row, columns].tolist(), after.xy[row, columns].tolist()
-    for identifier, (x, y), place in zip(facts.identifiers, ended, lie, strict=True):
-        stones.append(StoneState(x=x, y=y, stone=identifier))
-        gone = place[0] != place[0]
-        by_side = gone and left_by_the_side(x, y, deliveries.bounds)
-        status.append(Status.OUT_SIDE if by_side else Status.OUT_BACK if gone else Status.REST)
-    struck, time = bool(after.collisions[row]), float(after.time[row])
-    hogged = is_hogged(stones[-1].y, DIRECTION, deliveries.radius)
-    if status[-1] is Status.REST and not struck and hogged:
-        status[-1] = Status.HOGGED
+    after, time = deliveries.after, float(deliveries.after.time[row])
+    status: list[str] = deliveries.field.statuses(after, DIRECTION)[row, columns].tolist()
+    last: list[list[float]] = after.last[row, columns].tolist()
     moved: list[bool] = deliveries.moved[row, facts.columns].tolist()
-    ends = tuple(time if one else 0.0 for one in (*moved, True))
-    return Outcome(stones=tuple(stones), status=tuple(status), time=time, ends=ends, contacts=())
+    return Outcome(
+        stones=tuple(
+            StoneState(x=x, y=y, stone=identifier)
+            for identifier, (x, y) in zip(facts.identifiers, last, strict=True)
+        ),
+        status=tuple(map(Status, status)),
+        time=time,
+        ends=tuple(time if one else 0.0 for one in (*moved, True)),
+        contacts=(),
+    )

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.envs.field import Field
 from curling_env.envs.game.action import Choices, GameAction, Sweeping
 from curling_env.envs.game.observation import GameObservation, ObservationKind
 from curling_env.envs.game.potential import potential_from
@@ -38,11 +39,9 @@ from curling_env.game.rules import RuleSet, Team
 from curling_env.game.rules.game import Game
 from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
-from curling_env.physics.batch import BatchEngine
-from curling_env.physics.slides import play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.throw import Delivery, Skill
-from curling_env.typing import Floats, Singles
+from curling_env.typing import Singles
 
 SkillOption = str | Skill | Mapping[str, Any]
 EvolutionOption = str | IceEvolution | Mapping[str, Any]
@@ -66,17 +65,11 @@ class GameIce:
         self.simulator, self.observation = simulator, observation
 
     @cached_property
-    def batch(self) -> BatchEngine:
+    def field(self) -> Field:
         """What plays the throws of many first ends together, on ice that does not wear."""
         simulator = self.simulator
         evolution = simulator.ice_evolution
-        ice = ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping)
-        return BatchEngine(ice, tolerance=QUICK_TOLERANCE)
-
-    @cached_property
-    def bounds(self) -> Floats:
-        """The edges of play in the first end."""
-        return play_bounds(self.simulator.ice, DIRECTION)
+        return Field(ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping))
 
 
 class GameCore:

@@ -99,7 +99,7 @@ class End(NamedTuple):
 
 
 Ends = tuple[End, ...]
-DeliveryPlayer = Callable[[Sequence[tuple[End, Call]]], Sequence[tuple[GameState, PlayedShot]]]
+DeliveryPlayer = Callable[[Sequence[End], Sequence[Call]], Sequence[tuple[GameState, PlayedShot]]]
 """Plays one delivery in each of some ends."""
 
 
@@ -115,11 +115,11 @@ class PlayOneByOne:
         self._paths = paths
 
     def __call__(
-        self, deliveries: Sequence[tuple[End, Call]]
+        self, ends: Sequence[End], calls: Sequence[Call]
     ) -> Sequence[tuple[GameState, PlayedShot]]:
         return [
             end.ice.simulator.play(end.state, call, opponent=end.decider, paths=self._paths)
-            for end, call in deliveries
+            for end, call in zip(ends, calls, strict=True)
         ]
 
 
@@ -283,10 +283,10 @@ class EndCore(GameCore, Core[Ends]):
             return episodes, np.zeros(0), []
         calls = self.action.calls_of(actions, lambda k: ends[some[k]].view)
         values = [self.value(ends[i].state.game, AGENT) for i in some] if self.potential else []
-        for i, action in zip(some, actions, strict=True):
-            decisions = self.action.decisions_of(action)
-            ends[i] = End(ends[i].ice, ends[i].opponent, ends[i].state, decisions)
-        parts = self._play(ends, dict(zip(some, calls, strict=True)))
+        decisions = [self.action.decisions_of(action) for action in actions]
+        for i, decided in zip(some, decisions, strict=True):
+            ends[i] = End(ends[i].ice, ends[i].opponent, ends[i].state, decided)
+        parts = self._play(ends, some, calls)
         for i, answered in self._answer(ends, some).items():
             parts[i] = parts[i] + answered
         for i, value in zip(some, values, strict=False):
@@ -311,17 +311,19 @@ class EndCore(GameCore, Core[Ends]):
             theirs = [i for i in among if ends[i].is_the_opponents_turn]
             if not theirs:
                 return total
-            calls = {
-                i: ends[i].opponent.call(ends[i].ice.simulator.view(ends[i].state)) for i in theirs
-            }
-            for i, parts in self._play(ends, calls).items():
+            calls = [
+                ends[i].opponent.call(ends[i].ice.simulator.view(ends[i].state)) for i in theirs
+            ]
+            for i, parts in self._play(ends, theirs, calls).items():
                 total[i] = total.get(i, NOTHING) + parts
 
-    def _play(self, ends: list[End], calls: dict[int, Call]) -> dict[int, GameRewardParts]:
+    def _play(
+        self, ends: list[End], some: Sequence[int], calls: Sequence[Call]
+    ) -> dict[int, GameRewardParts]:
         """Play one delivery in each of some ends; what it was worth to the agent."""
         parts: dict[int, GameRewardParts] = {}
-        played = self.player([(ends[i], call) for i, call in calls.items()])
-        for i, (after, shot) in zip(calls, played, strict=True):
+        played = self.player([ends[i] for i in some], calls)
+        for i, (after, shot) in zip(some, played, strict=True):
             ice, opponent, state, decisions, shots, before = ends[i]
             shots, before = (*shots, shot), (*before, state)
             ends[i] = End(ice, opponent, after, decisions, shots, before)

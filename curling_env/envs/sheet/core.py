@@ -16,6 +16,7 @@ from numpy.typing import ArrayLike
 
 from curling_env.envs.core import Core, Facts, Part
 from curling_env.envs.ices import EpisodeIces, GivenIce, IceOption
+from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.options import (
     dataclass_from,
     delivery_from,
@@ -54,8 +55,6 @@ from curling_env.typing import Flags, Floats, Indices, Integers, Singles
 
 _DIRECTIONS = np.array([None, Direction.AWAY, Direction.HOME], dtype=object)
 """The directions by their numbers, 1 and -1."""
-_NOBODYS = -1
-"""Identifier of no stone."""
 
 
 class Sheets(NamedTuple):
@@ -126,7 +125,7 @@ class SheetCore(Core[Sheets]):
         self.task = task_named(task)
         if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
-        self.ices = EpisodeIces(ice, known_ice, ices, ice_sigma=ice_sigma, make=Surface)
+        self.ices = EpisodeIces(ice, known_ice, ices, ice_sigma=ice_sigma, make=self._surface)
         self.skill = skill_from("skill", skill)
         self._options: dict[str, Any] = {
             "target": target,
@@ -203,12 +202,11 @@ class SheetCore(Core[Sheets]):
     def blank(self, count: int) -> Sheets:
         """Sheets without stones, all throws played."""
         surface = self.ices.on(self.ice, self.ices.known[0])
-        known, of_stones = self._seen(surface, Direction.AWAY)
         return Sheets(
             surfaces=(surface,) * count,
             radius=np.full(count, surface.ice.stone.radius),
-            known=np.tile(known, (count, 1)),
-            of_stones=np.tile(of_stones, (count, 1, 1)),
+            known=np.tile(surface.known.features(Direction.AWAY), (count, 1)),
+            of_stones=np.tile(surface.of_stones, (count, 1, 1)),
             direction=np.ones(count, dtype=np.int64),
             target=np.zeros((count, 2)),
             stones=np.full((count, self.observation.slots, 3), np.nan),
@@ -259,15 +257,16 @@ class SheetCore(Core[Sheets]):
         arrays: Any = [array.copy() for array in episodes[1:]]
         new, surfaces = Sheets(episodes.surfaces, *arrays), list(episodes.surfaces)
         new.stones[rows], new.played[rows], new.clock[rows] = np.nan, 0, 0.0
-        for some in [rows] if alike else [rows[k : k + 1] for k in range(len(rows))]:
-            first, *others = cast("list[int]", some.tolist())
-            surface = surfaces[first] = self.ices.draw(rngs[first], given)
-            for i in others:
+        each: list[int] = rows.tolist()
+        for some, alike_rows in [(rows, each)] if alike else [(i, [i]) for i in each]:
+            surface = self.ices.draw(rngs[alike_rows[0]], given)
+            for i in alike_rows:
                 surfaces[i] = surface
-            initial = distribution.on(surface.ice).sample(rngs[first])
+            initial = distribution.on(surface.ice).sample(rngs[alike_rows[0]])
             new.direction[some], new.target[some] = initial.direction, initial.target
             new.radius[some] = surface.ice.stone.radius
-            new.known[some], new.of_stones[some] = self._seen(surface, initial.direction)
+            new.known[some] = surface.known.features(initial.direction)
+            new.of_stones[some] = surface.of_stones
             count = len(initial.places)
             if count:
                 new.stones[some, :count, :2] = to_sheet(initial.places, initial.direction)
@@ -391,7 +390,5 @@ class SheetCore(Core[Sheets]):
             "direction": _DIRECTIONS[direction],
         }
 
-    def _seen(self, surface: Surface, direction: Direction) -> tuple[Singles, Singles]:
-        """What is known of an ice played in a direction, and of each stone by its slot."""
-        of_stones = surface.known.of_stones([*self._identifiers, _NOBODYS])
-        return surface.known.features(direction), of_stones
+    def _surface(self, ice: Ice, known: KnownIce) -> Surface:
+        return Surface(ice, known, self._identifiers)

@@ -9,52 +9,43 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from curling_env.envs.field import Field
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
-from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, BatchEngine, Positions, throw_batch
 from curling_env.physics.engine import (
     Engine,
     Outcome,
     Status,
     StoneState,
-    is_hogged,
-    left_by_the_side,
 )
-from curling_env.physics.slides import SlideEnd, play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
-from curling_env.throw import Delivery, Throw, velocity_of
+from curling_env.throw import Delivery, Throw
 from curling_env.typing import Floats, Integers
 
 
-class Surface:
+class Surface(Field):
     """The ice of an episode, with what plays on it and what is known of it.
 
     Parameters
     ----------
     ice : the ice thrown on
     known : the ice as the agent knows it
+    identifiers : of the stones, by their slots
     """
 
-    def __init__(self, ice: Ice, known: KnownIce) -> None:
-        self.ice, self.known = ice, known
+    def __init__(self, ice: Ice, known: KnownIce, identifiers: Sequence[int]) -> None:
+        super().__init__(ice)
+        self.known = known
+        told = known.of_stones(identifiers)
+        self.of_stones = np.concatenate([told, np.zeros_like(told[:1])])
+        """(slots + 1, k) what is known of each stone, and of none."""
 
     @cached_property
     def engine(self) -> Engine:
-        """What plays single throws, as exactly as `batch`."""
+        """What plays single throws."""
         return Engine(self.ice, tolerance=QUICK_TOLERANCE)
-
-    @cached_property
-    def batch(self) -> BatchEngine:
-        """What plays many throws together."""
-        return BatchEngine(self.ice, tolerance=QUICK_TOLERANCE)
-
-    @cached_property
-    def bounds(self) -> dict[int, Floats]:
-        """The edges of play towards each end, see `play_bounds`."""
-        return {int(end): play_bounds(self.ice, end) for end in Direction}
 
 
 class Throws(NamedTuple):
@@ -103,7 +94,6 @@ class Flown(NamedTuple):
     records: dict[str, list[Any]]
 
 
-_NAME = f"U{max(map(len, Status))}"
 ThrowPlayer = Callable[[Throws], Flown]
 
 
@@ -171,62 +161,19 @@ def play_together(throws: Throws) -> Flown:
     InputError : stones outside the lines or in one place, or ice on which one never stops
     """
     n, k = throws.stones.shape[:2]
-    table = np.zeros(n, dtype=RELEASE_DTYPE)
-    table["y"] = -throws.direction * throws.delivery.line_y
-    speed, angle, spin = throws.numbers.T
-    table["vx"], table["vy"] = velocity_of(speed, angle, throws.direction)
-    table["omega"], table["stone"] = spin, FIRST_OWN_STONE + throws.order
-    table["clock"], table["order"] = throws.clock, throws.order
     stones, last = np.empty((n, k + 1, 3)), np.empty((n, 2))
-    status, time = np.empty(n, dtype=_NAME), np.empty(n)
-    for (surface, end), rows in _alike(throws).items():
-        bounds = surface.bounds[end]
-        if k == 0:
-            after = _throw_alone(surface.ice, table[rows], bounds)
-        else:
-            before, names = throws.stones[rows, :, :2], throws.identifiers
-            after = surface.batch.play(before, table[rows], identity=names, bounds=bounds)
-        if (after.collisions < 0).any():
-            raise InputError("a stone never stops on this ice; check its friction and slope")
+    status, time = np.empty(n, dtype=f"U{max(map(len, Status))}"), np.empty(n)
+    table = np.zeros((n, 9))
+    table[:, 1:4], table[:, 4] = throws.numbers, FIRST_OWN_STONE + throws.order
+    table[:, 5], table[:, 6] = throws.clock, throws.order
+    alike: dict[tuple[Surface, int], list[int]] = {}
+    for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
+        alike.setdefault(key, []).append(row)
+    for (surface, end), rows in alike.items():
+        before = throws.stones[rows, :, :2]
+        after = surface.play(before, throws.identifiers, table[rows], end, throws.delivery)
         stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
         last[rows], time[rows] = after.last[:, -1], after.time
-        status[rows] = _status_of_delivered(after, end, surface, bounds)
+        status[rows] = surface.statuses(after, end)[:, -1]
     stones[status != Status.REST.value, -1] = np.nan
     return Flown(stones=stones, last=last, status=status, time=time, records={})
-
-
-def _alike(throws: Throws) -> dict[tuple[Surface, int], list[int]]:
-    """The rows that share an ice and a direction."""
-    rows: dict[tuple[Surface, int], list[int]] = {}
-    for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
-        rows.setdefault(key, []).append(row)
-    return rows
-
-
-def _status_of_delivered(
-    after: Positions, end: int, surface: Surface, bounds: Floats
-) -> NDArray[np.str_]:
-    """The status of delivered stones, by its name."""
-    x, y = after.last[:, -1].T
-    gone = np.isnan(after.xy[:, -1, 0])
-    hogged = (after.collisions == 0) & is_hogged(y, end, surface.ice.stone.radius)
-    side = left_by_the_side(x, y, bounds)
-    out = np.where(side, Status.OUT_SIDE.value, Status.OUT_BACK.value)
-    return np.where(gone, out, np.where(hogged, Status.HOGGED.value, Status.REST.value))
-
-
-def _throw_alone(ice: Ice, releases: NDArray[Any], bounds: Floats) -> Positions:
-    """What a batch makes of throws on empty ice, without what happens among stones.
-
-    So an environment of single throws need not compile that.
-    """
-    alone = throw_batch(ice, releases, bounds=bounds)
-    last = np.stack([alone.x, alone.y], axis=-1)[:, None]
-    gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]
-    return Positions(
-        xy=np.where(gone[..., None], np.nan, last),
-        last=last,
-        theta=np.where(gone, np.nan, alone.theta[:, None]),
-        time=alone.time,
-        collisions=np.where(alone.end == SlideEnd.NEVER_STOPS, -1, 0).astype(np.int32),
-    )
