@@ -61,7 +61,7 @@ class End(NamedTuple):
     state : the end itself
     decisions : the agent's last decisions; None where they are not part of its action
     shots : the deliveries of the last step, or of the opponent before the first
-    before : the states before each of them
+    before : the states before each of them, where they are shown
     """
 
     ice: GameIce
@@ -284,9 +284,7 @@ class EndCore(GameCore, Core[Ends]):
         calls = self.action.calls_of(actions, lambda k: ends[some[k]].view)
         values = [self.value(ends[i].state.game, AGENT) for i in some] if self.potential else []
         decisions = [self.action.decisions_of(action) for action in actions]
-        for i, decided in zip(some, decisions, strict=True):
-            ends[i] = End(ends[i].ice, ends[i].opponent, ends[i].state, decided)
-        parts = self._play(ends, some, calls)
+        parts = self._play(ends, some, calls, decisions)
         for i, answered in self._answer(ends, some).items():
             parts[i] = parts[i] + answered
         for i, value in zip(some, values, strict=False):
@@ -318,15 +316,29 @@ class EndCore(GameCore, Core[Ends]):
                 total[i] = total.get(i, NOTHING) + parts
 
     def _play(
-        self, ends: list[End], some: Sequence[int], calls: Sequence[Call]
+        self,
+        ends: list[End],
+        some: Sequence[int],
+        calls: Sequence[Call],
+        decisions: Sequence[TeamDecisions | None] | None = None,
     ) -> dict[int, GameRewardParts]:
-        """Play one delivery in each of some ends; what it was worth to the agent."""
+        """Play one delivery in each of some ends; what it was worth to the agent.
+
+        Parameters
+        ----------
+        ends : all ends, in which those that were played are replaced
+        some : which of them are played
+        calls : what the team to throw calls for, in each
+        decisions : the agent's, in each, with which a step begins; None for the opponent's answer
+        """
         parts: dict[int, GameRewardParts] = {}
         played = self.player([ends[i] for i in some], calls)
-        for i, (after, shot) in zip(some, played, strict=True):
-            ice, opponent, state, decisions, shots, before = ends[i]
-            shots, before = (*shots, shot), (*before, state)
-            ends[i] = End(ice, opponent, after, decisions, shots, before)
+        for k, (i, (after, shot)) in enumerate(zip(some, played, strict=True)):
+            ice, opponent, state, decided, shots, before = ends[i]
+            if decisions is not None:
+                decided, shots, before = decisions[k], (), ()
+            before = (*before, state) if self.render_mode else ()
+            ends[i] = End(ice, opponent, after, decided, (*shots, shot), before)
             parts[i] = reward_parts(state.game, after.game, shot.team, shot.ruling, AGENT)
         return parts
 

@@ -151,8 +151,8 @@ def clips_of(ice: Ice, states: Sequence[GameState], shots: Sequence[PlayedShot])
     states : the game before each delivery, and after the last
     shots : the deliveries
     """
-    if not shots:
-        return [GameClip(ice, states[-1], states[-1], None)]
+    if len(states) == 1:
+        return [GameClip(ice, states[0], states[0], None)]
     return [GameClip(ice, *one) for one in zip(states, states[1:], shots, strict=False)]
 
 

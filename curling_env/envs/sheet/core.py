@@ -368,17 +368,19 @@ class SheetCore(Core[Sheets]):
             # Stones in play come first, in their order.
             slots = np.argsort(np.isnan(stones[..., 0]), axis=1, kind="stable")
             stones = stones[rows[:, None], slots]
-        to_come = np.minimum(self._resting + played, self._all_slots.size)
-        has_own = of_stones.any()
+        next_stone = each_stone = None
+        if of_stones.any():
+            to_come = np.minimum(self._resting + played, self._all_slots.size)
+            next_stone, each_stone = of_stones[rows, to_come], of_stones[rows[:, None], slots]
         return self.observation.vector(
             target=episodes.target,
             throws_left=1 - played / self.throws,
             clock=episodes.clock,
             known=episodes.known,
-            next_stone=of_stones[rows, to_come] if has_own else None,
+            next_stone=next_stone,
             stones=to_delivery(stones, episodes.direction[:, None, None]),
             own=slots >= self._resting,
-            of_stones=of_stones[rows[:, None], slots] if has_own else None,
+            of_stones=each_stone,
         )
 
     def reported(self, episodes: Sheets, rows: Indices) -> Facts:
