@@ -38,7 +38,7 @@ def assert_equal(first, second):
         np.testing.assert_array_equal(one, other)
 
 
-def play(env, spoil, begin, step, count=7):
+def play(spoil, begin, step, count=7):
     """What an environment returns, and copies of it; the caller may write into all of it."""
     returned, copies = [], []
     for k in range(count):
@@ -76,7 +76,7 @@ def test_of_single_environments(name, options):
             over[0] = result[2]
             return result
 
-        return env, spoil, lambda: env.reset(seed=1), step
+        return spoil, lambda: env.reset(seed=1), step
 
     assert_kept(make)
 
@@ -98,7 +98,7 @@ def test_of_many_environments_at_once(name, options, mode):
             over[0] = result[2].copy()
             return result
 
-        return envs, spoil, lambda: envs.reset(seed=1), step
+        return spoil, lambda: envs.reset(seed=1), step
 
     assert_kept(make)
 
@@ -122,6 +122,6 @@ def test_of_the_two_team_game(options):
             env.step(int(rng.integers(24)) if options.get("actions") else rng.uniform(-1, 1, 3))
             return seen()
 
-        return env, spoil, begin, step
+        return spoil, begin, step
 
     assert_kept(make)
