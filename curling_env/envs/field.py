@@ -46,6 +46,8 @@ class Field:
         throws: Floats,
         direction: int,
         delivery: Delivery,
+        *,
+        alone: bool = False,
     ) -> Positions:
         """The positions after throws.
 
@@ -57,6 +59,7 @@ class Field:
             of sweeping
         direction : the end played to, 1 or -1
         delivery : where throws begin
+        alone : whether no stones lie; what happens among stones need then not be compiled
 
         Raises
         ------
@@ -71,10 +74,10 @@ class Field:
         for name, values in columns.items():
             releases[name] = values
         bounds = self._bounds[direction]
-        if len(identifiers):
-            after = self._engine.play(stones, releases, identity=identifiers, bounds=bounds)
-        else:
+        if alone:
             after = _alone(self.ice, releases, bounds)
+        else:
+            after = self._engine.play(stones, releases, identity=identifiers, bounds=bounds)
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         return after
@@ -97,10 +100,7 @@ class Field:
 
 
 def _alone(ice: Ice, releases: NDArray[Any], bounds: Floats) -> Positions:
-    """The positions after throws on empty ice, without the code for what happens among stones.
-
-    So an environment of single throws need not compile that.
-    """
+    """The positions after throws on empty ice."""
     alone = throw_batch(ice, releases, bounds=bounds)
     last = np.stack([alone.x, alone.y], axis=-1)[:, None]
     gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]

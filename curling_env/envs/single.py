@@ -49,6 +49,8 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         self._screen: Screen[Any] = Screen(render_mode, self._renderer(), call)
         self._episodes = self.blank(1)
         self._was_reset = False
+        # The episode before the last step, and the step's `info`; None after a reset.
+        self._last: tuple[Episodes, dict[str, Any] | None] = self._episodes, None
 
     def reset(
         self, *, seed: int | None = None, options: dict[str, Any] | None = None
@@ -68,7 +70,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         asked = self.asked(options, 1)
         self._episodes = self.begun(self._episodes, ROW, [self.np_random], asked)
         self._was_reset = True
-        self._remember(self._episodes, None)
+        self._last = self._episodes, None
         if self.render_mode is not None:
             self._screen.begin(self._clips())
         return self._observe(), alone([(ROW, self.reported(self._episodes, ROW))])
@@ -87,7 +89,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         episodes, rewards, parts = self.played(before, ROW, [self.np_random], [action])
         self._episodes = episodes
         info = alone([(ROW, self.reported(episodes, ROW)), *parts])
-        self._remember(before, info)
+        self._last = before, info
         if self.render_mode is not None:
             self._screen.add(self._clips())
         over = bool(self.are_over(episodes)[0])
@@ -131,9 +133,6 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
     def _check_begun(self) -> None:
         if not self._was_reset:
             raise InputError("call reset() before the first step")
-
-    def _remember(self, before: Episodes, info: dict[str, Any] | None) -> None:
-        """Keep what `_clips` needs of a step: the episode before it, and its `info`; or a reset."""
 
     def _observe(self) -> Any:
         return row_of(self.observed(self._episodes), 0)

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from curling_env.envs.sheet.core import SheetCore, Sheets
@@ -65,7 +63,6 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     """
 
     title = "CurlingSheet-v0"
-    _last: tuple[Sheets, dict[str, Any] | None] | None = None
 
     @property
     def thrown_ice(self) -> Ice:
@@ -102,11 +99,8 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     def _renderer(self) -> SheetRenderer:
         return SheetRenderer()
 
-    def _remember(self, before: Sheets, info: dict[str, Any] | None) -> None:
-        self._last = before, info
-
     def _clips(self) -> list[Shown]:
-        before, info = self._last or (self._episodes, None)
+        before, info = self._last
         return [
             Shown(
                 ice=self.thrown_ice,

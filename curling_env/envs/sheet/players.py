@@ -170,8 +170,8 @@ def play_together(throws: Throws) -> Flown:
     for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
         alike.setdefault(key, []).append(row)
     for (surface, end), rows in alike.items():
-        before = throws.stones[rows, :, :2]
-        after = surface.play(before, throws.identifiers, table[rows], end, throws.delivery)
+        before, names = throws.stones[rows, :, :2], throws.identifiers
+        after = surface.play(before, names, table[rows], end, throws.delivery, alone=k == 0)
         stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
         last[rows], time[rows] = after.last[:, -1], after.time
         status[rows] = surface.statuses(after, end)[:, -1]
