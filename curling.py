@@ -19,8 +19,8 @@ def main() -> int:
         return cli.main()
     except KeyboardInterrupt:
         if sys.stderr is not None:
-            told = "curling: interrupted; nothing was written; repeat the command to begin anew"
-            print(told, file=sys.stderr)
+            reason = "curling: interrupted; nothing was written; repeat the command to begin again"
+            print(reason, file=sys.stderr)
         return INTERRUPTED
     finally:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done

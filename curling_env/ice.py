@@ -21,14 +21,13 @@ from curling_env.ice_form import (
     Interpolation,
     LevelDocument,
 )
-from curling_env.infrastructure.files.schema import checked
+from curling_env.infrastructure.files.schema import FileFormat, checked
 from curling_env.infrastructure.files.storage import read_json, write_json, write_table
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
 from curling_env.worn_tracks import WornTracks
 
-ICE_FORMAT = FileFormat(name="curling-ice", what="an ice file")
+ICE_FORMAT = FileFormat(name="curling-ice/1", what="an ice file")
 MAX_FRICTION = 1.0
 """Largest μ accepted: far above any ice, but low enough to catch a file in other units."""
 
@@ -280,7 +279,7 @@ def save_ice(ice: Ice, path: str | Path, *, provenance: Mapping[str, Any] | None
 def ice_document(ice: Ice) -> dict[str, Any]:
     """The ice as an ice file holds it, for JSON; `parse_ice` reads it."""
     return {
-        "format": ICE_FORMAT.newest,
+        "format": ICE_FORMAT.name,
         **({"provenance": dict(ice.provenance)} if ice.provenance else {}),
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
         "stone": asdict(ice.stone),
@@ -379,7 +378,7 @@ def parse_ice(document: Any) -> Ice:
     ------
     InputError : it does not describe an ice
     """
-    ice = checked(ICE_FORMAT.brought_up(document), IceDocument)
+    ice = checked(ICE_FORMAT.accept(document), IceDocument)
     sheet = Sheet(length=ice.sheet.length, width=ice.sheet.width, cell_size=ice.friction.cell_size)
     mu = _table(ice.friction.mu, "friction.mu", sheet.shape)
     stone = {

@@ -209,11 +209,6 @@ def to_sheet(xy: ArrayLike, direction: Direction | Integers) -> Floats:
     return direction * (np.asarray(xy, dtype=np.float64) + _TEE)
 
 
-def vector_to_sheet(vector: ArrayLike, direction: Direction) -> Floats:
-    """A velocity or displacement (..., 2) from either frame to the other."""
-    return direction * np.asarray(vector, dtype=np.float64)
-
-
 @dataclass(frozen=True, kw_only=True)
 class Stone:
     """A curling stone.

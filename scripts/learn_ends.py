@@ -2,15 +2,14 @@
 
     curling record-games --player search:200:points --opponent rulebased --opponent draw \\
         --ends 2500 --seed 7500 -o runs/data
-    python scripts/learn_ends.py clone runs/data -o runs/cloned.npz --keep runs/lessons.npz
-    python scripts/learn_ends.py play -o runs/ends.npz --start runs/cloned.npz --deliveries 30720 \\
-        --num-envs 32
+    python scripts/learn_ends.py clone runs/data -o runs/cloned.npz
+    python scripts/learn_ends.py play -o runs/ends.npz --start runs/cloned.npz --deliveries 30720
     curling tournament runs/ends.npz greedy --games 60 --ends 4
     curling benchmark runs/ends.npz
 
 `clone` copies a search: in each position of a Minari dataset every shot of the list is simulated
 with the errors of the hand, and the network learns to call those that are worth most from what one
-throw of each without error shows. Lessons that were kept serve again in place of data.
+throw of each without error shows.
 
 `play` learns by proximal policy optimisation (Schulman et al. 2017) with masks, through the public
 environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the
@@ -28,50 +27,38 @@ from __future__ import annotations
 import argparse
 import os
 import time
-from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 import gymnasium
 import numpy as np
 import torch
+from learn.cloning import ShotModule, clone
+from learn.lessons import lessons_of
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.learned.features import Seen
-from agents.playing.learned.fit import ShotModule, clone
-from agents.playing.learned.lessons import Lessons, joined, lessons_of
 from agents.playing.learned.network import IMPOSSIBLE, ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
 from curling_env.commands.cli import progress_bar
 from curling_env.errors import CurlingError
 
 DATASET = "curling/ends-v0"
-
-
-@dataclass
-class Settings:
-    """What may be set on the command line of `play`."""
-
-    deliveries: int = 80_000
-    num_envs: int = 64
-    rollout: int = 16  # deliveries of each environment between updates: two ends
-    epochs: int = 3
-    minibatch: int = 256
-    learning_rate: float = 1e-3  # falls to zero
-    gae_lambda: float = 0.8
-    clip: float = 0.2
-    entropy: float = 0.003
-    past: int = 30  # updates after which the network joins its opponents
-    seed: int = 0
+ENVS, ROLLOUT = 32, 16
+"""Environments, and deliveries of each between updates: two ends."""
+EPOCHS, MINIBATCH, LEARNING_RATE = 3, 256, 1e-3
+"""Passes through what was played, positions of a step, and its size, which falls to zero."""
+GAE_LAMBDA, CLIP, ENTROPY = 0.8, 0.2, 0.003
+"""Weight of later advantages, bound on the change of a probability, weight of the entropy."""
+PAST = 30
+"""Updates after which the network joins its opponents."""
 
 
 # --- learning from recorded games -----------------------------------------------------------------
 
 
-def lessons_in(data: Path, seed: int) -> Lessons:
-    """Lessons that were kept in a file, or those of a Minari dataset of `curling record-games`."""
-    if data.is_file():
-        return Lessons.load(data)
+def learn_from(data: Path, output: Path) -> None:
+    """Learn from a dataset of `curling record-games`, by behaviour cloning."""
     os.environ["MINARI_DATASETS_PATH"] = str(data)
     try:
         import minari
@@ -82,21 +69,11 @@ def lessons_in(data: Path, seed: int) -> Lessons:
     env: Any = games.recover_environment().unwrapped
     seen = np.concatenate([np.asarray(e.observations)[:-1] for e in games.iterate_episodes()])
     with progress_bar(unit="position") as progress:
-        return lessons_of(seen, env.simulator, seed=seed, progress=progress)
-
-
-def learn_from(data: list[Path], output: Path, keep: Path | None, epochs: int, seed: int) -> None:
-    """Behaviour cloning on datasets."""
-    began = time.process_time()
-    lessons = joined([lessons_in(one, seed) for one in data])
-    if keep is not None:
-        lessons.save(keep)
+        lessons = lessons_of(seen, env.simulator, progress=progress)
     with progress_bar(unit="epoch") as progress:
-        network, held_out = clone(lessons, epochs=epochs, seed=seed, progress=progress)
-    said = {name: round(value, 4) for name, value in held_out.items()}
-    network.save(output, learnt_from=[one.name for one in data], held_out=said)
-    seconds = time.process_time() - began
-    print(f"{len(lessons)} lessons, {seconds:.0f} s; of those held out: {said}")
+        network, lost = clone(lessons, progress=progress)
+    network.save(output, learnt_from=[data.name], held_out={"lost": round(lost, 4)})
+    print(f"{len(lessons)} lessons; in those held out a call loses {lost:.3f} points")
 
 
 # --- learning by playing --------------------------------------------------------------------------
@@ -118,30 +95,30 @@ def chances_of(worths: torch.Tensor, masks: torch.Tensor) -> torch.distributions
     return torch.distributions.Categorical(logits=worths.masked_fill(masks == 0, IMPOSSIBLE))
 
 
-def play(start: Path | None, output: Path, settings: Settings) -> None:
+def play(start: Path | None, output: Path, deliveries: int) -> None:
     """Proximal policy optimisation from a network on; the output is written as it learns."""
-    torch.manual_seed(settings.seed)
+    torch.manual_seed(0)
     torch.set_num_threads(1)
     envs: Any = gymnasium.make_vec(
         "CurlingEnd-v0",
-        num_envs=settings.num_envs,
+        num_envs=ENVS,
         autoreset_mode="SameStep",
         actions="shots",
         potential="value-network",
         opponent=["rulebased", "draw"],
     )
     module = ShotModule(None if start is None else ShotNetwork.load(start))
-    optimiser = torch.optim.Adam(module.parameters(), lr=settings.learning_rate, eps=1e-5)
-    n, length = settings.num_envs, settings.rollout
-    updates = max(settings.deliveries // (n * length), 1)
-    observation, info = envs.reset(seed=settings.seed)
+    optimiser = torch.optim.Adam(module.parameters(), lr=LEARNING_RATE, eps=1e-5)
+    n, length = ENVS, ROLLOUT
+    updates = max(deliveries // (n * length), 1)
+    observation, info = envs.reset(seed=0)
     scores: list[int] = []
     began = time.process_time()
     eyes = module.network()
     for update in range(updates):
-        if update % settings.past == 0:
+        if update % PAST == 0:
             envs.unwrapped.opponents.append(LearnedPlayer(module.network()))
-        optimiser.param_groups[0]["lr"] = settings.learning_rate * (1 - update / updates)
+        optimiser.param_groups[0]["lr"] = LEARNING_RATE * (1 - update / updates)
         seen: list[Seen] = []
         masks = torch.zeros(length, n, info["action_mask"].shape[1])
         shots, logs = torch.zeros(length, n, dtype=torch.long), torch.zeros(length, n)
@@ -157,13 +134,13 @@ def play(start: Path | None, output: Path, settings: Settings) -> None:
             observation, rewards[t], ended, _, info = envs.step(shots[t].numpy())
             over[t] = ended
             if ended.any():
-                told = info["final_info"]["score"]
-                scores += [own - other for own, other in told[ended]]
+                ends = info["final_info"]["score"][ended]
+                scores += [own - other for own, other in ends]
         with torch.no_grad():
             _, last = module(eyes.seen(observation))
         values = np.concatenate([values, last.numpy()[None]])
-        advantage = advantages(rewards, values, over, settings.gae_lambda)
-        learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1], settings)
+        advantage = advantages(rewards, values, over, GAE_LAMBDA)
+        learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1])
         if (update + 1) % 10 == 0 or update + 1 == updates:
             module.network().save(output, deliveries=(update + 1) * n * length)
             print(
@@ -184,7 +161,6 @@ def learn(
     logs: torch.Tensor,
     advantage: Any,
     values: Any,
-    settings: Settings,
 ) -> None:
     """One update from what was played."""
     parts = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*seen, strict=True))
@@ -192,15 +168,15 @@ def learn(
     target = good + torch.from_numpy(values.astype(np.float32).ravel())
     good = (good - good.mean()) / (good.std() + 1e-8)
     masks, shots, logs = masks.flatten(0, 1), shots.flatten(), logs.flatten()
-    for _ in range(settings.epochs):
-        for rows in torch.randperm(len(good)).split(settings.minibatch):
+    for _ in range(EPOCHS):
+        for rows in torch.randperm(len(good)).split(MINIBATCH):
             worths, value = module(tuple(part[rows] for part in parts))
             chances = chances_of(worths, masks[rows])
             ratio = (chances.log_prob(shots[rows]) - logs[rows]).exp()
-            clipped = ratio.clamp(1 - settings.clip, 1 + settings.clip)
+            clipped = ratio.clamp(1 - CLIP, 1 + CLIP)
             loss = -torch.minimum(ratio * good[rows], clipped * good[rows]).mean()
             loss = loss + 0.5 * ((value - target[rows]) ** 2).mean()
-            loss = loss - settings.entropy * chances.entropy().mean()
+            loss = loss - ENTROPY * chances.entropy().mean()
             optimiser.zero_grad()
             loss.backward()
             torch.nn.utils.clip_grad_norm_(module.parameters(), 0.5)
@@ -212,29 +188,20 @@ def main() -> None:
         description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter
     )
     ways = parser.add_subparsers(dest="way", required=True)
-    one = ways.add_parser("clone", help="learn from datasets of games")
-    one.add_argument(
-        "data", type=Path, nargs="+", help="folders of `curling record-games`, or kept lessons"
-    )
-    one.add_argument("--keep", type=Path, metavar="FILE.npz", help="keep the lessons in this file")
-    one.add_argument("--epochs", type=int, default=20)
-    one.add_argument("--seed", type=int, default=0)
+    one = ways.add_parser("clone", help="learn from a dataset of games")
+    one.add_argument("data", type=Path, help="folder of `curling record-games`")
     other = ways.add_parser("play", help="go on by playing")
     other.add_argument("--start", type=Path, help="a network, such as one of `clone`")
-    for field in fields(Settings):
-        name, kind = field.name.replace("_", "-"), type(field.default)
-        other.add_argument(f"--{name}", type=kind, default=field.default, metavar=kind.__name__)
+    other.add_argument("--deliveries", type=int, default=80_000)
     for way in (one, other):
         way.add_argument("-o", "--output", type=Path, required=True, help="file of the network")
-    given = vars(parser.parse_args())
-    way, output = given.pop("way"), given.pop("output")
+    given = parser.parse_args()
     try:
-        for path in filter(None, (output, given.get("keep"))):
-            path.parent.mkdir(parents=True, exist_ok=True)
-        if way == "clone":
-            learn_from(output=output, **given)
+        given.output.parent.mkdir(parents=True, exist_ok=True)
+        if given.way == "clone":
+            learn_from(given.data, given.output)
         else:
-            play(given.pop("start"), output, Settings(**given))
+            play(given.start, given.output, given.deliveries)
     except CurlingError as error:
         parser.exit(2, f"learn_ends: {error}\n")
 

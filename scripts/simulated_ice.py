@@ -180,17 +180,14 @@ def plain(n: int) -> Own:
     return Own(friction=np.ones(n), curl=np.ones(n), later=np.ones(n), since=np.zeros(n))
 
 
-def slide(
-    ice: TrueIce, throws: Floats, own: Own | None = None, *, line: float | None = None
-) -> tuple[Floats, list[Floats]]:
-    """Where throws end, and their states at every step.
+def slide(ice: TrueIce, throws: Floats, own: Own | None = None) -> tuple[Floats, list[Floats]]:
+    """Where throws rest, and their states at every step.
 
     Parameters
     ----------
     ice : the ice
     throws : (n, 4) speed, angle, spin and x on the hog line; they run along +y
     own : what is particular to them
-    line : y of a line at which a throw ends, besides at rest [m]
 
     Returns
     -------
@@ -216,11 +213,6 @@ def slide(
         after = state + np.where(moving[:, None], change, 0.0)
         v = np.hypot(after[:, 2], after[:, 3])
         slow = moving & ((v < 0.01) | (after[:, 2] * state[:, 2] + after[:, 3] * state[:, 3] < 0))
-        if line is not None:
-            past = moving & (after[:, 1] >= line)
-            share = (line - state[:, 1]) / np.maximum(after[:, 1] - state[:, 1], 1e-12)
-            after[past] = (state + share[:, None] * (after - state))[past]
-            moving &= ~past
         after[slow, 2:4] = 0.0
         after[slow, 5] = 0.0
         moving &= ~slow

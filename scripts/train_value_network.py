@@ -6,20 +6,18 @@ NAME is one of `agents.playing.search.networks.NETWORKS`, which says for which i
 and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take others.
 
 In each round, ends are played with the network of the round before. The first round begins with the
-package's network `standard` (`--begin` names another), or with a heuristic where that one itself is
-learnt or `--anew` is given. `--effort` has teams look longer for their shots. Each team aims for
-the win probabilities of some score in a game. The network of `agents.playing.search.value_network`
-is then fitted to the ends of the rounds so far: it predicts how an end is scored. One in twelve
-batches of ends is held out: on these the network is compared with the one to begin with, and with
+package's network `standard`, or with a heuristic where that one itself is learnt. Each team aims
+for the win probabilities of some score in a game. The network of
+`agents.playing.search.value_network` is then fitted to the ends of the rounds so far: it predicts
+how an end is scored. One in twelve batches of ends is held out: on these the network is compared
+with the one to begin with, and with
 the shares of the scores alone.
 
 Last, the positions of the last round's ends are learnt backwards, from the last stone of an end to
-its first, by what a good next stone leads to (`agents.playing.league.backwards`). `--outcomes-only`
-leaves that out.
+its first, by what a good next stone leads to (`learn.backwards`).
 
 Every batch of ends and every part of these positions is kept in the folder, and a run that was
-stopped goes on from there. `--keep` puts the network into the package in the end. Needs the extra
-`train` (torch).
+stopped goes on from there. `--keep` puts the network into the package in the end.
 """
 
 from __future__ import annotations
@@ -32,10 +30,10 @@ from typing import NamedTuple
 
 import numpy as np
 import torch
+from learn.backwards import STAGE_EPOCHS, STAGE_RATE, lesson_before
 from tqdm import tqdm
 
 from agents.learning.model_file import read_model, write_model
-from agents.playing.league.backwards import lesson_before
 from agents.playing.league.fit import (
     Lesson,
     fit_value_network,
@@ -44,7 +42,6 @@ from agents.playing.league.fit import (
 )
 from agents.playing.league.run import ends_document, ends_from
 from agents.playing.league.self_play import (
-    Effort,
     ExploratoryPrefix,
     PlayedEnds,
     end_simulator,
@@ -56,8 +53,6 @@ from agents.playing.league.tuning import (
     ENDS_SIDE_BY_SIDE,
     LEAD_SPREAD,
     MAX_ENDS_LEFT,
-    STAGE_EPOCHS,
-    STAGE_RATE,
 )
 from agents.playing.search import networks
 from agents.playing.search.networks import NETWORKS, LearntFor, network_named
@@ -75,7 +70,9 @@ from curling_env.infrastructure.files.storage import make_directory
 from curling_env.throw import skill_named
 
 HELD_OUT = 12
-"""One in so many batches of ends is held out, to show what was learnt."""
+"""One batch of ends in this many is held out, to show what was learnt."""
+EPOCHS = 8
+"""Passes through all ends."""
 
 
 class Batch(NamedTuple):
@@ -84,7 +81,6 @@ class Batch(NamedTuple):
     learnt_for: LearntFor
     seed: tuple[int, int, int]
     path: Path
-    effort: Effort = Effort()
 
 
 def main() -> None:
@@ -93,24 +89,6 @@ def main() -> None:
     parser.add_argument("-o", "--output", type=Path, help="by default runs/value/NAME")
     parser.add_argument(
         "--ends", type=int, nargs="+", default=[1000, 1500, 3000, 5000], help="of each round"
-    )
-    parser.add_argument("--epochs", type=int, default=8)
-    parser.add_argument(
-        "--effort",
-        type=int,
-        nargs=3,
-        default=Effort(),
-        metavar=("SHOTS", "BEST", "REPEATS"),
-        help="shots simulated before each delivery, and how many of the best again how often",
-    )
-    parser.add_argument(
-        "--begin",
-        choices=[known.name for known in NETWORKS],
-        help="the package's network to begin with, by default standard",
-    )
-    parser.add_argument("--anew", action="store_true", help="begin with a heuristic")
-    parser.add_argument(
-        "--outcomes-only", action="store_true", help="learn from how ends were scored alone"
     )
     parser.add_argument("--keep", action="store_true", help="put the network into the package")
     for option in ("ice", "rules", "delivery", "skill"):
@@ -126,28 +104,11 @@ def main() -> None:
     }
     learnt_for = replace(known, **changes)
     folder = make_directory(arguments.output or Path("runs/value") / learnt_for.name)
-    anew = arguments.anew or (known is NETWORKS[0] and arguments.begin is None)
-    begin = network_named(arguments.begin or NETWORKS[0].name)
-    network = learn(
-        learnt_for,
-        folder,
-        begin=None if anew else begin,
-        rounds=arguments.ends,
-        epochs=arguments.epochs,
-        effort=Effort(*arguments.effort),
-        workers=arguments.workers,
-        seed=arguments.seed,
-    )
-    if not arguments.outcomes_only:
-        network = learn_backwards(
-            learnt_for,
-            folder,
-            network,
-            round_number=len(arguments.ends),
-            epochs=arguments.epochs,
-            workers=arguments.workers,
-            seed=arguments.seed,
-        )
+    how = {"epochs": EPOCHS, "workers": arguments.workers, "seed": arguments.seed}
+    begin = None if known is NETWORKS[0] else network_named(NETWORKS[0].name)
+    network = learn(learnt_for, folder, begin=begin, rounds=arguments.ends, **how)
+    last = len(arguments.ends)
+    network = learn_backwards(learnt_for, folder, network, round_number=last, **how)
     save_network(folder / known.file, network)
     if arguments.keep:
         save_network(Path(networks.__file__).parent / known.file, network)
@@ -162,7 +123,6 @@ def learn(
     epochs: int,
     workers: int,
     seed: int,
-    effort: Effort = Effort(),
 ) -> ValueNetwork:
     """Learn a network, round by round.
 
@@ -173,7 +133,6 @@ def learn(
     begin : network to begin with; None for a heuristic
     rounds : number of ends in each round
     epochs, workers, seed : passes through the ends, processes, seed of everything random
-    effort : how many shots are simulated before each delivery
 
     Raises
     ------
@@ -182,11 +141,11 @@ def learn(
     torch.set_num_threads(1)
     network = begin
     lines = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery).lines
-    experience: list[tuple[int, PlayedEnds, np.ndarray]] = []
+    experience: list[tuple[int, PlayedEnds]] = []
     for number, ends in enumerate(rounds):
         inside = make_directory(folder / f"round-{number + 1}")
         batches = [
-            Batch(learnt_for, (seed, number, k), inside / f"batch-{k:03d}.npz", effort)
+            Batch(learnt_for, (seed, number, k), inside / f"batch-{k:03d}.npz")
             for k in range(-(-ends // ENDS_SIDE_BY_SIDE))
         ]
         missing = [batch for batch in batches if not batch.path.exists()]
@@ -194,7 +153,7 @@ def learn(
             done = pool.map(partial(play_batch, network), missing)
             for _ in tqdm(done, f"round {number + 1}", total=len(missing), unit="batch"):
                 pass
-        fresh = [(k, *_read(batch)) for k, batch in enumerate(batches)]
+        fresh = [(k, _read(batch)) for k, batch in enumerate(batches)]
         # Ends that the heuristic played are used only once.
         kept = number > 1 or begin is not None
         experience = [*experience, *fresh] if kept else fresh
@@ -204,7 +163,7 @@ def learn(
                 lines,
                 [
                     lesson
-                    for k, played, _ in experience
+                    for k, played in experience
                     if k % HELD_OUT
                     for lesson in lessons_of(played)
                 ],
@@ -214,14 +173,9 @@ def learn(
                 progress=progress,
             )
         save_network(folder / f"round-{number + 1}.npz", network)
-        held_out = [played for k, played, _ in experience if k % HELD_OUT == 0]
-        print(f"round {number + 1}: {sum(len(p.score) for _, p, _ in experience)} ends")
+        held_out = [played for k, played in experience if k % HELD_OUT == 0]
+        print(f"round {number + 1}: {sum(len(p.score) for _, p in experience)} ends")
         _report_errors(lines, held_out, network, begin)
-        scores = np.concatenate([played.score[level] for _, played, level in fresh])
-        shares = {
-            int(s): round(float((scores == s).sum() / max(len(scores), 1)), 3) for s in SCORES
-        }
-        print(f"    shares of scores in {len(scores)} level ends: {shares}", flush=True)
     assert network is not None
     return network
 
@@ -322,44 +276,34 @@ def _report_errors(
     scores = np.concatenate([played.score for played in held_out])
     entropy = shares_error(scores)
     ours = np.array([negative_log_likelihood(network, lines, played) for played in held_out])
-    told = [f"this network {ours.mean():.4f}", f"shares alone {entropy:.4f}"]
+    errors = [f"this network {ours.mean():.4f}", f"shares alone {entropy:.4f}"]
     if begin is not None:
         other = np.array([negative_log_likelihood(begin, lines, played) for played in held_out])
         error = (other - ours).std(ddof=1) / len(ours) ** 0.5 if len(ours) > 1 else np.nan
-        told.append(
+        errors.append(
             f"the one to begin with {other.mean():.4f}, worse by {(other - ours).mean():.4f} "
             f"± {error:.4f}"
         )
-    print(f"    −ln p of the score of {len(scores)} held-out ends: {', '.join(told)}")
+    print(f"    −ln p of the score of {len(scores)} held-out ends: {', '.join(errors)}")
 
 
 def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
-    """Play ends with players of many skills, and keep them in the batch's file.
-
-    With them is kept which ends are level, by the usual players, and not random.
-    """
-    ends, level = played_ends(network, batch.learnt_for, batch.seed, batch.effort)
-    document = {"for": _document(batch), "level": level, "ends": ends_document(ends)}
+    """Play ends with players of many skills, and keep them in the batch's file."""
+    ends = played_ends(network, batch.learnt_for, batch.seed)
+    document = {"for": _document(batch), "ends": ends_document(ends)}
     write_model(batch.path, document)
 
 
 def played_ends(
-    network: ValueNetwork | None,
-    learnt_for: LearntFor,
-    seed: tuple[int, int, int],
-    effort: Effort = Effort(),
-) -> tuple[PlayedEnds, np.ndarray]:
+    network: ValueNetwork | None, learnt_for: LearntFor, seed: tuple[int, int, int]
+) -> PlayedEnds:
     """Play ends with players of many skills.
 
     Parameters
     ----------
     network : values the positions for both teams; None for the heuristic
     learnt_for : ice, rules, delivery and usual players
-    seed, effort : seed of everything random, and number of shots simulated before each delivery
-
-    Returns
-    -------
-    the ends, and which of them are level, by the usual players, and not random, (n,)
+    seed : seed of everything random
     """
     n = ENDS_SIDE_BY_SIDE
     simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
@@ -377,17 +321,8 @@ def played_ends(
     until = np.where(rng.random(n) < 0.3, 0, rng.integers(0, simulator.rules.deliveries, n))
     prefix = ExploratoryPrefix(until, rng.random((2, n)))
     skill = skill_feature(usual.sigma_angle) + other
-    ends = play_ends(
-        simulator,
-        (network, network),
-        values,
-        sigma,
-        rng,
-        effort=effort,
-        skill=skill,
-        prefix=prefix,
-    )
-    return ends, level & (other == 0) & (until == 0)
+    players = network, network
+    return play_ends(simulator, players, values, sigma, rng, skill=skill, prefix=prefix)
 
 
 def shares_error(scores: np.ndarray) -> float:
@@ -396,18 +331,15 @@ def shares_error(scores: np.ndarray) -> float:
     return -float((shares[shares > 0] * np.log(shares[shares > 0])).sum())
 
 
-def _read(batch: Batch) -> tuple[PlayedEnds, np.ndarray]:
+def _read(batch: Batch) -> PlayedEnds:
     document = read_model(batch.path)
     if document.get("for") != _document(batch):
         raise InputError("was learnt for something else; choose another folder", source=batch.path)
-    return ends_from(document["ends"]), np.asarray(document["level"])
+    return ends_from(document["ends"])
 
 
-def _document(batch: Batch) -> dict[str, str | list[int]]:
-    named = {
-        name: getattr(batch.learnt_for, name) for name in ("ice", "rules", "delivery", "skill")
-    }
-    return {**named, "effort": list(batch.effort)}
+def _document(batch: Batch) -> dict[str, str]:
+    return {name: getattr(batch.learnt_for, name) for name in ("ice", "rules", "delivery", "skill")}
 
 
 if __name__ == "__main__":

@@ -2,18 +2,16 @@
 
 python scripts/validation.py                  the table as text
 python scripts/validation.py --json           JSON list of rows, each with `ice` (null: of no ice)
-python scripts/validation.py --fit            one ice fitted to all rows, with its residuals
 python scripts/validation.py --pictures docs/pictures/validation
 
-docs/validation.md tells of every row, docs/validation-hands.md of those of hands and strategy,
-whose games `scripts/ends.py` plays.
+docs/validation.md describes every row, docs/validation-hands.md those of hands and strategy.
 """
 
 from __future__ import annotations
 
+import json
 import sys
-import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from functools import cache, partial
 from pathlib import Path
 from typing import Annotated, Any
@@ -21,35 +19,34 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from agents.playing.ends.rows import rows_of_ends
 from curling_env.commands.cli import print_json, say
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.storage import make_directory
 from curling_env.validation import ICE_ROWS, OTHER_ROWS, Comparison, Row, Shots, compare
-from curling_env.validation.sources import PAPER
 from curling_env.validation.table import as_text, in_words, preset_of
 
+PAPER = "Estimation of Curling Sheet Friction Factor by Pixelization, tables 3 and 4"
 ICES = ("standard", "fitted", "club", "fcv1")
 PAPER_SEED = 2019
+HANDS = Path(__file__).parent / "measures" / "hands.json"
+"""Ends of `search` against itself beside those of championships; docs/validation-hands.md."""
 
 
 @cache
 def _paper_errors() -> dict[int, float]:
     """Mean error of μ in the paper's experiment by the number of pitches [%]."""
-    from paper.tables import repeat_table
+    from measures.inference import paper
 
-    rng = np.random.default_rng(PAPER_SEED)  # as `python scripts/paper`
-    found = {pitches: repeat_table(pitches, rng) for pitches in (1, 5)}
-    return {n: float(table.error_percent(table.joint).mean()) for n, table in found.items()}
+    found = paper()
+    return {pitches: found[f"error_{pitches}"] for pitches in (1, 5)}
 
 
 @cache
 def _flow_misses() -> dict[tuple[str, str], float]:
-    from paper.figure6 import draw_flow_figure
+    from measures.flow import flow_misses
 
-    with tempfile.TemporaryDirectory() as folder:
-        return draw_flow_figure(Path(folder) / "f.png", np.random.default_rng(PAPER_SEED))[1]
+    return flow_misses(np.random.default_rng(PAPER_SEED))
 
 
 def _pyramid_over_plain(_: Shots, stretch: str) -> float:
@@ -97,8 +94,22 @@ PAPER_ROWS: tuple[Row, ...] = (
         depends_on_ice=False,
     ),
 )
-ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS, *rows_of_ends())
-"""Rows that are the same on every ice. Those of long experiments read a result that is kept."""
+
+
+def _hands_rows() -> Iterator[Row]:
+    """Rows of hands and strategy, whose values are the kept results of 1,066 games."""
+    for row in json.loads(HANDS.read_text(encoding="utf-8")):
+        value, why = row.pop("value"), row.pop("why")
+        yield Row(
+            **row,
+            value=lambda _, value=value: value,
+            why={"any": why} if why else {},
+            depends_on_ice=False,
+        )
+
+
+ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS, *_hands_rows())
+"""Rows that are the same on every ice."""
 
 
 def tables(ices: Iterable[str] = ICES) -> dict[str | None, list[Comparison]]:
@@ -120,19 +131,11 @@ def main(
         list[str] | None, typer.Option(help="An ice file or a preset; repeat it for several.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="JSON instead of text.")] = False,
-    fit: Annotated[
-        bool, typer.Option("--fit", help="Fit one ice to all rows instead, and show residuals.")
-    ] = False,
     pictures: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Draw the figures of docs/validation.md.")
     ] = None,
 ) -> None:
     """Print the table of published measurements."""
-    if fit:
-        from curling_env.validation.fit import fit_to_rows
-
-        print(fit_to_rows().as_text())
-        return
     if pictures is not None:
         from validation_figures import draw_all
 

@@ -15,7 +15,7 @@ import numpy as np
 
 from agents.app.club import Club, Session
 from agents.app.take_in import fill_from
-from agents.closed_loop.hidden_ice import patchy_ice
+from agents.closed_loop.patches import patchy_ice
 from curling_env.ice import ActiveEffect, Ice, save_ice
 from curling_env.infrastructure.files.storage import make_directory, write_table
 from curling_env.infrastructure.provenance import provenance

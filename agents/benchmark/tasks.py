@@ -49,11 +49,6 @@ class BenchmarkTask:
     metric: Metric = "success"
     reward_threshold: float = 0.0
 
-    @property
-    def less_is_better(self) -> bool:
-        """Whether a smaller number is the better one."""
-        return self.metric == "distance_m"
-
 
 def _sheet(name: str, asks: str, metric: Metric = "success", **options: Any) -> BenchmarkTask:
     """A task of one throw by a club player on ices that are known by an estimated map."""

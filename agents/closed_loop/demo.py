@@ -16,15 +16,15 @@ from agents.closed_loop import demo_figures, demo_page
 from agents.closed_loop.areas import find_areas
 from agents.closed_loop.demo_findings import ComparedDraw, Findings
 from agents.closed_loop.filming import FPS, film_throws
-from agents.closed_loop.hidden_ice import patchy_ice
+from agents.closed_loop.patches import patchy_ice
 from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
 from agents.planning import Plan, plan
 from curling_env.errors import OutputError
 from curling_env.ice import Ice, save_ice
-from curling_env.infrastructure.files.kinds import document_keys
+from curling_env.infrastructure.files.kinds import kind_of
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import folder_of_drafts, make_directory, write_json
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.infrastructure.provenance import provenance
 from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases
@@ -49,7 +49,7 @@ HOUSE_TARGETS = tuple(
 ASSUMED_FRICTION = 0.0082
 """Uniform friction with which the estimation begins."""
 FINDINGS = "findings.json"
-FINDINGS_FORMAT = FileFormat(name="curling-findings", what="the findings of a demo")
+FINDINGS_FORMAT = FileFormat(name="curling-findings/1", what="the findings of a demo")
 """By this file, and the numbers that only the demo has, an earlier demo's folder is known."""
 RESULTS = (
     *("true-ice.json", "releases.csv", "tracks.csv", "ice.json", "index.html", "page.png"),
@@ -99,7 +99,7 @@ def run_demo(
 
 def _refuse_a_folder_of_other_files(folder: Path) -> None:
     there = next((name for name in RESULTS if (folder / name).exists()), None)
-    if there is not None and "hidden_effect" not in document_keys(folder / FINDINGS):
+    if there is not None and kind_of(folder / FINDINGS) != "findings":
         raise OutputError(
             f"{folder}: holds {there}, which no earlier demo has made; give the demo a folder of "
             "its own"
@@ -188,7 +188,7 @@ def _run_in(
     demo_page.write_demo_page(found, folder, film_still=films.still)
     write_json(
         folder / FINDINGS,
-        {"format": FINDINGS_FORMAT.newest, **found.as_dict(), "provenance": origin},
+        {"format": FINDINGS_FORMAT.name, **found.as_dict(), "provenance": origin},
     )
     progress("done", 1.0)
     return found

@@ -72,44 +72,11 @@ def film_throws(
     workers: int = 1,
     progress: Progress = no_progress,
 ) -> Films:
-    """Film throws on a known ice and track every film; parameters as of `film_paths`."""
-    paths: list[Trajectory] = []
-    for k, release in enumerate(releases):
-        bounds = play_bounds(ice, release.direction)
-        path = slide(ice, release, bounds=bounds, fps=120.0, throw=k).trajectory
-        assert path is not None  # a rate was given
-        paths.append(path)
-    return film_paths(
-        folder,
-        paths,
-        ice.sheet,
-        ice.stone,
-        seed=seed,
-        fps=fps,
-        frame_size=frame_size,
-        workers=workers,
-        progress=progress,
-    )
-
-
-def film_paths(
-    folder: Path,
-    paths: Sequence[Trajectory],
-    sheet: Sheet,
-    stone: Stone,
-    *,
-    seed: int,
-    fps: float = FPS,
-    frame_size: tuple[int, int] | None = None,
-    workers: int = 1,
-    progress: Progress = no_progress,
-) -> Films:
-    """Film stones on given paths and track every film.
+    """Film throws on a known ice and track every film.
 
     Parameters
     ----------
     folder : directory for films/ and overlay.mp4
-    paths : true paths, sheet frame
     seed : seed of the rendered pictures
     fps : frames a second [1/s]
     frame_size : width and height [px]; the camera's own by default
@@ -120,17 +87,23 @@ def film_paths(
     ------
     OutputError : a file cannot be written
     """
+    paths: list[Trajectory] = []
+    for k, release in enumerate(releases):
+        bounds = play_bounds(ice, release.direction)
+        path = slide(ice, release, bounds=bounds, fps=120.0, throw=k).trajectory
+        assert path is not None  # a rate was given
+        paths.append(path)
     films = make_directory(folder / "films")
     spec = FilmSpec(camera=CAMERA, size=frame_size, fps=fps, seed=seed, people=False)
     scene = films / f"{CAMERA}.scene.json"
-    save_scene(scene_of(spec.resolved(), sheet=sheet, stone=stone), scene)
+    save_scene(scene_of(spec.resolved(), sheet=ice.sheet, stone=ice.stone), scene)
     jobs = [
         _Job(
             film=films / f"{CAMERA}-{k}.mp4",
             scene=scene,
             path=path,
-            sheet=sheet,
-            stone=stone,
+            sheet=ice.sheet,
+            stone=ice.stone,
             # A stone that leaves the ice must not be shown halting at its edge.
             spec=spec if _comes_to_rest(path) else replace(spec, tail=0.0),
             overlay=folder / "overlay.mp4" if k == 0 else None,

@@ -49,6 +49,6 @@ __getattr__, __dir__ = lazy_names(
         "misses.intended": ("intend",),
         "misses.released": ("read_release",),
         "runs": ("Place", "rests"),
-        "throw_sheet": ("as_noted", "sheet_rows", "spin_sign"),
+        "throw_sheet": ("sheet_rows", "spin_sign"),
     },
 )

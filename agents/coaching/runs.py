@@ -24,7 +24,6 @@ SPEED, ANGLE, SPIN, X = range(4)
 """Columns of a table of throws."""
 HOG_TO_FAR_TEE = HOG_LINE_Y + TEE_Y
 """From the first hog line to the tee played to [m]."""
-NOT_SWEPT = (0.0, 0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,11 +150,6 @@ def outcomes(
         return rests(ices, throws, place, which=which, sweeps=sweeps)
     right, _ = crossings(ices, throws, place, line, which=which, sweeps=sweeps)
     return np.column_stack([right, np.where(np.isnan(right), np.nan, line)])
-
-
-def line_at_tee(angle: Floats, x: Floats) -> Floats:
-    """Where a line of delivery crosses the far tee line, right of the centre line [m]."""
-    return x - HOG_TO_FAR_TEE * np.tan(angle)
 
 
 def angle_to_tee(broom: float, x: float) -> float:

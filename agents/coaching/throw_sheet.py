@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import hypot
 from pathlib import Path
 from types import MappingProxyType
@@ -174,7 +175,7 @@ def hands_beside(tracks: str | Path) -> Hands:
     InputError : a table that cannot be read, another word for a hand, or an athlete given twice
     """
     path = Path(tracks).parent / HANDS_LIST
-    if not path.exists():
+    if not os.path.lexists(path):
         return ALL_RIGHT
     table = read_table(path, required=("athlete", "hand"))
     found: dict[str, Hand] = {}
@@ -260,9 +261,3 @@ def write_sheets(path: str | Path, sheets: Sequence[ThrowSheet]) -> None:
         if any(one.get(name) is not None for one in dicts)
     }
     write_measures(path, [sheet.measures for sheet in sheets], notes, others)
-
-
-def as_noted(sheet: ThrowSheet, **changes: str) -> ThrowSheet:
-    """The throw with a note that was changed, for a coach's entry."""
-    note = replace(sheet.note, **changes)
-    return replace(sheet, note=note, call=read_call(note.called))

@@ -1,6 +1,6 @@
 """Constants of the coaching functions that were chosen, not derived.
 
-They were chosen on simulated clubs (`scripts/club_study.py`).
+They were chosen on simulated clubs (`scripts/simulated_club.py`).
 """
 
 from __future__ import annotations

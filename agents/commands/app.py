@@ -4,70 +4,31 @@ from __future__ import annotations
 
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import say
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from agents.app.club import Club
+from curling_env.commands.terminal import say
 
 
 def app(
-    folder: Annotated[
-        Path,
-        typer.Argument(
-            metavar="FOLDER", help="The club folder; it is made if it is not there yet."
-        ),
-    ] = Path("club"),
-    demo: Annotated[
-        bool,
-        typer.Option("--demo", help="Fill the folder with a made-up evening, to look around."),
-    ] = False,
+    folder: Annotated[Path, Argument(metavar="FOLDER", help="The club folder.")] = Path("club"),
+    demo: Annotated[bool, Option("--demo", help="Add a made-up evening, to look around.")] = False,
     take_in: Annotated[
         list[Path] | None,
-        typer.Option(
+        Option(
             "--import",
             metavar="DIR",
-            help="Begin a session from files that are there: tracks.csv, and ice.json if it is "
-            "there; may be given again and again.",
+            help="Add the session in DIR (tracks.csv, ice.json); may be repeated.",
         ),
     ] = None,
     port: Annotated[
-        int | None,
-        typer.Option(
-            min=0,
-            max=65535,
-            metavar="N",
-            help="Port of the page; 0 takes any free one. By default 8711, or a free one.",
-        ),
+        int | None, Option(min=0, max=65535, help="Port; 8711 by default, 0: any free one.")
     ] = None,
-    browser: Annotated[
-        bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
-    ] = True,
-    share: Annotated[
-        bool,
-        typer.Option(
-            "--share", help="Let others in the same network open it, by an address with a secret."
-        ),
-    ] = False,
+    browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
+    share: Annotated[bool, Option("--share", help="Open the page to the local network.")] = False,
 ) -> None:
     """Open the page for athletes and coaches: film, ice, throw and athlete, in the browser.
-
-    The address is printed, and the page is opened. Everything works on this machine, without the
-    internet: new sessions, films, throws, ice, plans. The club folder holds it all: one database
-    (club.sqlite) for names and notes, and beside it the films, tracks and ices as files that every
-    other command reads.
-
-    The address holds a secret: only who has it gets in, and only on this machine. With --share
-    others in the same network get in too, for instance a tablet at the other end of the sheet; its
-    address has a secret of its own, and is also shown as a QR code. Whoever has that address may
-    see and change everything.
-
-    Ctrl-C ends the app. Nothing is lost, also where the power goes: the next start goes on.
 
     \b
     Examples:
@@ -75,6 +36,12 @@ def app(
         curling app ~/curling-club --share
         curling app /tmp/look --demo
         curling app club --import runs/demo
+
+    Everything works on this machine, without the internet. The club folder holds a database of
+    names and notes (club.sqlite), and the films, tracks and ices as files for every other command.
+    The printed address holds a secret: only those who have it get in, and only on this machine;
+    with --share, others in the same network get another one, also as a QR code. Ctrl-C ends the
+    app. See docs/app.md.
     """
     import webbrowser
     from contextvars import Context
@@ -82,14 +49,16 @@ def app(
     import jinja2  # noqa: F401  of the extra `app`, which is named where it is missing
 
     from agents.app.club import Club
+    from agents.app.first_sessions import begin_sessions
     from agents.app.serve import serve
+    from agents.app.take_in import look_through
 
     club, folders = Club(folder), take_in or []
 
-    def tell(address: str, shared: str | None) -> None:
+    def show(address: str, shared: str | None) -> None:
         print(address, flush=True)
         if shared is not None:
-            say(f"whoever is in this network and has this address may see all: {shared}", now=True)
+            say(f"anyone in this network who has this address may see all: {shared}", now=True)
             if sys.stderr.isatty():
                 from curling_env.infrastructure.qr_code import qr_code
 
@@ -99,13 +68,14 @@ def app(
 
     def run() -> None:
         with club.alone():
-            _check(folders)
+            for one in folders:  # all of them, before the first is taken in
+                look_through(one)
             serve(
                 club,
                 port=port,
                 share=share,
-                opened=tell,
-                begin=lambda: _begin(club, folders, demo=demo),
+                opened=show,
+                begin=lambda: begin_sessions(club, folders, demo=demo, remark=say),
             )
 
     try:
@@ -114,32 +84,3 @@ def app(
         Context().run(run)
     except KeyboardInterrupt:
         say(f"closed; everything is kept in {folder}")
-
-
-def _check(folders: Sequence[Path]) -> None:
-    """See that all folders can be taken in before the first one is."""
-    if folders:
-        from agents.app.take_in import look_through
-
-        for folder in folders:
-            look_through(folder)
-
-
-def _begin(club: Club, folders: Sequence[Path], *, demo: bool) -> None:
-    """Begin the sessions that were asked for; they are filled while the page is open."""
-    import datetime
-
-    from agents.app.demo import begin_evening
-    from agents.app.take_in import begin_from, is_in
-    from agents.app.work.jobs import submit
-
-    today = datetime.date.today().isoformat()
-    for folder in folders:
-        if is_in(club, folder):
-            say(f"{folder}: is in this club already")
-            continue
-        session = begin_from(club, folder, name=folder.resolve().name, day=today, sheet="")
-        submit(club, "import", session, str(folder.resolve()))
-    evening = begin_evening(club, today) if demo else None
-    if evening is not None:
-        submit(club, "make up", evening)

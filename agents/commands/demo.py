@@ -5,47 +5,32 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
-from curling_env.commands.cli import (
-    OutputDirectory,
-    SeedOption,
-    UnitsOption,
-    progress_bar,
-    say,
-)
+from curling_env.commands.options import OutputDirectory, SeedOption, UnitsOption
+from curling_env.commands.terminal import progress_bar, say
 from curling_env.units import Units
 
 
 def demo(
     output: OutputDirectory = Path("runs/demo"),
     seed: SeedOption = 0,
-    throws: Annotated[
-        int,
-        typer.Option(min=2, max=40, help="Practice throws to film; more show more of the ice."),
-    ] = 8,
-    workers: Annotated[
-        int, typer.Option(min=1, max=64, help="Processes that film and track side by side.")
-    ] = 2,
+    throws: Annotated[int, Option(min=2, max=40, help="Number of practice throws.")] = 8,
+    workers: Annotated[int, Option(min=1, max=64, help="Number of processes.")] = 2,
     units: UnitsOption = Units.METRES,
 ) -> None:
     """Run the whole loop from film to throw, in about three minutes.
-
-    It makes ice with hidden heavy and keen areas, films practice throws on it, tracks the stone,
-    estimates the friction map from the tracks, plans a draw on the map, and throws it on the
-    estimated and on the hidden ice. Then the curl is left out of the model: the planned draw
-    misses, discovery names what is missing, and the draw planned again lands. Everything is
-    computed in the run; another --seed is another ice.
-
-    The folder then holds the films, an overlay film, tracks.csv, ice.json and one page of pictures
-    (index.html, page.png); all of them appear at the end, and replace those of an earlier demo. The
-    findings are printed on stdout.
 
     \b
     Examples:
         curling demo
         curling demo -o runs/my-demo --seed 7 --throws 12
         curling demo --units feet
+
+    It films practice throws on uneven ice, tracks the stone, estimates the friction map, plans a
+    draw on it, and throws it on the hidden ice. Then the curl is removed from the model: the
+    planned draw misses, discovery names the missing effect, and the draw planned again lands. The
+    folder holds the films, tracks.csv, ice.json and a page of pictures (index.html, page.png).
     """
     from agents.closed_loop.demo import run_demo
 

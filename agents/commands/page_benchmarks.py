@@ -1,4 +1,4 @@
-"""How long whoever asks the app's page of the sheet waits, on one core, from JSON to JSON."""
+"""Latency of the app's sheet endpoints on one core, from JSON to JSON."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from agents.app.sheet import calls, games, ice_sheet, plans, runs
+from agents.app.sheet import calls, games, plans, runs
 from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, asked
-from curling_env.commands.benchmarks import Measure
+from curling_env.benchmarks.measures import Measure
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import TEE_Y
 from curling_env.throw import SKILLS
@@ -29,7 +29,7 @@ TIMES = 5
 
 
 def page_measures() -> Iterator[Measure]:
-    """A throw's path, a planned target, a hit, a call, an answer in a game, the ice in words."""
+    """Measure a throw's path, a planned target, a hit, a call, and an answer in a game."""
     ice, club = _uneven_ice(), SKILLS["club"]
     hands = (club, club)
     position = {"stones": STONES, "delivered": 9, "hammer": "home", "ends_left": 3}
@@ -48,13 +48,12 @@ def page_measures() -> Iterator[Measure]:
         ("page_planned_hit_s", "s", lambda: plans.planned(ice, club, takeout)),
         ("page_best_call_s", "s", lambda: calls.called(ice, club, call)),
         ("page_search_answers_s", "s", lambda: games.played(ice, hands, game)),
-        ("page_ice_s", "s", lambda: ice_sheet.ice_document(ice)),
     ):
         yield Measure(name=name, value=_spent(work) * (1000 if unit == "ms" else 1), unit=unit)
 
 
 def _spent(work: Callable[[], dict[str, Any]]) -> float:
-    """Processor time of an answer with its JSON, the median of some after the first [s]."""
+    """Return the processor time of an answer with its JSON, the median of five [s]."""
     spent: list[float] = []
     for _ in range(TIMES + 1):  # the first one warms up
         start = time.process_time()

@@ -9,17 +9,24 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import Any
 
 from agents.digital_curling.client import Client, SeenMove
 from agents.digital_curling.conversion import throw_of
+from agents.digital_curling.join import WireLog
 from agents.digital_curling.messages import TEAMS, ShotMessage
 from agents.playing.match import PlayedDelivery, PlayedGame
-from agents.playing.record import lines_of
+from agents.playing.record import lines_of, write_lines
+from agents.playing.replay.page import write_page
+from agents.playing.scoreboard import scoreboard
+from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Fault, Team
 from curling_env.game.simulator import MIN_SPEED
+from curling_env.infrastructure.files.storage import together, write_text
 from curling_env.throw import FROM_HACK, MAX_SPEED, Throw
+from curling_env.units import Units
 
 FROM_HACK_AT_ANY_SPEED = replace(FROM_HACK, max_speed=MAX_SPEED)
 """What left the hand may be faster than what is meant."""
@@ -33,6 +40,63 @@ class _Named(Player):
 
     def call(self, view: PlayerView) -> Call:
         raise AssertionError("a recorded game has its own calls")
+
+
+def write_game(
+    folder: Path, client: Client, log: WireLog, *, ice: str, units: Units = Units.METRES
+) -> None:
+    """Write the messages of a game, its record, and the page that replays it.
+
+    A game that cannot be replayed has its messages only, and the client remarks on it.
+
+    Parameters
+    ----------
+    folder : an existing folder
+    client : after the game, or after as much of it as there was
+    log : all messages
+    ice : name or file of the ice that its player believes in
+    units : units of lengths on the page
+    """
+    lines = []
+    try:
+        lines = record_of(client, ice=ice) if client.seen else []
+    except InputError as error:
+        client.remark(f"no replay of this game can be made: {error}")
+    with together():
+        write_text(folder / "wire.jsonl", log.text())
+        if lines:
+            write_lines(folder / "game.jsonl", lines)
+            write_page(folder / "game.html", lines, units)
+
+
+def summary_of(client: Client) -> tuple[dict[str, Any], str, str]:
+    """The result of a client's game for JSON, its line score, and its winner in a sentence."""
+    game, result = client.game, client.result
+    assert game is not None
+    assert result is not None
+    document = {
+        "team": f"team{client.team.value}",
+        "team0": client.names[0],
+        "team1": client.names[1],
+        "game_id": client.game_id,
+        "score": list(game.score),
+        "line_score": [list(end) for end in game.line_score],
+        "winner": result.winner,
+        "reason": result.reason,
+        "stones": len(client.seen),
+    }
+    table = scoreboard(game, client.names)
+    return document, table, outcome_of(client.names, result.winner, result.reason)
+
+
+def outcome_of(names: tuple[str, str], winner: str | None, reason: str) -> str:
+    """Name the winner and the reason in a sentence."""
+    if winner is None:
+        return "A tie."
+    name = names[int(winner == "team1")]
+    loser = names[int(winner == "team0")]
+    how = {"concede": f": {loser} concedes", "time_limit": f": {loser} ran out of time"}
+    return f"{name} ({winner}) wins{how.get(reason, '')}."
 
 
 def record_of(client: Client, *, ice: str) -> list[dict[str, Any]]:

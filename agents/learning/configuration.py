@@ -20,7 +20,7 @@ from curling_env.envs.sheet.action import ThrowRange
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardWeights
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.yaml_file import read_yaml
+from curling_env.infrastructure.files.reading import read_yaml
 from curling_env.throw import skill_named
 
 ALGORITHMS = ("sac", "td3", "ppo")

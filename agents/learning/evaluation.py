@@ -21,13 +21,14 @@ from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.physics.slides import NO_OBSTACLES
 from curling_env.sheet import HOUSE_RADIUS, Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, Skill, Throw, skill_named
 from curling_env.typing import Floats, Progress, no_progress, with_progress
+from curling_env.units import Units, short_length
 
-EVALUATION_FORMAT = FileFormat(name="curling-evaluation", what="an evaluation")
+EVALUATION_FORMAT = FileFormat(name="curling-evaluation/1", what="an evaluation")
 
 TRIALS = 256
 """Throws with execution error at each target."""
@@ -174,6 +175,26 @@ def best_throw(ice: Ice, target: Floats, skill: Skill, *, seed: int = 1) -> Floa
     best = throw.copy()
     best[:3] += found.x * scale
     return best
+
+
+def in_words(result: dict[str, Any], skill: str, units: Units = Units.METRES) -> str:
+    """Compare the agent's mean miss with that of the planner and of the best possible throw.
+
+    Parameters
+    ----------
+    result : from `evaluate`
+    skill : name of the player's skill
+    units : units of the misses
+    """
+    over = result["agent_over_best"]
+    misses = ", ".join(
+        f"{name} {short_length(result[who]['mean_miss_with_error_m'], units)}"
+        for name, who in (("agent", "agent"), ("planner", "planner"), ("best possible", "best"))
+    )
+    return (
+        f"mean miss with skill {skill}, {result['draws']} draws: {misses}; agent over "
+        f"best {over['ratio']:.2f} ({over['low']:.2f}-{over['high']:.2f})"
+    )
 
 
 def evaluate(

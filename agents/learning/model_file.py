@@ -16,10 +16,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
-from curling_env.infrastructure.files.versions import FileFormat
 
-MODEL_FORMAT = FileFormat(name="curling-agent", what="a model")
+MODEL_FORMAT = FileFormat(name="curling-agent/1", what="a model")
 _ARRAY = "$array"
 _DOCUMENT = "document"
 
@@ -35,7 +35,7 @@ def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
     OutputError : the file cannot be written
     """
     arrays: dict[str, NDArray[Any]] = {}
-    layout = json.dumps({"format": MODEL_FORMAT.newest, "content": _take_apart(document, arrays)})
+    layout = json.dumps({"format": MODEL_FORMAT.name, "content": _take_apart(document, arrays)})
     arrays[_DOCUMENT] = np.frombuffer(layout.encode(), dtype=np.uint8)
     write_arrays(path, arrays)
 
@@ -52,7 +52,7 @@ def read_model(path: str | Path) -> dict[str, Any]:
         raise InputError("is not a trained model of this project", source=path)
     layout = parse_json(arrays[_DOCUMENT].tobytes(), source=path, where="its document")
     try:
-        layout = MODEL_FORMAT.brought_up(layout)
+        layout = MODEL_FORMAT.accept(layout)
     except InputError as error:
         raise InputError(error.problem, source=path) from error
     try:

@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import replace
 from pathlib import Path
 from typing import Any, cast
 
@@ -18,17 +17,17 @@ import numpy as np
 from agents.playing.match import PlayedDelivery, PlayedGame
 from agents.playing.record_schema import check_lines
 from curling_env.errors import InputError
-from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
-from curling_env.game.rules import Game, Ruling, Team, concede
+from curling_env.game import GameSimulator
+from curling_env.game.rules import Game, Team
 from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
 from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import confined, parse_json, read_text, write_text
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
-FORMAT = FileFormat(name="curling-game", what="a recorded game")
+FORMAT = FileFormat(name="curling-game/1", what="a recorded game")
 KEPT_SAMPLES = 3
 """One in so many of a path's 30 samples a second is written."""
 
@@ -64,7 +63,7 @@ def head_line(
     simulator, ice, seed : as in `lines_of`
     """
     return {
-        "format": FORMAT.newest,
+        "format": FORMAT.name,
         "home": names[Team.HOME],
         "away": names[Team.AWAY],
         "rules": first.rules.name,
@@ -120,7 +119,7 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
             raise InputError("expected an object", source=path, where=f"line {number}")
         lines.append(cast("dict[str, Any]", line))
     try:
-        lines[:1] = [FORMAT.brought_up(lines[0] if lines else None)]
+        lines[:1] = [FORMAT.accept(lines[0] if lines else None)]
     except InputError as error:
         raise InputError(error.problem, source=path, where="line 1") from error
     if len(lines) < 2 or "line_score" not in lines[-1]:
@@ -148,51 +147,6 @@ def ice_of(lines: Sequence[dict[str, Any]], path: str | Path) -> str:
     if name in preset_names():
         return name
     return str(confined(name, Path(path).absolute().parent, source=path))
-
-
-def play_again(lines: Sequence[dict[str, Any]], simulator: GameSimulator) -> GameState:
-    """Play a recorded game again from the intended throws; the simulator must be the same.
-
-    Raises
-    ------
-    InputError : the game goes otherwise than it was recorded
-    """
-    head, *deliveries, result = lines
-    state = simulator.new_game(int(head["seed"]), last_stone=Team[str(head["last_stone"]).upper()])
-    for line in deliveries:
-        if state.game.end is None:
-            first = line["hammer"] != state.game.last_stone.label
-            state = simulator.begin_end(state, power_play=line["power_play"], throw_first=first)
-        intended = line["meant"]
-        sweep = tuple(line["sweep"])
-        call = Call(
-            throw=Throw(**intended), sweep=sweep if simulator.sweeping else None, shot=line["shot"]
-        )
-        state, shot = simulator.play(state, call, opponent=_RecordedChoice(bool(line["put_back"])))
-        if _lying(shot.stones_after, shot.direction) != line["lying"]:
-            raise InputError(
-                f"end {line['end']}, stone {line['stone']} went otherwise than it was recorded: "
-                "another ice, other rules or another skill"
-            )
-    if result["conceded"] is not None:
-        team = Team[str(result["conceded"]).upper()]
-        state = replace(state, game=concede(state.game, team))
-    if [list(end) for end in state.game.line_score] != result["line_score"]:
-        raise InputError("the game ended with another line score than was recorded")
-    return state
-
-
-class _RecordedChoice(Player):
-    """Chooses after a tick as the record has it."""
-
-    def __init__(self, put_back: bool) -> None:
-        self._put_back = put_back
-
-    def call(self, view: PlayerView) -> Call:
-        raise AssertionError("a recorded game has its own calls")
-
-    def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
-        return self._put_back
 
 
 def delivery_line(delivery: PlayedDelivery) -> dict[str, Any]:

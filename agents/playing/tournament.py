@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from itertools import combinations
+from typing import Any
 
 import numpy as np
 
@@ -62,6 +63,14 @@ class Tournament:
     standings: tuple[Standing, ...]
     names: tuple[str, ...]
     wins: Floats
+
+    def as_dict(self) -> dict[str, Any]:
+        """The results for JSON."""
+        return {
+            "standings": [asdict(standing) for standing in self.standings],
+            "players": list(self.names),
+            "wins": self.wins.tolist(),
+        }
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,35 +1,31 @@
-"""`curling bench`: how fast it is on this machine."""
+"""`curling bench`: speed on this machine."""
 
 from __future__ import annotations
 
 from typing import Annotated
 
-import typer
+from typer import Option
 
-from curling_env.commands.cli import print_json, progress_bar, say
+from curling_env.commands.terminal import print_json, progress_bar
 
 
 def bench(
-    json: Annotated[
-        bool, typer.Option("--json", help="A JSON list of {name, value, unit} instead of a table.")
-    ] = False,
+    json: Annotated[bool, Option("--json", help="Print JSON: {name, value, unit}.")] = False,
 ) -> None:
     """Measure how many throws and film frames per second this machine does.
 
-    Each number is the best of three runs on one core in processor time, unless its name says
-    otherwise. The two measures of two cores use the clock on the wall and need a quiet machine. For
-    comparison, the measures that begin with pymunk_only make the same throws with pymunk and a
-    Python callback at 60 Hz. The first run on a machine also compiles for a minute, which is not
-    counted.
-
     \b
-    Example:
+    Examples:
         curling bench
         curling bench --json > speed.json
+
+    Each number is the best of three runs on one core, in processor time. The measures that begin
+    with pymunk_only make the same throws with pymunk and a Python callback at 60 Hz, for
+    comparison. The first run on a machine also compiles for a minute, which is not counted.
     """
     from importlib.metadata import entry_points
 
-    from curling_env.commands.benchmarks import Measure, measures
+    from curling_env.benchmarks.measures import Measure, measures
     from curling_env.typing import with_progress
 
     sources = [measures]
@@ -40,13 +36,9 @@ def bench(
             for measure in source():
                 found.append(measure)
                 if not json:
-                    value = _readable(measure.value)
-                    print(f"{measure.name:40} {value:>12} {measure.unit}", flush=True)
+                    digits = ",.0f" if measure.value >= 100 else ".3g"
+                    print(
+                        f"{measure.name:40} {measure.value:>12{digits}} {measure.unit}", flush=True
+                    )
     if json:
         print_json([vars(measure) for measure in found])
-    if not found:
-        say("nothing to measure")
-
-
-def _readable(value: float) -> str:
-    return f"{value:,.0f}" if value >= 100 else f"{value:.3g}"

@@ -1,4 +1,4 @@
-"""The `curling` command, and what its sub-commands share.
+"""The `curling` command: it finds a sub-command, runs it and reports its end in one line.
 
 A sub-command is a function with Typer annotations, declared under the entry-point group
 `curling.commands`. So no lower package imports a higher one, and anyone can add a command. Only the
@@ -10,36 +10,38 @@ from __future__ import annotations
 
 import errno
 import importlib.metadata
-import json
 import os
-import re
 import signal
 import sys
 from collections.abc import Callable, Generator, Sequence
-from contextlib import contextmanager
-from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any, NoReturn
+from contextlib import contextmanager, suppress
+from typing import Annotated, Any, NoReturn
 
 import typer
+import typer.core
 
+from curling_env.commands.options import (
+    OUTPUT,
+    IceOption,
+    OutputDirectory,
+    OutputFile,
+    SeedOption,
+    TracksFile,
+)
 from curling_env.commands.outputs import Writes, guarded
 from curling_env.commands.terminal import (
-    only_our_words,
-    open_streams,
+    conclude,
+    print_json,
+    progress_bar,
     remarks_at_the_end,
     say,
     shortened,
 )
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.files.command_files import CommandFiles, command_files
-from curling_env.infrastructure.files.storage import format_json
+from curling_env.infrastructure.files.writing import CommandFiles, command_files
 from curling_env.infrastructure.plugins import what_hides
 from curling_env.infrastructure.provenance import typed
-from curling_env.typing import Progress
-from curling_env.units import Units
-
-if TYPE_CHECKING:
-    from curling_env.ice import Ice
+from curling_env.infrastructure.streams import only_our_words, open_streams
 
 __all__ = [
     "IceOption",
@@ -48,11 +50,11 @@ __all__ = [
     "SeedOption",
     "TracksFile",
     "Writes",
+    "conclude",
     "main",
     "print_json",
     "progress_bar",
     "say",
-    "say_what_is_lacking",
 ]
 
 COMMAND_GROUP = "curling.commands"
@@ -62,7 +64,7 @@ BAD_INPUT = 2
 INTERRUPTED = 130
 """128 + signal number, as shells report SIGINT."""
 TRACEBACK = "CURLING_TRACEBACK"
-"""Environment variable: where it is set, a mistake of the program shows its place in the code."""
+"""Environment variable: shows where in the code an internal error was raised."""
 
 EXTRAS = {
     "torch": "train",
@@ -81,153 +83,44 @@ EXTRAS = {
     "uvicorn": "digital-curling",
     "jinja2": "app",
 }
-"""Module -> the extra of the distribution that brings it."""
+"""Extra of the distribution that brings each module."""
 
 HELP = """From film to throw: measure the friction of curling ice, simulate stones, plan throws.
 
 \b
-A first look:       curling demo
-Film to throws:     curling corners FILM.mp4 -o SCENE.json
-                    curling track FILM.mp4 --scene SCENE.json -o tracks.csv
-                    curling throws tracks.csv
-Throws to ice:      curling estimate tracks.csv -o ice.json
-Ice to throw:       curling plan --ice ice.json --target 0,17.37
-                    curling throw --ice ice.json --speed 2.1 --angle 0 --spin 1.5
+First look:     curling demo
+Film to throws: curling corners FILM.mp4 -o SCENE.json
+                curling track FILM.mp4 --scene SCENE.json -o tracks.csv
+                curling throws tracks.csv
+Throws to ice:  curling estimate tracks.csv -o ice.json
+Ice to throw:   curling plan --ice ice.json --target 0,17.37
+                curling throw --ice ice.json --speed 2.1 --angle 0 --spin 1.5
 
-Lengths are in metres, times in seconds, angles in radians. An ICE is an ice file or the name of a
-preset: standard (championship ice), fitted (the same, fitted to what is published), club (slower
-and straighter), fcv1 (the law of Digital Curling) or paper (uniform friction).
+Lengths are in metres, times in seconds, angles in radians. An ICE is an ice file or a preset:
+standard (championship ice), fitted (the same, fitted to published measurements), club (slower and
+straighter), fcv1 (the law of Digital Curling) or paper (uniform friction).
 """
-
-# --- what sub-commands share -------------------------------------------------------------------
-
-IceOption = Annotated[
-    str,
-    typer.Option(
-        "--ice",
-        metavar="ICE",
-        help="An ice file, or a preset: standard, fitted, club, fcv1, paper.",
-    ),
-]
-SeedOption = Annotated[
-    int,
-    typer.Option(
-        "--seed", min=0, help="Seed of all randomness; the same seed gives the same result."
-    ),
-]
-OutputFile = Annotated[
-    Path, typer.Option("-o", "--output", metavar="FILE", help="File for the result."), Writes()
-]
-TracksFile = Annotated[
-    Path,
-    typer.Option("-o", "--output", metavar="FILE", help="File for the result."),
-    Writes(kinds=("tracks",), added_by="append"),
-]
-OutputDirectory = Annotated[
-    Path,
-    typer.Option("-o", "--output", metavar="DIR", help="Directory for the results."),
-    Writes(folder=True),
-]
-
-
-DeliveryOption = Annotated[
-    str,
-    typer.Option(
-        help="Where throws begin: hog-line, tee-line, or hack as in Digital Curling, with π/2 "
-        "rad/s and at most 4 m/s."
-    ),
-]
-JsonOption = Annotated[
-    bool,
-    typer.Option("--json", help="Print the result as JSON, as it is where stdout is no terminal."),
-]
-UnitsOption = Annotated[
-    Units, typer.Option("--units", help="What lengths are told in where people read them.")
-]
-
-
-def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
-    """Print the result of a command: its sentences on a terminal, and JSON for programs.
-
-    Where stdout is no terminal it gets the JSON, and the sentences go to stderr.
-
-    Parameters
-    ----------
-    document : the result as plain numbers, lists and dictionaries
-    sentences : what a person wants to know of it, in one sentence or two
-    as_json : whether the JSON is wanted on a terminal too, and no sentence
-    """
-    if sys.stdout.isatty() and not as_json:
-        for sentence in sentences:
-            print(sentence)
-        return
-    if not as_json:
-        for sentence in sentences:
-            say(sentence)
-    print_json(document)
-
-
-def print_json(document: Any) -> None:
-    """Print JSON on stdout, in ASCII where that knows no other letters."""
-    text = format_json(document)
-    try:
-        text.encode(sys.stdout.encoding or "utf-8")
-    except UnicodeEncodeError:  # other letters stand in texts only, where JSON can escape them
-        text = re.sub(r"[^\x00-\x7f]", lambda letter: json.dumps(letter[0])[1:-1], text)
-    print(text)
-
-
-@contextmanager
-def progress_bar(unit: str = "") -> Generator[Progress]:
-    """A `Progress` that draws a bar on a terminal (stderr), which vanishes when done.
-
-    Parameters
-    ----------
-    unit : what is counted, such as ``frame``; a total of 1 is drawn in per cent
-    """
-    from tqdm import tqdm
-
-    bar: Any = None
-
-    def show(what: str, done: float, total: float = 1.0, /) -> None:
-        nonlocal bar
-        share = total == 1.0
-        if bar is None or bar.total != (100 if share else total or None):
-            if bar is not None:
-                bar.close()
-            # Delayed, so that work which is refused or done at once says only that.
-            bar = tqdm(
-                total=100 if share else total or None,
-                unit="%" if share else unit,
-                leave=False,
-                delay=0.5,
-                file=sys.stderr,
-                disable=not sys.stderr.isatty(),  # a file wants no bar, and a refusal is one line
-                bar_format="{desc}: {percentage:3.0f}%|{bar}| {elapsed}" if share else None,
-            )
-        bar.set_description(what, refresh=False)
-        bar.update((100 * done if share else done) - bar.n)
-
-    try:
-        yield show
-    finally:
-        if bar is not None:
-            bar.close()
-
-
-def say_what_is_lacking(*ices: Ice) -> None:
-    """Say on stderr, once for all of the ices, what they lack of what their tracks show."""
-    from curling_env.physics.ice_remarks import what_is_lacking
-
-    for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
-        say(remark)
 
 
 class CommandError(CurlingError):
     """A declared sub-command cannot be loaded."""
 
 
-# --- the command -------------------------------------------------------------------------------
+class PanelledCommand(typer.core.TyperCommand):
+    """A command whose help lists its options by panel, in plain text."""
+
+    def format_options(self, ctx: Any, formatter: Any) -> None:
+        panels: dict[str, list[tuple[str, str]]] = {}
+        for parameter in self.get_params(ctx):
+            kind = "Arguments" if parameter.param_type_name == "argument" else "Options"
+            if parameter.name == "help" and OUTPUT in panels:
+                kind = OUTPUT
+            title = getattr(parameter, "rich_help_panel", None) or kind
+            if record := parameter.get_help_record(ctx):
+                panels.setdefault(title, []).append(record)
+        for title in sorted(panels, key=lambda title: title == OUTPUT):
+            with formatter.section(title):
+                formatter.write_dl(panels[title])
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -235,7 +128,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Parameters
     ----------
-    arguments : what follows `curling` on the command line; None takes those of the process
+    arguments : words after `curling` on the command line; None takes those of the process
 
     Returns
     -------
@@ -246,9 +139,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     if os.environ.get("NUMBA_NUM_THREADS", "").strip() == "0":
-        del os.environ[
-            "NUMBA_NUM_THREADS"
-        ]  # numba does not load with it, and needs no threads here
+        del os.environ["NUMBA_NUM_THREADS"]  # numba does not load with it, and needs no threads
     open_streams()
     files = CommandFiles()
     try:
@@ -259,94 +150,80 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
 
 def _run(arguments: list[str], files: CommandFiles) -> int:
-    """Run a command and answer whatever it ends with."""
+    """Run a command and report its end, whatever it is."""
     try:
         with _orderly_termination(), typed(arguments), command_files(files), remarks_at_the_end():
             status = _app(arguments)(args=arguments, prog_name="curling", standalone_mode=False)
             sys.stdout.flush()  # a full disk behind a redirection is noticed here
             if status == INTERRUPTED:  # so Typer reports an interrupt
                 raise KeyboardInterrupt
-            _say_what_is_not_kept()
+            cache: Any = sys.modules.get("curling_env.infrastructure.kernel_cache")
+            for text in () if cache is None else cache.remarks():
+                say(text)
             return status if isinstance(status, int) else 0
     except typer.TyperException as error:
-        return _complain(f"{error.format_message()} (`{_help_for(error)}` tells more)")
+        context = getattr(error, "ctx", None)
+        path = context.command_path if context else "curling"
+        return _complain(f"{error.format_message()} (see `{path} --help`)")
     except (KeyboardInterrupt, typer.Abort):
-        _remark(f"interrupted; {_what_stays(files)}")
+        written = _written(files)
+        left = f"already written: {written}; repeat the command to make the rest"
+        nothing = "nothing was written; repeat the command to begin again"
+        _remark(f"interrupted; {files.kept or (left if written else nothing)}")
         return INTERRUPTED
     except (BrokenPipeError, SystemExit) as error:
         # Typer, where it notices first, asks for an end without a word.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
         _mute_stdout()
-        told = "whoever read the result has ended before all of it was written"
-        return _complain(told + _and_what_stays(files))
+        reason = "the reader of the result has ended before all of it was written"
     except Exception as error:  # every other end is one line too
-        return _complain(_words_for(error) + _and_what_stays(files))
-
-
-def _say_what_is_not_kept() -> None:
-    """Say it where compiled code cannot be kept; a command without compiled code knows nothing."""
-    cache: Any = sys.modules.get("curling_env.infrastructure.kernel_cache")
-    if cache is not None:
-        for text in cache.remarks():
-            say(text)
+        reason = _words_for(error)
+    written = _written(files)
+    left = files.kept or (f"written before: {written}" if written else "")
+    return _complain(f"{reason}; {left}" if left else reason)
 
 
 def _words_for(error: Exception) -> str:
-    """What an error means, in words; a mistake of the program is owned as one."""
-    if isinstance(error, CurlingError):
-        return str(error)
-    if isinstance(error, ModuleNotFoundError) and (extra := _extra_of(error)) is not None:
-        return (
-            f"this needs {error.name}, which is not installed: pip install 'curling-sheet[{extra}]'"
-        )
-    if isinstance(error, MemoryError):
-        return "this needs more memory than there is: give it less, or smaller files"
-    if isinstance(error, RecursionError):
-        return "something that was given is nested too deep"
-    if isinstance(error, OSError):
-        if error.errno == errno.ENOSPC:
-            _mute_stdout()
-        reason = (error.strerror or str(error)).lower()
-        return f"{error.filename}: {reason}" if error.filename else reason
-    if os.environ.get(TRACEBACK):
-        raise error
-    return (
-        f"a mistake of this program, not of yours: {type(error).__name__}: "
-        f"{str(error)[:120]} (please report it; with {TRACEBACK}=1 its place is shown)"
-    )
-
-
-def _what_stays(files: CommandFiles) -> str:
-    """What an interrupted command leaves, and how to go on."""
-    if files.kept:
-        return files.kept
-    written = _written(files)
-    if written:
-        return f"already written: {written}; repeat the command to make the rest"
-    return "nothing was written; repeat the command to begin anew"
-
-
-def _and_what_stays(files: CommandFiles) -> str:
-    """What stands although a command has failed, such as a result of which nobody could be told."""
-    written = _written(files)
-    return f"; written before: {written}" if written else ""
+    """Explain an error in words; an internal error is reported as such."""
+    match error:
+        case CurlingError():
+            return str(error)
+        case ModuleNotFoundError() if (extra := _extra_of(error)) is not None:
+            install = f"pip install 'curling-sheet[{extra}]'"
+            return f"this needs {error.name}, which is not installed: {install}"
+        case MemoryError():
+            return "this needs more memory than there is: give it less, or smaller files"
+        case RecursionError():
+            return "the input is nested too deep"
+        case OSError():
+            if error.errno == errno.ENOSPC:
+                _mute_stdout()
+            reason = (error.strerror or str(error)).lower()
+            return f"{error.filename}: {reason}" if error.filename else reason
+        case _ if os.environ.get(TRACEBACK):
+            raise error
+        case _:
+            return (
+                f"a mistake of this program, not of yours: {type(error).__name__}: "
+                f"{str(error)[:120]} (please report it; {TRACEBACK}=1 shows its place)"
+            )
 
 
 def _written(files: CommandFiles) -> str:
-    """The files of a command that have taken their names, in words."""
+    """List the files of a command that have taken their names."""
     written = [path for path in dict.fromkeys(files.written) if path.exists()]
     names = ", ".join(str(path) for path in written[:3])
     return names if len(written) <= 3 else f"{names} and {len(written) - 3} more"
 
 
 def _app(arguments: Sequence[str]) -> typer.Typer:
-    """The command asked for, or all of them if it is not found (help, misspelling)."""
+    """Return the command asked for, or all of them if it is not found (help, misspelling)."""
     declared = {entry.name: entry for entry in importlib.metadata.entry_points(group=COMMAND_GROUP)}
     app = typer.Typer(
         help=HELP,
         add_completion=False,
-        rich_markup_mode=None,
+        rich_markup_mode=None,  # plain help, with panels, on terminals and in pipes
         pretty_exceptions_enable=False,
         context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     )
@@ -355,16 +232,16 @@ def _app(arguments: Sequence[str]) -> typer.Typer:
     for name in [wanted] if wanted in declared else sorted(declared):
         try:
             command = declared[name].load()
-        except Exception as error:  # whatever a stranger's module may do
+        except Exception as error:  # a third party's module may raise anything
             # Any arguments: that the command is missing matters more than how it was called.
             lenient = {"ignore_unknown_options": True, "allow_extra_args": True}
-            reason = shortened(what_hides(declared[name]) or str(error))
+            reason = shortened(what_hides(declared[name]) or str(error)) or type(error).__name__
             app.command(name, context_settings=lenient)(_unavailable(name, error, reason))
             continue
         if isinstance(command, typer.Typer):
             app.add_typer(command, name=name)
         else:
-            app.command(name)(guarded(command))
+            app.command(name, cls=PanelledCommand)(guarded(command))
     return app
 
 
@@ -383,16 +260,15 @@ def _version_option(
     pass
 
 
-def _unavailable(name: str, reason: Exception, text: str) -> Callable[..., NoReturn]:
-    """What stands for a command that cannot be imported, in the list and when it is called."""
-    text = text or type(reason).__name__
+def _unavailable(name: str, error: Exception, reason: str) -> Callable[..., NoReturn]:
+    """Stand in for a command that cannot be imported, in the list and when it is called."""
 
     def command(context: typer.Context) -> NoReturn:
-        if isinstance(reason, ModuleNotFoundError) and _extra_of(reason):
-            raise reason
-        raise CommandError(f"the command {name} cannot be loaded: {text}") from reason
+        if isinstance(error, ModuleNotFoundError) and _extra_of(error):
+            raise error
+        raise CommandError(f"the command {name} cannot be loaded: {reason}") from error
 
-    command.__doc__ = f"(not available: {text})"
+    command.__doc__ = f"(not available: {reason})"
     command.__name__ = name
     return command
 
@@ -407,12 +283,11 @@ def _orderly_termination() -> Generator[None]:
     before: dict[signal.Signals, Any] = {}
     try:
         for number in (signal.SIGTERM, signal.SIGHUP):
-            # `nohup` lets a command outlive its terminal, and only that is left to it.
+            # `nohup` lets a command outlive its terminal, by this handler.
             if signal.getsignal(number) is not signal.SIG_IGN:
                 before[number] = signal.signal(number, stop)
-    except ValueError:  # not in the main thread, where signals are someone else's
-        yield
-        return
+    except ValueError:  # not in the main thread, where signals belong to others
+        pass
     try:
         yield
     finally:
@@ -425,29 +300,20 @@ def _extra_of(error: ModuleNotFoundError) -> str | None:
     return EXTRAS.get(name) or EXTRAS.get(name.partition(".")[0])
 
 
-def _help_for(error: typer.TyperException) -> str:
-    context = getattr(error, "ctx", None)
-    return f"{context.command_path if context else 'curling'} --help"
-
-
 def _complain(problem: str) -> int:
     _remark(problem)
     return BAD_INPUT
 
 
 def _remark(text: str) -> None:
-    try:
+    with suppress(OSError, ValueError):  # a closed stderr
         print(shortened(f"curling: {text}"), file=sys.stderr, flush=True)
-    except (OSError, ValueError):  # nobody hears it
-        return
 
 
 def _mute_stdout() -> None:
-    """Discard what is still buffered, which would fail again at exit: nobody reads it."""
-    try:
+    """Discard the rest of the buffer, which would fail again at exit."""
+    with suppress(OSError, ValueError):  # no file behind it
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
-    except (OSError, ValueError):  # no file behind it
-        return
 
 
 if __name__ == "__main__":

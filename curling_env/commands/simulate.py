@@ -5,42 +5,34 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
-from curling_env.commands.cli import IceOption, TracksFile, progress_bar, say
+from curling_env.commands.options import IceOption, TracksFile
+from curling_env.commands.terminal import progress_bar, say
+
+ReleasesOption = Annotated[
+    Path,
+    Option(metavar="R.csv", help="The throws: a table with columns throw,x,y,vx,vy,theta,omega."),
+]
 
 
 def simulate(
     ice: IceOption,
-    releases: Annotated[
-        Path,
-        typer.Option(
-            metavar="R.csv", help="Releases, a table with columns throw,x,y,vx,vy,theta,omega."
-        ),
-    ],
+    releases: ReleasesOption,
     output: TracksFile,
-    fps: Annotated[
-        float, typer.Option(min=0.1, max=10_000, help="Rows per second of the tracks.")
-    ] = 30.0,
+    fps: Annotated[float, Option(min=0.1, max=10_000, help="Rows per second.")] = 30.0,
 ) -> None:
-    """Throw stones one after the other on an empty sheet and write their paths.
-
-    A path begins at the release and ends where the stone rests or touches the edge of the ice. The
-    throws are made in the order of the file. The ice changes from throw to throw if its effects say
-    so, for instance where earlier stones have worn it (pebble_wear). Positions are true ones:
-    effects of the measurement in the ice file, such as a lens, do not change them.
-
-    Releases are in the frame of the sheet: origin mid-sheet, y towards the away end, lengths in
-    metres, angles in radians. Optional columns are stone, clock (seconds since the session began),
-    sweep_start and sweep_end (seconds after release).
+    """Throw stones one after the other on an empty sheet and write their true paths.
 
     \b
-    Example of R.csv, a draw from the home hog line:
+    Example, and R.csv with a draw from the home hog line:
+        curling simulate --ice standard --releases R.csv -o tracks.csv
         throw,x,y,vx,vy,theta,omega
         0,0,-10.9725,0,2.1,0,1.5
-    \b
-    Example:
-        curling simulate --ice standard --releases releases.csv -o tracks.csv
+
+    A path begins at the release and ends where the stone comes to rest or touches the edge of the
+    ice. Earlier throws wear the ice if its effects say so; effects of the measurement, such as a
+    lens, do not change the paths. docs/files.md describes both tables.
     """
     from curling_env.errors import InputError
     from curling_env.ice import load_ice

@@ -1,19 +1,24 @@
-"""What reaches the terminal: our own words, each remark in one line."""
+"""Results, remarks and progress on the terminal."""
 
 from __future__ import annotations
 
-import io
-import logging
-import os
+import json
+import re
 import sys
-import warnings
 from collections.abc import Generator
-from contextlib import contextmanager, suppress
+from contextlib import contextmanager
 from contextvars import ContextVar
+from typing import TYPE_CHECKING, Any
+
+from curling_env.infrastructure.files.storage import format_json
+from curling_env.typing import Progress
+
+if TYPE_CHECKING:
+    from curling_env.ice import Ice
 
 MAX_LINE = 300
 """Characters of a line that explains a refusal."""
-
+SHARE_BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
 
 _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
 
@@ -21,20 +26,79 @@ _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
 def say(text: str, *, now: bool = False) -> None:
     """Print a remark for the person at the terminal on stderr; stdout is for results.
 
-    Where stderr is no terminal, remarks come when the command has succeeded: one that is refused
+    Where stderr is no terminal, remarks wait until the command has succeeded; one that is refused
     says only why.
 
     Parameters
     ----------
-    now : print it at once everywhere, because somebody waits for it
+    now : print it at once everywhere, because someone waits for it
     """
     held = _HELD.get()
     if held is not None and not now and not sys.stderr.isatty():
         held.append(text)
         return
-    tqdm = sys.modules.get("tqdm")
-    # A bar that is being drawn must not be written into.
+    tqdm = sys.modules.get("tqdm")  # which keeps a bar that is being drawn out of the way
     (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
+
+
+def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
+    """Print the result of a command: its sentences on a terminal, and JSON for programs.
+
+    Where stdout is no terminal it gets the JSON, and the sentences go to stderr.
+
+    Parameters
+    ----------
+    document : the result as plain numbers, lists and dictionaries
+    sentences : the result for a person, in one sentence or two
+    as_json : print the JSON on a terminal too, and no sentence
+    """
+    terminal = sys.stdout.isatty()
+    for sentence in () if as_json else sentences:
+        (print if terminal else say)(sentence)
+    if as_json or not terminal:
+        print_json(document)
+
+
+def print_json(document: Any) -> None:
+    """Print JSON on stdout, in ASCII where its encoding lacks a letter."""
+    text = format_json(document)
+    try:
+        text.encode(sys.stdout.encoding or "utf-8")
+    except UnicodeEncodeError:  # only texts hold other letters, where JSON can escape them
+        text = re.sub(r"[^\x00-\x7f]", lambda letter: json.dumps(letter[0])[1:-1], text)
+    print(text)
+
+
+def warn_about(*ices: Ice) -> None:
+    """Report on stderr, once for all of the ices, what they lack of what their tracks show."""
+    from curling_env.physics.ice_remarks import what_is_lacking
+
+    for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
+        say(remark)
+
+
+@contextmanager
+def progress_bar(unit: str = "") -> Generator[Progress]:
+    """Provide a `Progress` that draws a bar on a terminal (stderr), which vanishes when done.
+
+    Parameters
+    ----------
+    unit : what is counted, such as ``frame``; a total of 1 is drawn in per cent
+    """
+    from tqdm import tqdm
+
+    # Delayed, so that work that is refused or done at once prints only that.
+    with tqdm(unit=unit, leave=False, delay=0.5, miniters=0, disable=None) as bar:
+
+        def show(what: str, done: float, total: float = 1.0, /) -> None:
+            if bar.total != (total or None):
+                bar.n = bar.last_print_n = 0
+                bar.total = total or None
+                bar.bar_format = SHARE_BAR if total == 1.0 else None
+            bar.set_description_str(what, refresh=False)
+            bar.update(done - bar.n)
+
+        yield show
 
 
 @contextmanager
@@ -50,89 +114,9 @@ def remarks_at_the_end() -> Generator[None]:
         say(text)
 
 
-def open_streams() -> None:
-    """Give a closed stdin, stdout or stderr a place that leads nowhere, and let them show anything.
-
-    A shell can close them (``>&-``). The next file that is opened would get their place, and what
-    is printed would go into it. A letter that the terminal does not know is shown as its number.
-    """
-    for number, name in enumerate(("stdin", "stdout", "stderr")):
-        try:
-            os.fstat(number)
-        except OSError:
-            nothing = os.open(os.devnull, os.O_RDWR)
-            if nothing != number:
-                os.dup2(nothing, number)
-                os.close(nothing)
-            os.set_inheritable(number, True)  # workers would find it closed again
-        if getattr(sys, name) is None:
-            mode = "w" if number else "r"
-            setattr(sys, name, os.fdopen(number, mode, encoding="utf-8", closefd=False))
-    with suppress(AttributeError, OSError, ValueError):  # not a text file, or not the process's own
-        getattr(sys.stdout, "reconfigure")(errors="backslashreplace")  # noqa: B009
-
-
 def shortened(text: str) -> str:
-    """A text as one line of at most 300 characters that any terminal can show."""
-    line = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in _words(text))
-    return line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 70]} ... {line[-60:]}"
-
-
-def _words(text: str) -> str:
-    # Cut first: a text of megabytes needs no care beyond what is shown.
-    if len(text) > 4 * MAX_LINE:
-        text = f"{text[: 2 * MAX_LINE]} ... {text[-MAX_LINE:]}"
-    return " ".join(text.split())
-
-
-class _Terminal(io.TextIOWrapper):
-    """Where remarks are written: that nobody hears them, on a full disk, stops no work."""
-
-    def write(self, text: str, /) -> int:
-        """Write a text, or lead it and all later ones nowhere."""
-        try:
-            return super().write(text)
-        except OSError:
-            nothing = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(nothing, self.fileno())
-            os.close(nothing)
-            return len(text)
-
-
-@contextmanager
-def only_our_words() -> Generator[None]:
-    """Keep what libraries write to stderr from it; `sys.stderr` goes on to reach the terminal.
-
-    libpng, FFmpeg, OpenCV and Ray write to the process's stderr themselves, and NumPy warns. With
-    CURLING_TRACEBACK set all of that is shown. Worker processes inherit the silence, and so hold no
-    pipe to whoever reads our stderr.
-    """
-    try:
-        ours = sys.stderr.fileno() == 2 and not os.environ.get("CURLING_TRACEBACK")
-        terminal = os.dup(2) if ours else -1
-    except (AttributeError, OSError, ValueError):  # stderr is closed, or a test's own
-        ours, terminal = False, -1
-    if not ours:
-        yield
-        return
-    before, was_disabled = sys.stderr, logging.root.manager.disable
-    before.flush()
-    # Line by line, and whatever a file's name may hold can be printed.
-    sys.stderr = _Terminal(
-        os.fdopen(terminal, "wb"), encoding=before.encoding, errors="replace", line_buffering=True
-    )
-    nothing = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nothing, 2)
-    os.close(nothing)
-    logging.disable(logging.CRITICAL)
-    try:
-        with warnings.catch_warnings():
-            if not sys.warnoptions:
-                warnings.simplefilter("ignore")
-            yield
-    finally:
-        logging.disable(was_disabled)
-        sys.stderr.flush()
-        os.dup2(terminal, 2)
-        sys.stderr.close()
-        sys.stderr = before
+    """Return a text as one line of at most 300 characters that any terminal can show."""
+    words = " ".join(text.split())
+    if len(words) > MAX_LINE:
+        words = f"{words[: MAX_LINE - 70]} ... {words[-60:]}"
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in words)

@@ -23,7 +23,7 @@ from gymnasium.utils import RecordConstructorArgs
 from curling_env.envs.options import number
 from curling_env.envs.rendering import FILM_SPEED, FPS
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.infrastructure.files.storage import atomic_path, fitted, make_directory
 from curling_env.typing import Image
 
 HELD = FPS
@@ -86,7 +86,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
         seen = self.env.reset(seed=seed, options=options)
         self._episode += 1
         if self._trigger(self._episode):
-            path = self._folder / f"{self._prefix}-episode-{self._episode}.mp4"
+            path = self._folder / fitted(self._prefix, f"-episode-{self._episode}.mp4")
             self._film = _Film(path)
             picture: Any = self.env.render()
             self._film.write([picture] * HELD)

@@ -10,12 +10,11 @@ from typing import Annotated, Any
 import msgspec
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.schema import Document, Short, checked, within
+from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
 from curling_env.infrastructure.files.storage import read_json, write_json
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.throw import MIN_TAILS, SKILLS, Skill
 
-SKILL_FORMAT = FileFormat(name="curling-skill", what="a skill file")
+SKILL_FORMAT = FileFormat(name="curling-skill/1", what="a skill file")
 
 
 class SkillDocument(Document):
@@ -56,7 +55,7 @@ def load_skill(source: str | Path | Skill) -> Skill:
         )
     document = read_json(source)
     try:
-        skill = checked(SKILL_FORMAT.brought_up(document), SkillDocument)
+        skill = checked(SKILL_FORMAT.accept(document), SkillDocument)
         return Skill(
             name=skill.name,
             sigma_speed=skill.sigma_speed,
@@ -85,7 +84,7 @@ def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | N
 def skill_document(skill: Skill, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
     """The skill as its file holds it, for JSON."""
     return {
-        "format": SKILL_FORMAT.newest,
+        "format": SKILL_FORMAT.name,
         "name": skill.name,
         "sigma_speed": skill.sigma_speed,
         "sigma_angle": skill.sigma_angle,

@@ -11,6 +11,7 @@ from curling_env.physics.engine import Engine
 from curling_env.physics.slides import SlideEnd, play_bounds, slide
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
+from curling_env.units import Units, side
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -44,6 +45,19 @@ class Shot:
     def as_dict(self) -> dict[str, float | str | None]:
         """The numbers by name."""
         return asdict(self)
+
+    def in_words(self, direction: Direction, units: Units = Units.METRES) -> str:
+        """Describe the outcome in a sentence, as seen from the end that was thrown from."""
+        weight = "" if self.hog_to_hog is None else f"{self.hog_to_hog:.1f} s hog to hog; "
+        if self.status == "out_side":
+            return f"{weight}it touches the side line"
+        if self.status == "out_back":
+            return f"{weight}it runs through the house"
+        along = side(direction * self.y - TEE_Y, units, right="past")
+        across = side(direction * self.x, units).replace("on the line", "on the centre line")
+        tee = "" if "tee" in along else " the tee" if " past" in along else " of the tee"
+        hogged = "hogged, it stops" if self.status == "hogged" else "it comes to rest"
+        return f"{weight}{hogged} {along}{tee}, {across}"
 
 
 def shoot(

@@ -17,6 +17,7 @@ from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.infrastructure.executor import Executor, SerialExecutor
 from curling_env.physics.batch import RELEASE_DTYPE, Rests, release_table, throw_batch
+from curling_env.physics.slides import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release, Skill, skill_named
 from curling_env.typing import Floats, Progress, no_progress, with_progress
 
@@ -121,6 +122,26 @@ class Sweep:
         """Number of pieces."""
         ices, seeds, throws = self.shape
         return ices * -(-seeds // self._seeds_per_piece) * -(-throws // PIECE_SIZE)
+
+    def table(self, ends: Rests) -> dict[str, NDArray[Any]]:
+        """Return the columns of a table of ends: a row for each ice, seed and throw.
+
+        Parameters
+        ----------
+        ends : the ends, from `run`
+        """
+        ice, seed, throw = (axis.ravel() for axis in np.indices(self.shape))
+        given = self.releases
+        is_table = isinstance(given, np.ndarray)
+        numbers = range(len(given)) if is_table else [release.throw for release in given]
+        names = np.array([end.name.lower() for end in SlideEnd])
+        return {
+            "ice": ice,
+            "seed": np.array(self.seeds)[seed],
+            "throw": np.array(numbers)[throw],
+            **{name: getattr(ends, name).ravel() for name in ("x", "y", "theta", "time")},
+            "end": names[ends.end.ravel()],
+        }
 
 
 def run(

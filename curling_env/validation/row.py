@@ -38,7 +38,6 @@ class Row:
     about : what the source leaves open, and where other sources disagree
     why : by name of a preset, why its value does not agree; ``any`` serves for every ice
     depends_on_ice : whether another ice can give another value
-    fitted : whether the row is of championship ice and takes part in a fit of it
 
     Raises
     ------
@@ -56,7 +55,6 @@ class Row:
     about: str = ""
     why: Mapping[str, str] = field(default_factory=dict[str, str])
     depends_on_ice: bool = True
-    fitted: bool = False
 
     def __post_init__(self) -> None:
         if (self.low is None) != (self.high is None):

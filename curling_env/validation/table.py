@@ -2,28 +2,43 @@
 
 from __future__ import annotations
 
+import json
 import textwrap
 from collections import Counter
 from collections.abc import Iterable, Sequence
+from functools import partial
+from importlib import import_module
+from importlib.resources import files
+from typing import Any
 
 from curling_env.ice import Ice, preset_names
-from curling_env.validation import (
-    collision_rows,
-    draw_rows,
-    friction_rows,
-    mechanics_rows,
-    sweeping_rows,
-)
 from curling_env.validation.row import Comparison, Row, Verdict
 from curling_env.validation.shots import Shots
 
-ROWS: tuple[Row, ...] = (
-    *friction_rows.ROWS,
-    *draw_rows.ROWS,
-    *sweeping_rows.ROWS,
-    *collision_rows.ROWS,
-    *mechanics_rows.ROWS,
-)
+
+def _rows() -> tuple[Row, ...]:
+    """The rows of ``rows.json``, in which ``{NAME}`` stands for a text that several rows share.
+
+    ``compute`` names a module of this package and a function of `Shots`, ``with`` its arguments.
+    """
+    text = (files("curling_env.validation") / "rows.json").read_text(encoding="utf-8")
+    document: dict[str, Any] = json.loads(text)
+    texts: dict[str, str] = document["texts"]
+    rows: list[Row] = []
+    for row in document["rows"]:
+        module, name = row.pop("compute").split(".")
+        reasons = {ice: why.format(**texts) for ice, why in row.pop("why", {}).items()}
+        source, about = row.pop("source").format(**texts), row.pop("about", "").format(**texts)
+        value = partial(_computed, module, name, **row.pop("with", {}))
+        rows.append(Row(**row, source=source, about=about, why=reasons, value=value))
+    return tuple(rows)
+
+
+def _computed(module: str, function: str, shots: Shots, /, **given: Any) -> float | None:
+    return getattr(import_module(f"curling_env.validation.{module}"), function)(shots, **given)
+
+
+ROWS = _rows()
 """Every row that is computed by the physics alone; those that depend on the ice, and the others."""
 ICE_ROWS = tuple(row for row in ROWS if row.depends_on_ice)
 OTHER_ROWS = tuple(row for row in ROWS if not row.depends_on_ice)

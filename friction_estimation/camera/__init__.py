@@ -16,6 +16,6 @@ __getattr__, __dir__ = lazy_names(
         "refinement": ("log_height_prior", "refine", "refine_at_focal", "unrefined"),
         "scene": ("CORNERS", "Scene", "load_lens", "load_scene", "save_scene"),
         "single_photo": ("camera_from_photo",),
-        "top_view": ("TopView", "outside_masked", "view_lengths"),
+        "top_view": ("TopView",),
     },
 )

@@ -10,7 +10,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 import cv2
 import numpy as np
@@ -119,6 +119,18 @@ class LensCalibration:
     focal_sigma_px: float
     used: tuple[str, ...]
     unused: tuple[str, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """The lens and its error for JSON."""
+        matrix = self.lens.matrix
+        return {
+            "focal_px": [matrix[0, 0], matrix[1, 1]],
+            "principal_point_px": [matrix[0, 2], matrix[1, 2]],
+            "distortion": self.lens.distortion.tolist(),
+            "reprojection_px": self.rms_px,
+            "used": list(self.used),
+            "unused": list(self.unused),
+        }
 
 
 def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:

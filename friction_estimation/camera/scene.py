@@ -12,16 +12,15 @@ import numpy as np
 from msgspec import Meta
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.schema import Document, Short, checked, within
+from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
 from curling_env.infrastructure.files.storage import read_json, write_json
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
 from friction_estimation.camera.lens import TERMS
 
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
-SCENE_FORMAT = FileFormat(name="curling-scene", what="a scene", numbered=False)
+SCENE_FORMAT = FileFormat(name="curling-scene/1", what="a scene", numbered=False)
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
 CAMERA_HEIGHTS = (0.5, 50.0)
@@ -143,7 +142,7 @@ def load_scene(
     document = read_json(path)
     try:
         if isinstance(document, dict):
-            document = SCENE_FORMAT.brought_up(document)
+            document = SCENE_FORMAT.accept(document)
             if camera is not None:
                 document = {key: value for key, value in document.items() if key not in LENS_KEYS}
                 document |= _camera_file(camera)
@@ -173,7 +172,7 @@ def save_scene(scene: Scene, path: str | Path) -> None:
 
 def document_of(scene: Scene) -> dict[str, Any]:
     """A scene as its file has it."""
-    document: dict[str, Any] = {"format": SCENE_FORMAT.newest}
+    document: dict[str, Any] = {"format": SCENE_FORMAT.name}
     if scene.has_corners:
         document["corners_px"] = dict(zip(CORNERS, scene.points_px.tolist(), strict=True))
     else:

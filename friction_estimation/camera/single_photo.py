@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from itertools import combinations, product
+from typing import Any
 
 import cv2
 import numpy as np
@@ -87,6 +88,18 @@ class PhotoCamera:
     def camera(self) -> Camera:
         """The camera itself."""
         return self.refined.camera
+
+    def summary(self) -> dict[str, Any]:
+        """Its pose, lens and errors for JSON."""
+        lens = self.camera.lens
+        return {
+            "misses_px": dict(self.misses_px),
+            "position_m": self.camera.position.tolist(),
+            "height_uncertainty": self.refined.log_focal_sigma,
+            "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
+            "principal_point_px": lens.matrix[:2, 2].tolist(),
+            "distortion": lens.distortion.tolist(),
+        }
 
 
 def camera_from_photo(

@@ -1,10 +1,7 @@
-"""The sheet seen from above: the paper's homography, its lengths, and the outside masked.
+"""The sheet seen from above, by the paper's homography.
 
-Three misprints of the paper are corrected here. In equation 1 the last row of the homography is
-(h31, h32, h33), and a point of the image is (x, y, 1). In equation 4 the vertical length joins
-upper with lower corners, (y3 - y1) and (y4 - y2), where the paper joins left with right. And the
-length of a side seen in perspective is the distance of its ends, not their difference along one
-axis.
+A misprint of the paper is corrected here: in equation 1 the last row of the homography is
+(h31, h32, h33), and a point of the image is (x, y, 1).
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -25,28 +22,6 @@ from friction_estimation.camera.camera import Camera
 
 GRID_PX = 16
 """The map from the view to the raw image is exact every 16 pixels, and bilinear in between."""
-
-
-def view_lengths(corners_px: Floats) -> tuple[float, float]:
-    """Width and height of the top view from the sheet's corners in the image [px].
-
-    Parameters
-    ----------
-    corners_px : (4, 2) upper left, upper right, lower left, lower right
-
-    Source
-    ------
-    The paper's equations 3 and 4, corrected as this module's docstring says.
-    """
-    upper_left, upper_right, lower_left, lower_right = np.asarray(corners_px, dtype=np.float64)
-
-    def mean(a: Floats, b: Floats) -> float:
-        return float(np.linalg.norm(a) + np.linalg.norm(b)) / 2
-
-    return (
-        mean(upper_right - upper_left, lower_right - lower_left),
-        mean(lower_left - upper_left, lower_right - upper_right),
-    )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -129,21 +104,3 @@ class TopView:
     def of_frame(self, frame: Image, camera: Camera) -> Image:
         """A frame seen from above; what lies beside the sheet is not part of the view."""
         return cv2.remap(frame, *self.maps(camera), cv2.INTER_LINEAR, borderValue=0)
-
-
-def outside_masked(frame: Image, camera: Camera, sheet: Sheet) -> Image:
-    """The raw frame with everything beside the ice black, as the paper removes it."""
-    along = np.linspace(-1, 1, 60)
-    x, y = sheet.width / 2, sheet.length / 2
-    edge = np.concatenate(
-        [
-            np.column_stack([np.full(60, x), along * y]),
-            np.column_stack([-along * x, np.full(60, y)]),
-            np.column_stack([np.full(60, -x), -along * y]),
-            np.column_stack([along * x, np.full(60, -y)]),
-        ]
-    )
-    px = camera.project(np.column_stack([edge, np.zeros(len(edge))]))
-    mask = np.zeros(frame.shape[:2], dtype=np.uint8)
-    cv2.fillPoly(mask, [np.round(px[np.isfinite(px).all(axis=1)]).astype(np.int32)], 255)
-    return cv2.bitwise_and(frame, frame, mask=mask)

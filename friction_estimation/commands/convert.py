@@ -2,75 +2,45 @@
 
 from __future__ import annotations
 
-from enum import StrEnum
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Literal
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import JsonOption, OutputFile, conclude, say
+from curling_env.commands.options import OutputFile, Results, grouped, numbers
+from curling_env.commands.terminal import say
 from curling_env.errors import InputError
 from friction_estimation.tracks.importers import Along
 
-
-class Unit(StrEnum):
-    """Units of length in other programs."""
-
-    m = "m"
-    cm = "cm"
-    mm = "mm"
-    ft = "ft"
-    inch = "in"
+METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 
 
-METRES = {Unit.m: 1.0, Unit.cm: 0.01, Unit.mm: 0.001, Unit.ft: 0.3048, Unit.inch: 0.0254}
-
-
+@grouped
 def convert(
-    table: Annotated[
-        Path,
-        typer.Argument(
-            metavar="TABLE",
-            help="An export of Kinovea or Tracker, tracks, an ice file, or a donated session.",
-        ),
-    ],
+    table: Annotated[Path, Argument(metavar="TABLE", help="Table to read, see above.")],
     output: OutputFile = Path("tracks.csv"),
-    unit: Annotated[Unit, typer.Option(help="Unit of length in the other program.")] = Unit.m,
+    unit: Annotated[Literal["m", "cm", "mm", "ft", "in"], Option(help="Its unit of length.")] = "m",
     origin: Annotated[
-        str,
-        typer.Option(
-            metavar="PLACE|X,Y",
-            help="Where the other program's axes cross: middle, a place such as home_tee or "
-            "away_hog_centre (see `curling corners`), or x,y in metres from mid-sheet.",
-        ),
+        str, Option(metavar="PLACE|X,Y", help="Its origin: middle, home_tee, … or x,y [m].")
     ] = "middle",
-    along: Annotated[
-        Along,
-        typer.Option(
-            help="The other program's axis that points from the home end to the away end."
-        ),
-    ] = Along.x,
-    as_json: JsonOption = False,
+    along: Annotated[Along, Option(help="Its axis from the home to the away end.")] = Along.x,
+    *,
+    results: Results,
 ) -> None:
-    """Read what other programs tracked, or write tables that other programs read.
-
-    Files of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
-    file") are recognised by their first rows. Every tracked point becomes a throw of its own, in
-    the order of the file. In the other program, place the axes on the ice and scale them with
-    something of known length; say here where they lie (--origin) and how they point (--along). The
-    second axis must point to the left of the first, as it does in both programs.
-
-    An output that ends in .parquet is written as Parquet, any other as CSV. An ice file becomes the
-    table of its cells: row, column, x, y, mu, sigma, observed. A donated session (`curling donate`)
-    becomes its tracks.
+    """Read tracks of other programs, or write tables for other programs.
 
     \b
-    Example:
+    Examples:
         curling convert kinovea.csv --origin home_tee --along x -o tracks.csv
         curling convert tracker.txt --unit cm --origin 0,-17.3735 -o tracks.csv
         curling convert tracks.csv -o tracks.parquet
         curling convert ice.json -o cells.parquet
         curling convert session.json -o tracks.csv
+
+    Exports of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
+    file") are recognised by their first rows; every tracked point becomes a throw. Place the other
+    program's axes on the ice, the second to the left of the first, and scale them. An ice file
+    becomes a table of its cells. An output .parquet is written as Parquet, any other as CSV.
     """
     from curling_env.ice import load_ice, write_cells
     from curling_env.infrastructure.files.kinds import kind_of
@@ -80,60 +50,32 @@ def convert(
     from friction_estimation.donation import read_session
     from friction_estimation.tracks.importers import on_sheet, read_export
 
-    if kind_of(table) == "session":
-        given = read_session(table).tracks
-        write_tracks(output, given)
-        rows, throws = sum(map(len, given)), len({track.throw for track in given})
-        conclude(
-            {"written": str(output), "throws": throws, "rows": rows},
-            f"{throws} throws, {rows} rows: {output}",
-            as_json=as_json,
-        )
-        return
-    if table.suffix.lower() == ".json":
+    if table.suffix.lower() == ".json" and kind_of(table) != "session":
         ice = load_ice(table)
         write_cells(output, ice)
-        words = f"{ice.friction.mu.size} cells: {output}"
-        conclude({"written": str(output), "rows": ice.friction.mu.size}, words, as_json=as_json)
+        cells = ice.friction.mu.size
+        results.show({"written": str(output), "rows": cells}, f"{cells} cells: {output}")
         return
-    if is_tracks(table):
+    if kind_of(table) == "session":
+        tracks = read_session(table).tracks
+    elif is_tracks(table):
         tracks = read_tracks(table)
     else:
         places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}
         series = read_export(table)
-        tracks = on_sheet(
-            series,
-            metres=METRES[unit],
-            origin=places[origin] if origin in places else _place(origin),
-            along=along,
-        )
-        outside = [
-            k.name
-            for k, track in zip(series, tracks, strict=True)
-            if not PAPER_SHEET.contains(track.xy).any()
-        ]
-        if outside:
-            raise InputError(
-                f"{outside[0]!r} lies nowhere on the sheet with this --unit, --origin and --along",
-                source=table,
-            )
+        form = "middle, a place on the ice, or x,y in metres"
+        x, y = places.get(origin) or numbers(origin, "--origin", form)
+        tracks = on_sheet(series, metres=METRES[unit], origin=(x, y), along=along)
+        for k, track in zip(series, tracks, strict=True):
+            if not PAPER_SHEET.contains(track.xy).any():
+                problem = f"{k.name!r} lies nowhere on the sheet"
+                problem += " with this --unit, --origin and --along"
+                raise InputError(problem, source=table)
         for i, k in enumerate(series):
             say(f"throw {i}: {k.name}, {len(k.t)} rows")
     write_tracks(output, tracks)
-    rows = sum(map(len, tracks))
-    conclude(
-        {"written": str(output), "throws": len(tracks), "rows": rows},
-        f"{len(tracks)} throws, {rows} rows: {output}",
-        as_json=as_json,
+    rows, throws = sum(map(len, tracks)), len({track.throw for track in tracks})
+    results.show(
+        {"written": str(output), "throws": throws, "rows": rows},
+        f"{throws} throws, {rows} rows: {output}",
     )
-
-
-def _place(text: str) -> tuple[float, float]:
-    x, _, y = text.partition(",")
-    try:
-        return float(x), float(y)
-    except ValueError:
-        raise InputError(
-            f"expected middle, a place on the ice, or x,y in metres, got {text!r}",
-            source="--origin",
-        ) from None

@@ -1,106 +1,67 @@
-"""`curling discover`: from tracks to what the model of the ice lacks."""
+"""`curling discover`: from tracks to the effects that a model of the ice lacks."""
 
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import (
-    JsonOption,
-    OutputDirectory,
-    SeedOption,
-    UnitsOption,
-    conclude,
-    progress_bar,
-    say,
-)
-from curling_env.units import Units
+from curling_env.commands.options import Measured, OutputDirectory, SeedOption, grouped
+from curling_env.commands.terminal import progress_bar, say
+
+if TYPE_CHECKING:
+    from friction_estimation.discovery.data.references import QuantityError
+
+References = list[str] | None
+REFERENCE = "MEASURED,TRUE[,ERROR]"
 
 
+@grouped
 def discover(
-    tracks: Annotated[Path, typer.Argument(metavar="TRACKS.csv", help="Measured throws.")],
+    tracks: Annotated[Path, Argument(metavar="TRACKS.csv", help="Measured throws.")],
     output: OutputDirectory,
-    ice: Annotated[
-        str | None,
-        typer.Option(
-            "--ice",
-            metavar="BASE",
-            help="The model to improve: an ice file or a preset. Uniform friction without it.",
-        ),
-    ] = None,
-    scene: Annotated[
-        Path | None,
-        typer.Option(
-            metavar="SCENE.json",
-            help="The scene the tracks were filmed with: a wrong lens is then sought in its image.",
-        ),
-    ] = None,
-    known_length: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MEASURED,TRUE[,ERROR]",
-            help="A length in m as these tracks have it, and as it is; may be given again.",
-        ),
-    ] = None,
-    clock: Annotated[
-        list[str] | None,
-        typer.Option(
-            metavar="MEASURED,TRUE[,ERROR]",
-            help="An interval in s as these tracks have it, and by a clock; may be given again.",
-        ),
-    ] = None,
-    units: UnitsOption = Units.METRES,
+    ice: Annotated[str | None, Option("--ice", metavar="BASE", help="Model to improve.")] = None,
+    scene: Annotated[Path | None, Option(metavar="SCENE.json", help="Scene of the tracks.")] = None,
+    known_length: Annotated[References, Option(metavar=REFERENCE, help="Known length [m].")] = None,
+    clock: Annotated[References, Option(metavar=REFERENCE, help="Known interval [s].")] = None,
     seed: SeedOption = 0,
-    as_json: JsonOption = False,
+    *,
+    results: Measured,
 ) -> None:
-    """Find what a model of the ice lacks, name it, add it, and show the gap shrink.
-
-    The model is first fitted to the measured throws. Where they still disagree, every known
-    effect of the ice and of the camera is tried; one is named only if the throws prove it one by
-    one, it closes the gap, and nothing but noise is left. What no effect explains is reported as
-    unknown, with the variables it follows. Fewer than 8 throws name nothing; 16 throws in both
-    directions, with both spins and speeds from draw to take-out, make a good session.
-
-    That all lengths or all times are off by a factor cannot be seen in throws: friction absorbs
-    it. A length on the ice (hog line to hog line is 21.945 m) or an interval by a stopwatch
-    decides it; the tracks are corrected by what is given before anything else is asked.
-
-    DIR receives report.html (look at this one), report.json, baseline.json (the fitted model)
-    and ice.json (the improved one), which every other command takes as --ice. With the extra
-    `science` it also receives posterior.nc: draws of all that is uncertain, for ArviZ or xarray.
+    """Find effects that a model of the ice lacks, name and add them, and show the gap shrink.
 
     \b
-    Example:
+    Examples:
         curling discover tracks.csv -o runs/discover
         curling discover tracks.csv --ice runs/discover/ice.json -o runs/again
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
-    """
-    import numpy as np
 
+    An effect of the ice or the camera is named only if the throws prove it, it closes the gap, and
+    only noise is left; other residuals are reported as unknown. At least 8 throws are needed, 16 in
+    both directions, with both spins and all weights, make a good session. Known lengths (hog line
+    to hog line is 21.945 m) or intervals correct the tracks first: MEASURED is theirs.
+
+    DIR receives report.html (look at this one), report.json, baseline.json (the fitted model) and
+    ice.json (the improved one, for --ice of every command). See docs/discovery.md.
+    """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.storage import make_directory, together
     from curling_env.infrastructure.provenance import provenance
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.assessment import assess
-    from friction_estimation.discovery.data.references import (
-        QuantityError,
-        calibrate,
-        read_reference,
-    )
+    from friction_estimation.discovery.data.references import calibrate, read_reference
     from friction_estimation.discovery.discover import discover as find
-    from friction_estimation.discovery.evidence.posterior import draw_posterior
-    from friction_estimation.discovery.posterior_file import can_write_posterior, write_posterior
+    from friction_estimation.discovery.posterior_file import write_posterior_of
     from friction_estimation.discovery.report import write_files
     from friction_estimation.reports.discovery_page import write_report_page
     from friction_estimation.reports.throws_section import throws_section
     from friction_estimation.tracks.throw_list import load_tracks, throws_beside
     from friction_estimation.tracks.throw_table import throw_table
 
-    given: dict[QuantityError, list[str]] = {
-        "scale_error": known_length or [],
-        "frame_rate_error": clock or [],
+    given: dict[QuantityError, References] = {
+        "scale_error": known_length,
+        "frame_rate_error": clock,
     }
     references = [
         calibrate(name, [read_reference(text, name) for text in texts])
@@ -111,7 +72,7 @@ def discover(
     view = load_scene(scene) if scene is not None else None
     base = load_ice(ice) if ice is not None else None
     origin = provenance([tracks, ice, scene], seed=seed)
-    folder = make_directory(output)
+    folder, units = make_directory(output), results.units
     with progress_bar() as progress:
         found = find(
             measured, base, scene=view, references=references, seed=seed, progress=progress
@@ -123,14 +84,13 @@ def discover(
         throws = throw_table(measured)
         table = throws_section(throws, units, throws_beside(tracks)) if throws else ""
         write_report_page(found, report, folder / "report.html", throws=table, units=units)
-        if can_write_posterior():
-            drawn = draw_posterior(found.final, np.random.default_rng(seed))
-            write_posterior(drawn, found.final, folder / "posterior.nc", provenance=origin)
-            names.append("posterior.nc")
-    if "posterior.nc" not in names:
-        say("no posterior.nc: that needs pip install 'curling-sheet[science]'")
+        path = folder / "posterior.nc"
+        if write_posterior_of(found.final, path, seed=seed, provenance=origin):
+            names.append(path.name)
+        else:
+            say("no posterior.nc: that needs pip install 'curling-sheet[science]'")
     for reason in found.session.left_out:
         say(f"left out: {reason}")
     say(f"{folder}: {', '.join(names)}")
-    told = {key: report[key] for key in ("verdict", "effects", "gap", "next_throws")}
-    conclude(told, str(report["verdict"]), as_json=as_json)
+    keys = ("verdict", "effects", "gap", "next_throws")
+    results.show({key: report[key] for key in keys}, str(report["verdict"]))

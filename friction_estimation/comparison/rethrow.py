@@ -22,12 +22,15 @@ from curling_env.physics.wear import IceInUse
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
+from curling_env.units import Units, length
 from friction_estimation.comparison.rethrow_spread import position_noise, rest_spread
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.spin import fit_spin, has_heading
 
 NOTHING_NOTED: Mapping[int, Mapping[str, str]] = MappingProxyType({})
+NOT_YOUR_ICE = 5.0
+"""Mean error of the places of rest above which an ice is another one [m]."""
 RELEASE_WINDOW = 2.5
 """Stretch of a free slide to which its release is fitted [s]. With 5 mm of noise the speed is then
 known to about a millimetre a second, which moves a draw by 2 cm."""
@@ -174,6 +177,22 @@ class Comparison:
             "each": [rethrow.summary() for rethrow in self.rethrows],
             **({"skipped": list(self.skipped)} if self.skipped else {}),
         }
+
+    def in_words(self, units: Units = Units.METRES) -> str:
+        """Describe in a sentence how well the ice predicts."""
+        found = self.summary()
+        error, path, mean = found["rest_error_m"], found["path_rms_m"], found["too_long_mean_m"]
+        count = "one throw" if found["throws"] == 1 else f"{found['throws']} throws"
+        if error is None:
+            if path is None:
+                return f"{count}: too little is seen beyond the release to compare"
+            return f"{count}: the predicted paths are {length(path, units)} off (root mean square)"
+        words = f"{count}: stones came to rest {length(error, units)} from where this ice says"
+        if mean is not None and abs(mean) > 0.5 * error:
+            words += f", {length(mean, units)} {'short of' if mean > 0 else 'past'} it on average"
+        if error > NOT_YOUR_ICE:
+            words += ": this is not the ice that these stones ran on"
+        return words
 
 
 def compare_tracks(

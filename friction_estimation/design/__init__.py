@@ -5,7 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "cramer_rao": ("cell_bound", "throw_response", "uniform_bound"),
+        "cramer_rao": ("throw_response", "uniform_bound"),
         "design": ("Design", "ThrowKind", "design_throws", "draw_speeds"),
         "greedy": ("Informative", "covariance_after", "variance_removed"),
     },

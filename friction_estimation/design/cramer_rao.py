@@ -11,7 +11,6 @@ s(t) = s₀ + v₀t − ½gμt² along the path, release unknown; a field of fri
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -19,34 +18,15 @@ from numpy.typing import ArrayLike
 
 from curling_env.errors import InputError
 from curling_env.physics.motion import GRAVITY
-from curling_env.sheet import PAPER_SHEET, Sheet
+from curling_env.sheet import Sheet
 from curling_env.throw import Release
-from curling_env.typing import Flags, Floats, Indices
+from curling_env.typing import Floats, Indices
 from friction_estimation.design.matern import matern
 
 _TIME_STEP = 0.01
 """Step of the double integrals [s]."""
 _LEVEL_PRIOR_SD = 1.0
 """Prior standard deviation of the level of ln μ: a factor e either way."""
-
-
-@dataclass(frozen=True, kw_only=True)
-class CellBound:
-    """Smallest standard error of μ per cell.
-
-    Parameters
-    ----------
-    sigma : (rows, columns) standard error of μ
-    crossed : (rows, columns) cells that a stone's centre crosses
-    """
-
-    sigma: Floats
-    crossed: Flags
-
-    @property
-    def rmse(self) -> float:
-        """Root mean square of sigma over the crossed cells."""
-        return float(np.sqrt((self.sigma[self.crossed] ** 2).mean()))
 
 
 def uniform_bound(
@@ -80,55 +60,6 @@ def uniform_bound(
     if information == 0.0:
         raise InputError("throws too short to tell friction: fewer than 4 frames each")
     return information**-0.5
-
-
-def cell_bound(
-    releases: Sequence[Release],
-    *,
-    mu: float,
-    noise: float,
-    fps: float,
-    spread: float,
-    length: float,
-    smoothness: float = 2.5,
-    sheet: Sheet = PAPER_SHEET,
-) -> CellBound:
-    """Smallest standard error of μ in every cell of a map measured with given throws.
-
-    Parameters
-    ----------
-    releases : releases of the throws, sheet frame
-    mu : level of the friction
-    noise : standard deviation of a measured position [m], independent from frame to frame
-    fps : frames a second
-    spread : standard deviation of ln μ over the sheet
-    length : correlation length of the Matérn field [m]
-    smoothness : order of the Matérn field: 1.5, 2.5 or infinity
-    sheet : sheet with its cells
-
-    Raises
-    ------
-    InputError : a number that is not positive
-    """
-    _check_positive(mu=mu, noise=noise, fps=fps, spread=spread, length=length)
-    rows, columns = sheet.shape
-    information = np.zeros((rows * columns, rows * columns))
-    crossed = np.zeros((rows, columns), dtype=np.bool_)
-    for release in releases:
-        throw = throw_response(release, mu=mu, fps=fps, sheet=sheet)
-        crossed.flat[throw.crossed] = True
-        touched = throw.touched
-        information[np.ix_(touched, touched)] += throw.response.T @ throw.response / noise**2
-    prior = field_covariance(sheet, spread=spread, length=length, smoothness=smoothness)
-    values, vectors = np.linalg.eigh(information)
-    informed = values > 1e-3
-    basis = np.sqrt(values[informed])[:, None] * vectors[:, informed].T
-    seen_prior = basis @ prior
-    inner = np.eye(len(basis)) + seen_prior @ basis.T
-    gain = np.linalg.solve(inner, seen_prior)
-    variance = np.diag(prior) - (seen_prior * gain).sum(axis=0)
-    sigma = mu * np.sqrt(np.maximum(variance, 0.0)).reshape(rows, columns)
-    return CellBound(sigma=sigma, crossed=crossed)
 
 
 @dataclass(frozen=True, kw_only=True)

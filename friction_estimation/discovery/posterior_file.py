@@ -12,22 +12,47 @@ from typing import Any
 import numpy as np
 
 from curling_env.infrastructure.files.storage import atomic_path, format_json
-from friction_estimation.discovery.evidence.posterior import Posterior
+from friction_estimation.discovery.evidence.posterior import Posterior, draw_posterior
 from friction_estimation.discovery.model.fit import SessionFit
 
 CHAINS = 4
 """Chains into which the draws, all independent, are divided: diagnostics ask for some."""
 STATES = ("x", "y", "vx", "vy", "theta", "omega")
 LIBRARY = "h5netcdf"
-"""What writes the file: the extra `science`."""
+"""Library that writes the file, of the extra `science`."""
 
 Variables = dict[str, tuple[tuple[str, ...], Any]]
 """Dimensions and values by name."""
 
 
 def can_write_posterior() -> bool:
-    """Whether the library that writes the file is installed."""
+    """Return whether the extra `science`, which writes the file, is installed."""
     return importlib.util.find_spec(LIBRARY) is not None
+
+
+def write_posterior_of(
+    fitted: SessionFit, path: str | Path, *, seed: int, provenance: Mapping[str, Any]
+) -> bool:
+    """Draw from the posterior of a fit and write the draws, if the extra `science` is installed.
+
+    Parameters
+    ----------
+    fitted, path, provenance : see `write_posterior`
+    seed : seed of the draws
+
+    Returns
+    -------
+    True if the file was written
+
+    Raises
+    ------
+    OutputError : the file cannot be written
+    """
+    if not can_write_posterior():
+        return False
+    drawn = draw_posterior(fitted, np.random.default_rng(seed))
+    write_posterior(drawn, fitted, path, provenance=provenance)
+    return True
 
 
 def write_posterior(

@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from curling_env.ice import save_ice
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import write_json
-from curling_env.infrastructure.files.versions import FileFormat
 from friction_estimation.discovery.assessment import Assessment
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery
@@ -20,7 +20,7 @@ from friction_estimation.discovery.model.candidates import Term, effect_of
 from friction_estimation.discovery.model.friction_field import FrictionField
 from friction_estimation.discovery.verdict import changes, metres_gained, number, sentence
 
-REPORT_FORMAT = FileFormat(name="curling-report", what="a report", numbered=False)
+REPORT_FORMAT = FileFormat(name="curling-report/1", what="a report", numbered=False)
 
 
 def document(
@@ -48,7 +48,7 @@ def document(
     mu = float(np.mean(model.ice.friction.mu) * np.exp(model.ln_mu))
     noise = found.final.noise
     return {
-        "format": REPORT_FORMAT.newest,
+        "format": REPORT_FORMAT.name,
         "verdict": sentence(found, assessment),
         "effects": effects,
         "changes": changes(found),

@@ -1,6 +1,6 @@
 """The tuned numbers of discovery.
 
-They were tuned on sessions of `scripts/blind_benchmark.py` (seed 101; films: `--film`), whose
+They were tuned on sessions of `scripts/blind` (seed 101), whose
 generator shares no formula and no integrator with discovery. The results in docs/results.md come
 from other seeds.
 """

@@ -17,15 +17,14 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.schema import Document, Short, checked
+from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked
 from curling_env.infrastructure.files.storage import read_json, write_json
 from curling_env.infrastructure.files.table import Table
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.trajectory import TRACK_TABLE, Trajectory, track_columns, tracks_of
 from friction_estimation.camera.scene import Scene, SceneDocument, document_of, scene_of
 from friction_estimation.tracks.throw_list import MAX_THROWS
 
-SESSION_FORMAT = FileFormat(name="curling-session", what="a donated session")
+SESSION_FORMAT = FileFormat(name="curling-session/1", what="a donated session")
 LICENCE = "CC0-1.0"
 """Under which sessions are given: anybody may use them for anything."""
 MAX_ROWS = 300_000
@@ -138,7 +137,7 @@ def write_session(session: Session, path: str | Path) -> None:
     write_json(
         path,
         {
-            "format": SESSION_FORMAT.newest,
+            "format": SESSION_FORMAT.name,
             "licence": session.licence,
             "consent": session.consent.strip(),
             "scene": document_of(session.scene),
@@ -170,7 +169,7 @@ def read_session(path: str | Path) -> Session:
     """
     document = read_json(path)
     try:
-        document = SESSION_FORMAT.brought_up(document)
+        document = SESSION_FORMAT.accept(document)
         form = checked(document, SessionDocument)
         scene = _scene(document["scene"], str(path))
         return Session(
@@ -187,12 +186,6 @@ def read_session(path: str | Path) -> Session:
         if error.source is not None:
             raise
         raise InputError(error.problem, source=path, where=error.where) from error
-
-
-def is_session(document: Any) -> bool:
-    """Whether a JSON document says that it is a donated session, of any number."""
-    found = document.get("format") if isinstance(document, dict) else None
-    return isinstance(found, str) and found.partition("/")[0] == SESSION_FORMAT.name
 
 
 def _scene(document: Any, source: str) -> Scene:
@@ -222,7 +215,6 @@ def _tracks(form: TracksDocument, source: str) -> list[Trajectory]:
             source=source,
             columns=columns,
             rows=range(1, length + 1),
-            optional=frozenset(c.name for c in TRACK_TABLE if not c.required),
             known={c.name: c for c in TRACK_TABLE},
         )
     )

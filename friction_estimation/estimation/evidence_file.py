@@ -16,7 +16,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, ice_document, parse_ice
-from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.storage import fitted, parse_json, read_arrays, write_arrays
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsChoice
@@ -46,10 +46,24 @@ class Evidence:
     tracks: list[Trajectory]
     choices: Choices
 
+    def check(self, asked: Choices, source: str | Path) -> None:
+        """Refuse choices of an update that differ from those of the first estimate.
+
+        Raises
+        ------
+        InputError : a choice that is neither the usual one nor that of the first estimate
+        """
+        for name in ("uniform", "effects", "camera_bias"):
+            now, then = getattr(asked, name), getattr(self.choices, name)
+            if now not in (getattr(Choices(), name), then):
+                option = name.replace("_", "-")
+                problem = f"this ice was estimated with another --{option}, and stays so"
+                raise InputError(problem, source=source)
+
 
 def evidence_path(ice: str | Path) -> Path:
     """Where the evidence of an ice file is kept."""
-    return Path(ice).with_suffix(".evidence.npz")
+    return Path(ice).with_name(fitted(Path(ice).stem, ".evidence.npz"))
 
 
 _ROWS = ("t", "x", "y", "theta", "swept", "sigma_xy", "sigma_theta")

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
@@ -20,7 +21,7 @@ from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.storage import Column, ordinary_file, read_table
+from curling_env.infrastructure.files.storage import Column, fitted, ordinary_file, read_table
 from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,
@@ -369,8 +370,8 @@ class Film:
 
 
 def _times_beside(film: Path) -> tuple[float, ...]:
-    path = film.with_name(film.name + TIMES_SUFFIX)
-    if not path.exists():
+    path = film.with_name(fitted(film.name, TIMES_SUFFIX))
+    if not os.path.lexists(path):
         return ()
     times = read_table(path, columns=TIMES_TABLE, empty_rows=False).numbers("t")
     backwards = np.flatnonzero(np.diff(times) <= 0)
@@ -388,10 +389,14 @@ def films_in(places: Sequence[str | Path]) -> list[Path]:
 
     Raises
     ------
-    InputError : a folder without films
+    InputError : a camera or a stream, or a folder without films
     """
     films: list[Path] = []
-    for place in map(Path, places):
+    for given in places:
+        if is_stream(str(given)):
+            problem = "is a camera or a stream; `curling live` tracks it"
+            raise InputError(problem, source=str(given))
+        place = Path(given)
         if not place.is_dir():
             films.append(place)
             continue

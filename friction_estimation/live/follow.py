@@ -16,7 +16,7 @@ import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
 from curling_env.infrastructure.executor import begin_worker
-from curling_env.infrastructure.files.command_files import keep
+from curling_env.infrastructure.files.writing import keep
 from curling_env.infrastructure.provenance import provenance
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
@@ -27,10 +27,12 @@ from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.live.feed import Feed
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report
+from friction_estimation.reports.throws_section import throw_in_words
 from friction_estimation.tracking import TrackedFilm, Tracker, track_each, track_film
 from friction_estimation.tracking.cutting.motion import MotionDetector
 from friction_estimation.tracking.overlay.film import draw_stills
 from friction_estimation.tracking.stone_numbers import StoneNumbers
+from friction_estimation.tracks.throw_table import throw_table
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,6 +49,19 @@ class TrackedClip:
     clip: Clip
     tracks: tuple[Trajectory, ...] = ()
     reason: str = ""
+
+    def in_words(self, units: Units = Units.METRES) -> str:
+        """Describe the throw: its number, its measures, and the number of other stones."""
+        if not self.tracks:
+            return self.reason
+        stone, *others = self.tracks
+        also = f", and {len(others)} other stones" if others else ""
+        words = [throw_in_words(one, units) for one in throw_table(self.tracks)]
+        if words and words[0]:
+            return f"throw {stone.throw}, {words[0]}{also}"
+        x, y = stone.xy[-1]
+        seen = f"{len(stone)} rows, last seen at x {x:+.2f}, y {y:+.2f} m"
+        return f"throw {stone.throw}, {seen}{also}"
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -12,8 +12,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import write_json, write_table, written_so_far
-from curling_env.infrastructure.files.versions import FileFormat
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length
 from friction_estimation.estimation.estimate import Estimate
@@ -25,7 +25,7 @@ from friction_estimation.tracks.plausible_friction import FRICTION_OF_ICE
 from friction_estimation.tracks.throw_list import NO_NOTES
 from friction_estimation.tracks.throw_table import throw_table
 
-SUMMARY_FORMAT = FileFormat(name="curling-estimate", what="an estimate")
+SUMMARY_FORMAT = FileFormat(name="curling-estimate/1", what="an estimate")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,7 +103,7 @@ def write_report(
     write_table(folder / "rows.csv", row_table(found))
     origin = {"provenance": dict(provenance)} if provenance else {}
     write_json(
-        folder / "estimate.json", {"format": SUMMARY_FORMAT.newest, **found.summary(), **origin}
+        folder / "estimate.json", {"format": SUMMARY_FORMAT.name, **found.summary(), **origin}
     )
     measured = throw_table([part.track for part in found.slides])
     write_measures(folder / "throw_table.csv", measured, notes)

@@ -88,7 +88,7 @@ def findings(report: Mapping[str, Any]) -> Findings:
     ------
     InputError : it is no report of a discovery
     """
-    told = checked(REPORT_FORMAT.brought_up(report), Report)
+    told = checked(REPORT_FORMAT.accept(report), Report)
     return Findings(
         verdict=told.verdict,
         missing=tuple(_missing(effect) for effect in told.effects),

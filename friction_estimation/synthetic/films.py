@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -10,14 +11,18 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.ice import Ice, save_ice
+from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import (
+    check_writable,
     make_directory,
     together,
     write_json,
     write_table,
 )
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.physics.session import slides_in_turn
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
+from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image, Progress, no_progress, with_progress
 from friction_estimation.camera.scene import save_scene
@@ -27,7 +32,7 @@ from friction_estimation.synthetic.film_spec import FilmSpec, on_film
 from friction_estimation.synthetic.renderer import FilmRenderer
 from friction_estimation.synthetic.stone_drawing import StoneOnIce
 
-TRUTH_FORMAT = FileFormat(name="curling-truth", what="the truth of a film")
+TRUTH_FORMAT = FileFormat(name="curling-truth/1", what="the truth of a film")
 FILM_QUALITY = 18.0
 """Constant rate factor of rendered films: at 1080p 10 to 20 Mbit/s, as of phones."""
 FILM_PRESET = "ultrafast"
@@ -88,6 +93,49 @@ def _render(
     pictures = with_progress(pictures, label, progress, len(truth))
     write_film(path, pictures, renderer.spec.fps)
     return truth
+
+
+def film_throws(
+    directory: Path,
+    ice: Ice,
+    releases: Sequence[Release],
+    spec: FilmSpec,
+    *,
+    ice_name: str = "",
+    progress: Progress = no_progress,
+) -> list[Path]:
+    """Film throws that are made one after the other on an ice, and write the ice beside the films.
+
+    Parameters
+    ----------
+    directory : an existing folder for the films; see `render_films`
+    ice, ice_name : the ice, and its name or file for the record
+    releases : the throws, which are numbered from 0
+    spec : camera, light and people
+    progress : called with the number of frames done
+
+    Raises
+    ------
+    InputError : a stone that starts off the ice or never stops
+    OutputError : a film of the user's own would be replaced
+    """
+    numbered = [replace(release, throw=k) for k, release in enumerate(releases)]
+    # Four samples a frame: the cubic between them is then exact to a micrometre.
+    thrown = [run.trajectory for run in slides_in_turn(ice, numbered, fps=4 * spec.fps)]
+    for throw in range(len(thrown)):
+        check_writable(directory / f"{spec.name}-{throw}.mp4", kinds=("made film",))
+    with together():
+        films = render_films(
+            directory,
+            [trajectory for trajectory in thrown if trajectory is not None],
+            spec,
+            sheet=ice.sheet,
+            stone=ice.stone,
+            notes={"mu": float(ice.friction.mu.mean()), "ice": ice_name},
+            progress=progress,
+        )
+        save_ice(ice, directory / f"{spec.name}.ice.json")
+    return films
 
 
 def render_films(
@@ -170,7 +218,7 @@ def _truth(
 ) -> dict[str, Any]:
     spec, camera = renderer.spec, renderer.camera
     return {
-        "format": TRUTH_FORMAT.newest,
+        "format": TRUTH_FORMAT.name,
         **notes,
         "fps": spec.fps,
         "exposure_s": spec.exposure,

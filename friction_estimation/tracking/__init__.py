@@ -27,7 +27,7 @@ __getattr__, __dir__ = lazy_names(
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),
-        "path.optical_flow": ("lucas_kanade", "track_by_flow"),
+        "path.optical_flow": ("lucas_kanade",),
         "path.uncertainty": ("camera_variance",),
         "stone_numbers": ("StoneNumbers",),
     },

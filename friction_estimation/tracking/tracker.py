@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
 
@@ -12,12 +13,13 @@ from curling_env.infrastructure.plugins import load_plugin
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 
 TRACKER_GROUP = "curling.trackers"
 """Entry points under this name are trackers."""
 BUILT_IN = "built-in"
 """The name of this project's own tracker, `track_film`."""
+USUAL = TrackingOptions()
 
 
 class Tracker(Protocol):
@@ -46,17 +48,19 @@ class Tracker(Protocol):
     ) -> FilmTrack | Trajectory | Sequence[Trajectory]: ...
 
 
-def load_tracker(name: str = BUILT_IN) -> Tracker:
-    """The tracker that a name stands for.
+def load_tracker(name: str = BUILT_IN, options: TrackingOptions = USUAL) -> Tracker:
+    """Load the tracker of a name.
 
     Parameters
     ----------
     name : a name that an installed package declares under the entry-point group
         `curling.trackers`, or ``module:function``, whose module may lie in the current folder
+    options : options of the built-in tracker
 
     Raises
     ------
-    InputError : an unknown name, a module that cannot be imported, something that is no tracker
+    InputError : an unknown name, a module that cannot be imported, something that is no tracker, or
+        options for another tracker than the built-in one
     """
     found = load_plugin("tracker", TRACKER_GROUP, name, form="module:function")
     if not _can_be_called(found):
@@ -64,7 +68,12 @@ def load_tracker(name: str = BUILT_IN) -> Tracker:
             f"the tracker {name!r} must be a function that can be called as "
             "tracker(film, scene, progress=progress)"
         )
-    return found
+    if options == USUAL:
+        return found
+    if name != BUILT_IN:
+        problem = "--as-marked and --slow are options of the built-in tracker"
+        raise InputError(problem, source=name)
+    return partial(found, options=options)
 
 
 def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:

@@ -6,6 +6,7 @@ the number of the throw in the tracks; without that column its rows are the thro
 
 from __future__ import annotations
 
+import os
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
@@ -57,7 +58,7 @@ def throws_beside(tracks: str | Path) -> Mapping[int, ThrowNote]:
     InputError : a table that cannot be read, that has none of its columns, or a throw given twice
     """
     path = Path(tracks).parent / THROW_LIST
-    if not path.exists():
+    if not os.path.lexists(path):
         return NO_NOTES
     table = read_table(path, required=(), optional=("throw", *NOTED))
     given = [name for name in NOTED if name in table]

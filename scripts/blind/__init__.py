@@ -7,5 +7,5 @@
 - `scoring`: names, sizes and maps beside the truth
 - `linearised`, `bound`: how well the ice can be known at best
 - `planned_draws`: draws planned on the ice that was found, thrown on the true one
-- `tables`: the scores as Markdown
+- `filmed`: sessions that are really filmed
 """

@@ -8,9 +8,7 @@ The generator's own law is linearised about the true paths (`linearised`).
 
 from __future__ import annotations
 
-import math
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -18,7 +16,7 @@ from blind.camera import HEADING
 from blind.hidden import STRENGTH_PLACES
 from blind.law import MAP_LENGTH, MAP_SD, SQUARES, WEAR_ALONG, run_over
 from blind.linearised import FREE, WIDE, measured, respond, whitened
-from blind.sessions import Release, release_of
+from blind.sessions import release_of
 from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
@@ -27,58 +25,17 @@ LEFT_OUT = 1e-6
 """Part of the field's variance that its coarse basis may miss."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Bound:
-    """The best that can be known of the ice of a session.
+class Bound(NamedTuple):
+    """How well the map of a session can be known at best.
 
     Parameters
     ----------
     crossed : (89, 9) whether a stone's centre crossed the cell
-    basis : (89, 9, m) coarse basis of ln of the map
-    places : (p,) of the parameters of effects that act on the stone
-    covariance : (n, n) of ln of the friction and of the coupling, of those parameters, of the
-        camera's, and of the m coefficients of the map
+    rmse : error of ln μ in the crossed cells, root mean square, their mean taken out
     """
 
     crossed: Flags
-    basis: Floats
-    places: list[int]
-    covariance: Floats
-
-    @property
-    def rmse(self) -> float:
-        """Error of ln μ in the crossed cells, root mean square, their mean taken out."""
-        cells = self.basis[self.crossed]
-        cells = cells - cells.mean(axis=0)
-        field = self.covariance[self._field, self._field]
-        return float(np.sqrt(np.einsum("cj,jk,ck->c", cells, field, cells).mean()))
-
-    @property
-    def _field(self) -> slice:
-        return slice(len(self.covariance) - self.basis.shape[-1], None)
-
-    def rest_covariance(self, release: Release, q: Floats, pattern: Floats) -> Floats:
-        """Of the place where a throw on unworn ice comes to rest, as forecast, (2, 2) [m²]."""
-        unworn = np.zeros(SQUARES)
-        path = release.path(q, pattern, unworn)
-        response = respond(release, path, q, pattern, unworn, self.places, self.basis)
-        # A moment before the rest: there the speed is left that no difference may turn round.
-        level, field = response.parameters[-2, :2], response.field[-2, :2]
-        known = np.concatenate(
-            [level, np.zeros((2, len(self.covariance) - level.shape[1] - field.shape[1])), field],
-            axis=1,
-        )
-        return known @ self.covariance @ known.T
-
-
-def crossed_cells(sealed: dict[str, Any], throws: int) -> Flags:
-    """Cells that the centre of a stone crossed, (89, 9).
-
-    Parameters
-    ----------
-    throws : of the session; the sealed ones after it do not count
-    """
-    return _crossed_by([path for _, path in paths_of(sealed, throws)])
+    rmse: float
 
 
 def _crossed_by(paths: list[Floats]) -> Flags:
@@ -141,12 +98,12 @@ def bound_of(sealed: dict[str, Any], tracks: list[Trajectory]) -> Bound:
         )
     scale = np.outer(prior, prior)
     covariance: Floats = scale * np.linalg.inv(information * scale)
-    return Bound(
-        crossed=_crossed_by([path for _, path in paths]),
-        basis=basis,
-        places=places,
-        covariance=covariance,
-    )
+    crossed = _crossed_by([path for _, path in paths])
+    cells = basis[crossed]
+    cells = cells - cells.mean(axis=0)
+    field = covariance[len(covariance) - basis.shape[-1] :, len(covariance) - basis.shape[-1] :]
+    rmse = float(np.sqrt(np.einsum("cj,jk,ck->c", cells, field, cells).mean()))
+    return Bound(crossed, rmse)
 
 
 def field_basis(sd: float, length: float) -> Floats:
@@ -165,7 +122,7 @@ def field_basis(sd: float, length: float) -> Floats:
 
 
 def free_places(sealed: dict[str, Any]) -> list[int]:
-    """Places of all parameters that act on the stone, and that nobody was told."""
+    """Places of all parameters that act on the stone and are not given."""
     names = {name.partition(":")[0] if name not in FREE else name for name in sealed["effects"]}
     names |= set(STRENGTH_PLACES) if "strengths" in sealed else set()
     return sorted({place for name in names for place in FREE.get(name, ())})
@@ -182,9 +139,3 @@ def camera_steps(errors: dict[str, Any]) -> list[tuple[dict[str, Any], float, fl
         out += [({**errors, "k1": errors["k1"] + 1e-5}, 1e-5, 0.1)]
         out += [({**errors, "centre": errors["centre"] + 1e-3}, 1e-3, 20.0)]
     return out
-
-
-def log_error(estimate: Floats, truth: Floats, crossed: Flags) -> Floats:
-    """Errors of ln μ in the crossed cells, (k,), their mean taken out."""
-    error = (estimate - truth)[crossed]
-    return error - (error.mean() if len(error) else math.nan)

@@ -3,22 +3,13 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from blind.law import STEP
 from curling_env.typing import Floats
-
-FILM_PLACE = 0.002
-"""Of the errors of places that all throws share [m]."""
-FILM_WANDERS = (0.0005, 0.0015, 0.03)
-"""Of the errors of x, y and the heading that last for seconds [m, m, rad]: as measured on films by
-`film_sessions.py`, of a camera above the sheet."""
-FILM_CLAIMS = (0.0023, 0.05)
-"""What the tracks claim of themselves [m, rad]."""
-
 
 FRAMES = 30.0
 """Frames a second."""
@@ -37,7 +28,6 @@ class Camera:
     errors : what the camera gets wrong throughout, see `seen`
     sigma, memory : standard deviation of positions [m], and how long their errors last [s]
     missing, outliers : shares of frames that are lost, and that are wild
-    misplaced : errors of places that all throws share, of tracks like those of films
     """
 
     errors: dict[str, Any] = field(default_factory=dict)
@@ -45,15 +35,10 @@ class Camera:
     memory: float
     missing: float
     outliers: float
-    misplaced: tuple[Any, ...] = ()
-
-    def wandering(self, rng: np.random.Generator) -> Camera:
-        """The same camera, whose tracks err as those from films do."""
-        return replace(self, misplaced=tuple(waves(2, rng, period=20.0) for _ in range(2)))
 
 
 def draw_camera(errors: dict[str, Any], rng: np.random.Generator, *, bad: bool) -> Camera:
-    """A camera with usual noise, or with a bad one: 8 mm with a memory of a second."""
+    """Draw a camera with usual noise, or with a bad one: 8 mm with a memory of a second."""
     return Camera(
         errors=errors,
         sigma=0.008 if bad else rng.uniform(0.003, 0.006),
@@ -66,7 +51,7 @@ def draw_camera(errors: dict[str, Any], rng: np.random.Generator, *, bad: bool) 
 def photograph(
     path: Floats, sweep: Floats, camera: Camera, rng: np.random.Generator
 ) -> dict[str, list[Any]]:
-    """Rows of a track file for one throw: t, x, y, theta, swept, and sigmas of films.
+    """Rows of a track file for one throw: t, x, y, theta, swept.
 
     Parameters
     ----------
@@ -81,20 +66,12 @@ def photograph(
     xy = seen(xy, theta, camera.errors)
     swept = (frames >= sweep[0]) & (frames < sweep[1])
     rows: dict[str, list[Any]] = {}
-    if camera.misplaced:
-        wandering = waves(3, rng, period=3.0)(frames) * FILM_WANDERS
-        whole, tilted = (place(xy[:, 1]) for place in camera.misplaced)
-        xy = xy + FILM_PLACE * (whole + tilted * xy[:, :1]) + wandering[:, :2]
-        theta = theta + wandering[:, 2]
-        rows["sigma_xy"] = [FILM_CLAIMS[0]] * len(frames)
-        rows["sigma_theta"] = [FILM_CLAIMS[1]] * len(frames)
-    else:
-        for j in range(2):
-            xy[:, j] += coloured(len(frames), frames, camera.sigma, camera.memory, rng)
-        theta = theta + coloured(len(frames), frames, HEADING, 0.0, rng)
-        wild = rng.random(len(frames)) < camera.outliers
-        xy[wild] += rng.normal(0, WILD, (int(wild.sum()), 2))
-    rows["t"] = np.round(frames * camera.errors.get("time", 1.0), 4).tolist()
+    for j in range(2):
+        xy[:, j] += coloured(len(frames), frames, camera.sigma, camera.memory, rng)
+    theta = theta + coloured(len(frames), frames, HEADING, 0.0, rng)
+    wild = rng.random(len(frames)) < camera.outliers
+    xy[wild] += rng.normal(0, WILD, (int(wild.sum()), 2))
+    rows["t"] = np.round(frames, 4).tolist()
     rows["x"], rows["y"] = np.round(xy, 5).T.tolist()
     rows["theta"] = np.round(theta, 5).tolist()
     rows["swept"] = swept.astype(int).tolist()
@@ -107,8 +84,7 @@ def seen(xy: Floats, theta: Floats, errors: dict[str, Any]) -> Floats:
     Parameters
     ----------
     xy, theta : (n, 2), (n,) true places and headings
-    errors : ``offset`` of the tracked point; ``k1`` and ``centre``, or ``end_k1``, of the lens;
-        ``scale`` of lengths
+    errors : ``offset`` of the tracked point; ``k1`` and ``centre``, or ``end_k1``, of the lens
     """
     xy = xy.copy()
     if "offset" in errors:
@@ -120,7 +96,7 @@ def seen(xy: Floats, theta: Floats, errors: dict[str, Any]) -> Floats:
         xy = xy + away * errors["k1"] * (away**2).sum(axis=1, keepdims=True) / 400.0
     if "end_k1" in errors:
         xy = from_the_end(xy, errors["end_k1"])
-    return xy * errors.get("scale", 1.0)
+    return xy
 
 
 def from_the_end(xy: Floats, k1: float) -> Floats:
@@ -145,14 +121,3 @@ def coloured(n: int, t: Floats, sigma: float, memory: float, rng: np.random.Gene
             keep = math.exp(-(t[i] - t[i - 1]) / memory)
             noise[i] = keep * noise[i - 1] + math.sqrt(1 - keep * keep) * noise[i]
     return sigma * noise
-
-
-def waves(count: int, rng: np.random.Generator, *, period: float) -> Any:
-    """A smooth random function of unit size with values (n, count): cosines around a period."""
-    number = 2.0 * np.pi / (period * rng.uniform(0.5, 4.0, (24, count)))
-    phase = rng.uniform(0.0, 2.0 * np.pi, (24, count))
-
-    def at(u: Floats) -> Floats:
-        return np.cos(u[:, None, None] * number + phase).sum(axis=1) / math.sqrt(12.0)
-
-    return at

@@ -7,52 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from blind.law import (
-    AIR,
-    ASYMMETRY,
-    BAND,
-    COUPLING,
-    CURL,
-    CURL_V,
-    CURL_W,
-    DRIFT,
-    DRIFT_LINEAR,
-    EXPONENT,
-    FORM,
-    LINEAR,
-    MAP_ACROSS,
-    MAP_LENGTH,
-    MAP_RIPPLE,
-    MAP_SD,
-    MU,
-    O_BRUSHED,
-    O_HEADING,
-    O_LEFT,
-    O_SPIN,
-    O_TROUGH,
-    O_WARM,
-    PATCH_FACTOR,
-    PATCH_SOFT,
-    PATCH_X0,
-    PATCH_X1,
-    PATCH_Y0,
-    PATCH_Y1,
-    RIPPLE_PERIOD,
-    SIZE,
-    SLOPE_X,
-    SLOPE_Y,
-    SPIN_POWER,
-    SPIN_RATE,
-    SPIN_SHARE,
-    STONE,
-    STONE_CURL,
-    STONE_FACTOR,
-    SWEEP,
-    WEAR,
-    WEAR_ALONG,
-    WEAR_LINEAR,
-    WEAR_UNDER,
-)
+from blind import law
 from curling_env.typing import Floats
 
 SCATTER = 0.004
@@ -85,8 +40,6 @@ FORMS = (
     "friction_map:ripples",
 )
 """Effects of the catalogue in forms that are not the catalogue's own."""
-BESIDE_CURL = ("stone_bias:curl",)
-"""Effects that change the curl, and show only where there is some."""
 OUTSIDE = (
     "friction_follows_spin",
     "trough",
@@ -98,34 +51,55 @@ OUTSIDE = (
 """What the catalogue does not have."""
 
 CHAMPIONSHIP = {
-    EXPONENT: 0.25,
-    AIR: 9.5e-4,
-    CURL: 0.0082,
-    CURL_V: 0.2,
-    SPIN_RATE: 0.0115,
-    SPIN_POWER: 0.6,
+    law.EXPONENT: 0.25,
+    law.AIR: 9.5e-4,
+    law.CURL: 0.0082,
+    law.CURL_V: 0.2,
+    law.SPIN_RATE: 0.0115,
+    law.SPIN_POWER: 0.6,
 }
 """The ice of the preset `standard`."""
 STRENGTH_PLACES = {
-    "speed_dependent_friction": EXPONENT,
-    "air_drag": AIR,
-    "curl": CURL,
-    "spin_drag": SPIN_RATE,
+    "speed_dependent_friction": law.EXPONENT,
+    "air_drag": law.AIR,
+    "curl": law.CURL,
+    "spin_drag": law.SPIN_RATE,
 }
 """Where its strengths stand, which differ from day to day."""
 GIVEN = tuple(name for name in NAMES if name not in STRENGTH_PLACES)
 """Effects that the preset `standard` lacks."""
 MAP_WAVES = 200
 """Waves of which a friction map is the sum."""
+PLAIN = {
+    "pebble_wear": (law.WEAR, 0.004, True, "rate"),
+    "pebble_wear:along paths": (law.WEAR_ALONG, 0.02, True, "along_path"),
+    "pebble_wear:under each contact": (law.WEAR_UNDER, 0.02, True, "under_contacts"),
+    "pebble_wear:linear": (law.WEAR_LINEAR, 0.004, True, None),
+    "time_drift": (law.DRIFT, 3e-5, True, "rate"),
+    "time_drift:linear": (law.DRIFT_LINEAR, 3e-5, True, None),
+    "air_drag": (law.AIR, 9.5e-4, False, "coefficient"),
+    "friction_map:across": (law.MAP_ACROSS, 0.06, True, None),
+    "friction_map:ripples": (law.MAP_RIPPLE, 0.12, True, None),
+    "curl:asymmetric": (law.ASYMMETRY, 0.6, False, None),
+    "speed_dependent_friction:linear": (law.LINEAR, 0.06, True, None),
+    "spin_drag:proportional": (law.SPIN_SHARE, 0.012, False, None),
+    "friction_follows_spin": (law.O_SPIN, 0.05, True, None),
+    "trough": (law.O_TROUGH, 0.0015, True, None),
+    "sideways_push": (law.O_LEFT, 0.002, True, None),
+    "warming_stone": (law.O_WARM, 0.006, False, None),
+    "heading_friction": (law.O_HEADING, 0.12, True, None),
+    "brushed_ice": (law.O_BRUSHED, 0.15, True, None),
+}
+"""Effects of one number: its place, its usual size, whether either sign may be, and its name."""
 
 
 def hidden_numbers(rng: np.random.Generator) -> Floats:
     """Ice on which nothing is missing."""
-    q = np.zeros(SIZE)
-    q[MU] = rng.uniform(0.007, 0.011)
-    q[COUPLING] = 19.1 * BAND**2 / 0.2008 * rng.uniform(0.9, 1.1)
-    q[STONE] = -1
-    q[STONE_FACTOR] = q[STONE_CURL] = q[SWEEP] = q[PATCH_FACTOR] = 1.0
+    q = np.zeros(law.SIZE)
+    q[law.MU] = rng.uniform(0.007, 0.011)
+    q[law.COUPLING] = 19.1 * law.BAND**2 / 0.2008 * rng.uniform(0.9, 1.1)
+    q[law.STONE] = -1
+    q[law.STONE_FACTOR] = q[law.STONE_CURL] = q[law.SWEEP] = q[law.PATCH_FACTOR] = 1.0
     return q
 
 
@@ -135,8 +109,8 @@ def championship_numbers(rng: np.random.Generator) -> Floats:
     q[list(CHAMPIONSHIP)] = list(CHAMPIONSHIP.values())
     for strength in STRENGTH_PLACES.values():
         q[strength] *= 1.0 + rng.choice([-1.0, 1.0]) * rng.uniform(0.1, 0.4)
-    q[CURL_V], q[CURL_W] = rng.uniform(0.0, 0.4), rng.choice([0.0, 0.2])
-    q[SPIN_POWER] = rng.uniform(0.4, 0.8)
+    q[law.CURL_V], q[law.CURL_W] = rng.uniform(0.0, 0.4), rng.choice([0.0, 0.2])
+    q[law.SPIN_POWER] = rng.uniform(0.4, 0.8)
     return q
 
 
@@ -151,54 +125,50 @@ def hide(
     """Put an effect of a likely size, times a scale, into the numbers; its true parameters."""
     sign = rng.choice([-1.0, 1.0])
     size = scale * float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
+    if name in PLAIN:
+        place, usual, signed, parameter = PLAIN[name]
+        q[place] = (sign if signed else 1.0) * usual * size
+        return {} if parameter is None else {parameter: q[place]}
     if name == "friction_map":
-        q[MAP_SD], q[MAP_LENGTH] = rng.uniform(0.03, 0.06), np.exp(rng.uniform(*np.log([1.5, 6.0])))
-        return {"sd": q[MAP_SD], "length": q[MAP_LENGTH]}
+        q[law.MAP_SD], q[law.MAP_LENGTH] = (
+            rng.uniform(0.03, 0.06),
+            np.exp(rng.uniform(*np.log([1.5, 6.0]))),
+        )
+        return {"sd": q[law.MAP_SD], "length": q[law.MAP_LENGTH]}
     if name == "speed_dependent_friction":
-        q[FORM] = float(rng.random() < 0.3)
-        q[EXPONENT] = min(0.2 * size, 0.45)
-        return {"exponent": q[EXPONENT]} if q[FORM] == 0 else {}
+        q[law.FORM] = float(rng.random() < 0.3)
+        q[law.EXPONENT] = min(0.2 * size, 0.45)
+        return {"exponent": q[law.EXPONENT]} if q[law.FORM] == 0 else {}
     if name == "curl":
-        q[CURL] = 0.006 * size
-        q[CURL_V], q[CURL_W] = rng.choice([0.0, 0.2, 0.5]), rng.choice([0.0, 0.0, 0.3])
-        return {"strength": q[CURL], "speed_exponent": q[CURL_V], "spin_exponent": q[CURL_W]}
+        q[law.CURL] = 0.006 * size
+        q[law.CURL_V], q[law.CURL_W] = rng.choice([0.0, 0.2, 0.5]), rng.choice([0.0, 0.0, 0.3])
+        return {
+            "strength": q[law.CURL],
+            "speed_exponent": q[law.CURL_V],
+            "spin_exponent": q[law.CURL_W],
+        }
     if name == "slope":
         angle = rng.uniform(0, 2 * np.pi)
-        q[SLOPE_X], q[SLOPE_Y] = 2e-4 * size * np.array([np.cos(angle), np.sin(angle)])
-        return {"x": q[SLOPE_X], "y": q[SLOPE_Y]}
-    if name == "pebble_wear":
-        q[WEAR] = sign * 0.004 * size
-        return {"rate": q[WEAR]}
-    if name == "pebble_wear:along paths":
-        q[WEAR_ALONG] = sign * 0.02 * size
-        return {"along_path": q[WEAR_ALONG]}
-    if name == "pebble_wear:under each contact":
-        q[WEAR_UNDER] = sign * 0.02 * size
-        return {"under_contacts": q[WEAR_UNDER]}
+        q[law.SLOPE_X], q[law.SLOPE_Y] = 2e-4 * size * np.array([np.cos(angle), np.sin(angle)])
+        return {"x": q[law.SLOPE_X], "y": q[law.SLOPE_Y]}
     if name == "stone_bias":
-        q[STONE], q[STONE_FACTOR] = rng.integers(0, 3), 1.0 + sign * 0.025 * size
-        return {"stone": q[STONE], "factor": q[STONE_FACTOR]}
+        q[law.STONE], q[law.STONE_FACTOR] = rng.integers(0, 3), 1.0 + sign * 0.025 * size
+        return {"stone": q[law.STONE], "factor": q[law.STONE_FACTOR]}
     if name == "stone_bias:curl":
-        q[STONE], q[STONE_CURL] = rng.integers(0, 3), 1.0 + sign * 0.15 * size
-        return {"stone": q[STONE], "curl_factor": q[STONE_CURL]}
+        q[law.STONE], q[law.STONE_CURL] = rng.integers(0, 3), 1.0 + sign * 0.15 * size
+        return {"stone": q[law.STONE], "curl_factor": q[law.STONE_CURL]}
     if name == "sweeping":
-        q[SWEEP] = 1.0 - 0.08 * size
-        return {"friction_factor": q[SWEEP]}
+        q[law.SWEEP] = 1.0 - 0.08 * size
+        return {"friction_factor": q[law.SWEEP]}
     if name == "friction_patch":
         x, y = rng.uniform(-1.0, 0.0), rng.uniform(-9.0, 5.0)
-        q[PATCH_X0], q[PATCH_X1] = x, x + rng.uniform(0.8, 2.0)
-        q[PATCH_Y0], q[PATCH_Y1] = y, y + rng.uniform(2.0, 6.0)
-        q[PATCH_FACTOR] = 1.0 + sign * 0.12 * size
-        return {"factor": q[PATCH_FACTOR]}
-    if name == "time_drift":
-        q[DRIFT] = sign * 3e-5 * size
-        return {"rate": q[DRIFT]}
+        q[law.PATCH_X0], q[law.PATCH_X1] = x, x + rng.uniform(0.8, 2.0)
+        q[law.PATCH_Y0], q[law.PATCH_Y1] = y, y + rng.uniform(2.0, 6.0)
+        q[law.PATCH_FACTOR] = 1.0 + sign * 0.12 * size
+        return {"factor": q[law.PATCH_FACTOR]}
     if name == "spin_drag":
-        q[SPIN_RATE], q[SPIN_POWER] = 0.012 * size, rng.uniform(0.3, 0.9)
-        return {"rate": q[SPIN_RATE], "speed_exponent": q[SPIN_POWER]}
-    if name == "air_drag":
-        q[AIR] = 9.5e-4 * size
-        return {"coefficient": q[AIR]}
+        q[law.SPIN_RATE], q[law.SPIN_POWER] = 0.012 * size, rng.uniform(0.3, 0.9)
+        return {"rate": q[law.SPIN_RATE], "speed_exponent": q[law.SPIN_POWER]}
     if name == "tracking_offset":
         angle = rng.uniform(0, 2 * np.pi)
         camera["offset"] = 0.015 * size * np.array([np.cos(angle), np.sin(angle)])
@@ -207,50 +177,12 @@ def hide(
         camera["k1"] = sign * 0.006 * size
         camera["centre"] = rng.uniform(-3.0, 3.0) if rng.random() < 0.5 else 0.0
         return {"k1": camera["k1"], "centre_y": camera["centre"]}
-    if name == "frame_rate_error":
-        camera["time"] = rng.choice([25 / 30, 30 / 25, 0.97, 1.04])
-        return {"factor": camera["time"]}
-    if name == "scale_error":
-        camera["scale"] = rng.choice([0.96, 1.03])
-        return {"factor": camera["scale"]}
-    if name == "friction_map:across":
-        q[MAP_ACROSS] = sign * 0.06 * size
-        return {}
-    if name == "friction_map:ripples":
-        q[MAP_RIPPLE] = sign * 0.12 * size
-        return {}
-    if name == "pebble_wear:linear":
-        q[WEAR_LINEAR] = sign * 0.004 * size
-        return {}
-    if name == "time_drift:linear":
-        q[DRIFT_LINEAR] = sign * 3e-5 * size
-        return {}
-    if name == "curl:asymmetric":
-        q[ASYMMETRY] = 0.6 * size
-        return {}
-    if name == "speed_dependent_friction:linear":
-        q[LINEAR] = sign * 0.06 * size
-        return {}
-    if name == "spin_drag:proportional":
-        q[SPIN_SHARE] = 0.012 * size
-        return {}
     if name == "friction_patch:soft":
         hide("friction_patch", q, camera, rng, scale=scale)
-        q[PATCH_SOFT] = 1.0
+        q[law.PATCH_SOFT] = 1.0
         return {}
-    if name == "lens_distortion:end camera":
-        camera["end_k1"] = sign * 0.02 * size
-        return {}
-    outside = {
-        "friction_follows_spin": (O_SPIN, 0.05),
-        "trough": (O_TROUGH, 0.0015),
-        "sideways_push": (O_LEFT, 0.002),
-        "warming_stone": (O_WARM, 0.006),
-        "heading_friction": (O_HEADING, 0.12),
-        "brushed_ice": (O_BRUSHED, 0.15),
-    }
-    place, usual = outside[name]
-    q[place] = (sign if name != "warming_stone" else 1.0) * usual * size
+    assert name == "lens_distortion:end camera", name
+    camera["end_k1"] = sign * 0.02 * size
     return {}
 
 
@@ -261,19 +193,19 @@ def draw_map(q: Floats, rng: np.random.Generator) -> Floats:
     exp(−d²/(2·length²)).
     """
     waves = np.column_stack([rng.normal(size=(MAP_WAVES, 2)), rng.uniform(0, 2 * np.pi, MAP_WAVES)])
-    waves[:, :2] /= max(q[MAP_LENGTH], 1e-9)
-    return waves if q[MAP_SD] > 0.0 else waves[:0]
+    waves[:, :2] /= max(q[law.MAP_LENGTH], 1e-9)
+    return waves if q[law.MAP_SD] > 0.0 else waves[:0]
 
 
 def has_map(q: Floats) -> bool:
     """Whether friction differs smoothly from place to place."""
-    return bool(q[MAP_SD] or q[MAP_ACROSS] or q[MAP_RIPPLE])
+    return bool(q[law.MAP_SD] or q[law.MAP_ACROSS] or q[law.MAP_RIPPLE])
 
 
 def log_map(q: Floats, pattern: Floats) -> Floats:
     """ln of the map's factor on friction at the centres of the paper's cells, (89, 9)."""
     y, x = np.meshgrid(np.arange(89) * 0.5 - 22.0, np.arange(9) * 0.5 - 2.0, indexing="ij")
     waves = np.cos(pattern[:, 0] * x[..., None] + pattern[:, 1] * y[..., None] + pattern[:, 2])
-    smooth = q[MAP_SD] * math.sqrt(2.0 / max(len(pattern), 1)) * waves.sum(axis=-1)
-    ripples = 1.0 + q[MAP_RIPPLE] * np.sin(2.0 * math.pi * y / RIPPLE_PERIOD)
-    return smooth + np.log1p(q[MAP_ACROSS] * x) + np.log(ripples)
+    smooth = q[law.MAP_SD] * math.sqrt(2.0 / max(len(pattern), 1)) * waves.sum(axis=-1)
+    ripples = 1.0 + q[law.MAP_RIPPLE] * np.sin(2.0 * math.pi * y / law.RIPPLE_PERIOD)
+    return smooth + np.log1p(q[law.MAP_ACROSS] * x) + np.log(ripples)

@@ -12,72 +12,32 @@ from typing import Any
 import numba
 import numpy as np
 
+from blind import law
 from blind.camera import seen
-from blind.law import (
-    AIR,
-    COUPLING,
-    CURL,
-    CURL_V,
-    CURL_W,
-    DRIFT,
-    EXPONENT,
-    MU,
-    PATCH_FACTOR,
-    PATCH_X0,
-    PATCH_X1,
-    PATCH_Y0,
-    PATCH_Y1,
-    SLOPE_X,
-    SLOPE_Y,
-    SPIN_POWER,
-    SPIN_RATE,
-    STEP,
-    STONE_CURL,
-    STONE_FACTOR,
-    SWEEP,
-    WEAR,
-    WEAR_ALONG,
-    rates,
-)
+from blind.law import STEP, rates
 from blind.sessions import Release
 from curling_env.sheet import PAPER_SHEET
 from curling_env.typing import Floats
 
+EDGES = (law.PATCH_X0, law.PATCH_X1, law.PATCH_Y0, law.PATCH_Y1)
 FREE = {
-    "speed_dependent_friction": (EXPONENT,),
-    "curl": (CURL, CURL_V, CURL_W),
-    "slope": (SLOPE_X, SLOPE_Y),
-    "pebble_wear": (WEAR,),
-    "pebble_wear:along paths": (WEAR_ALONG,),
-    "stone_bias": (STONE_FACTOR,),
-    "stone_bias:curl": (STONE_CURL,),
-    "sweeping": (SWEEP,),
-    "friction_patch": (PATCH_FACTOR, PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1),
-    "time_drift": (DRIFT,),
-    "spin_drag": (SPIN_RATE, SPIN_POWER),
-    "air_drag": (AIR,),
+    "speed_dependent_friction": {law.EXPONENT: 1.0},
+    "curl": {law.CURL: 0.05, law.CURL_V: 1.0, law.CURL_W: 1.0},
+    "slope": {law.SLOPE_X: 0.005, law.SLOPE_Y: 0.005},
+    "pebble_wear": {law.WEAR: 0.1},
+    "pebble_wear:along paths": {law.WEAR_ALONG: 0.5},
+    "stone_bias": {law.STONE_FACTOR: 1.0},
+    "stone_bias:curl": {law.STONE_CURL: 1.0},
+    "sweeping": {law.SWEEP: 1.0},
+    "friction_patch": {law.PATCH_FACTOR: 1.0, **dict.fromkeys(EDGES, 5.0)},
+    "time_drift": {law.DRIFT: 1e-3},
+    "spin_drag": {law.SPIN_RATE: 0.1, law.SPIN_POWER: 2.0},
+    "air_drag": {law.AIR: 0.01},
 }
-"""Places of the parameters of each effect that acts on the stone."""
-WIDE = {
-    EXPONENT: 1.0,
-    CURL: 0.05,
-    CURL_V: 1.0,
-    CURL_W: 1.0,
-    SLOPE_X: 0.005,
-    SLOPE_Y: 0.005,
-    WEAR: 0.1,
-    WEAR_ALONG: 0.5,
-    STONE_FACTOR: 1.0,
-    STONE_CURL: 1.0,
-    SWEEP: 1.0,
-    PATCH_FACTOR: 1.0,
-    **dict.fromkeys((PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1), 5.0),
-    DRIFT: 1e-3,
-    SPIN_RATE: 0.1,
-    SPIN_POWER: 2.0,
-    AIR: 0.01,
-}
-"""Standard deviations of parameters before the throws: wide, so that the throws alone decide."""
+"""For each effect that acts on the stone the places of its parameters, and their standard
+deviations before the throws: wide, so that the throws alone decide."""
+WIDE = {place: width for places in FREE.values() for place, width in places.items()}
+"""These standard deviations by place."""
 NUDGE = 1e-4
 """Step of differences by a parameter, over its width before the throws."""
 EDGE_NUDGE = 0.1
@@ -146,7 +106,7 @@ def respond(
     states = path[::EVERY]
     t: Floats = STEP * np.arange(0.0, len(path), EVERY)
     own = q.copy()
-    own[MU] = release.mu
+    own[law.MU] = release.mu
 
     def rate(numbers: Floats, at: Floats) -> Floats:
         return accelerations(
@@ -174,11 +134,11 @@ def respond(
         nudge = np.eye(6)[j] * step
         difference = rate(own, states + nudge) - rate(own, states - nudge)
         dynamics[:, [2, 3, 5], j] = difference / (2.0 * step)
-    friction = own[MU] * by_number(MU, 1e-4 * own[MU])
-    pushes = [friction, own[COUPLING] * by_number(COUPLING, 1e-4 * own[COUPLING])]
+    friction = own[law.MU] * by_number(law.MU, 1e-4 * own[law.MU])
+    pushes = [friction, own[law.COUPLING] * by_number(law.COUPLING, 1e-4 * own[law.COUPLING])]
     for place in places:
-        is_edge = place in (PATCH_X0, PATCH_X1, PATCH_Y0, PATCH_Y1)
-        pushes.append(by_number(place, EDGE_NUDGE if is_edge else NUDGE * WIDE[place]))
+        step = EDGE_NUDGE if place in EDGES else NUDGE * WIDE[place]
+        pushes.append(by_number(place, step))
     drive = np.zeros((n, 6, len(pushes) + basis.shape[-1]))
     drive[:, [2, 3, 5], : len(pushes)] = np.stack(pushes, axis=2)
     drive[:, [2, 3, 5], len(pushes) :] = friction[:, :, None] * along(basis, states)[:, None, :]

@@ -11,7 +11,6 @@ from typing import Any
 import numpy as np
 
 from agents.planning import PlannedThrow, plan
-from blind.bound import Bound
 from blind.law import HOG, MU, SQUARES
 from blind.sessions import Release
 from curling_env.errors import CurlingError
@@ -27,8 +26,6 @@ RADIUS = 1.2
 """Of that circle [m]."""
 ERRORS = 50
 """Errors of the hand that each draw is thrown with."""
-KNOWLEDGE = 200
-"""Rests that the best knowledge of an ice leaves possible, for each draw."""
 STRIDE = 1.5
 """Of the response to the hand's errors, in their standard deviations."""
 CLOSE = 1e-3
@@ -76,9 +73,7 @@ class TrueIce:
         return release.path(self.numbers, self.pattern, np.zeros(SQUARES))[-1, :2]
 
 
-def draws_on_truth(
-    ice: Ice, sealed: dict[str, Any], *, direction: float, best: Bound | None = None
-) -> dict[str, Any]:
+def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dict[str, float]:
     """Mean miss of draws planned on an ice and thrown on the true one, and of the best plans.
 
     Parameters
@@ -86,14 +81,11 @@ def draws_on_truth(
     ice : that was found
     sealed : the truth
     direction : the end of the house: -1 for the home end
-    best : the best that can be known of the ice from its session
 
     Returns
     -------
-    ``miss``, ``miss_on_truth`` and ``miss_at_best``, mean over targets and errors of the hand of
-    draws planned on the ice that was found, on the true one, and on what can be known at best [m];
-    ``exact``, the mean miss of the first without such errors; ``unplanned``, the number of targets
-    without a plan
+    ``miss`` and ``miss_on_truth``, mean over targets and errors of the hand of draws planned on the
+    ice that was found and on the true one [m]
     """
     truth = TrueIce(
         numbers=np.array(sealed["numbers"]),
@@ -101,7 +93,7 @@ def draws_on_truth(
         direction=direction,
     )
     errors = SKILL.errors(ERRORS, np.random.default_rng(0))
-    misses: list[tuple[float, ...]] = []
+    misses: list[tuple[float, float]] = []
     for turn in np.arange(TARGETS) * 2.0 * np.pi / TARGETS:
         target = np.array([RADIUS * np.cos(turn), direction * TEE_Y + RADIUS * np.sin(turn)])
         try:
@@ -114,17 +106,11 @@ def draws_on_truth(
             continue
         made = rests_with_errors(truth, throw, sweep, errors) - target
         meant = rests_with_errors(truth, right, sweep, errors) - target
-        exact = truth.rest(throw, sweep) - target
-        one = [np.hypot(*away.T).mean() for away in (made, meant, exact[None])]
-        if best is not None:
-            release = truth.release(right, sweep)
-            spread = best.rest_covariance(release, truth.numbers, truth.pattern)
-            off = np.random.default_rng(1).multivariate_normal(np.zeros(2), spread, KNOWLEDGE)
-            one.append(np.hypot(*(meant[:, None] + off).reshape(-1, 2).T).mean())
-        misses.append(tuple(one))
-    names = ("miss", "miss_on_truth", "exact", "miss_at_best")[: 3 if best is None else 4]
-    mean = np.mean(misses, axis=0).tolist() if misses else [None] * len(names)
-    return {**dict(zip(names, mean, strict=True)), "unplanned": TARGETS - len(misses)}
+        misses.append((float(np.hypot(*made.T).mean()), float(np.hypot(*meant.T).mean())))
+    if not misses:
+        return {}
+    miss, on_truth = np.mean(misses, axis=0).tolist()
+    return {"miss": miss, "miss_on_truth": on_truth}
 
 
 def _as_thrown(planned: PlannedThrow) -> tuple[Floats, tuple[float, float]]:

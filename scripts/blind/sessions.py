@@ -1,7 +1,7 @@
 """Sessions with something hidden in them, made without the project's force law.
 
-Formulas, integrator and noise are written in this folder anew, so that discovery is judged on data
-that its own model did not make.
+Formulas, integrator and noise are this folder's own, so that discovery is judged on data that its
+own model did not make.
 """
 
 from __future__ import annotations
@@ -94,7 +94,6 @@ def make_session(
     throws: int = 16,
     fresh: int = 0,
     ways: int = 2,
-    film: bool = False,
     championship: bool = False,
     scale: float = 1.0,
     bad: bool = False,
@@ -105,7 +104,6 @@ def make_session(
     ----------
     fresh : throws played on after the session, on the same ice; the last in the columns
     ways : directions of play, 2 or 1
-    film : whether the tracks err as those from films do: smoothly, and all alike at a place
     championship : whether the ice beneath is that of the preset `standard`, each of its strengths
         off by 10 to 40 per cent
     scale : factor on the usual sizes of the effects
@@ -123,7 +121,6 @@ def make_session(
     speeds = rng.permutation(np.linspace(1.3, 3.0, throws) + rng.uniform(-0.1, 0.1, throws))
     clock = 0.0
     gap = rng.integers(throws // 3, 2 * throws // 3)
-    camera = camera.wandering(rng) if film else camera
     passes = np.zeros(SQUARES)
     # As in a game, every stone is played about equally often; a stone that is not cannot be found.
     stones = np.concatenate([rng.permutation(np.arange(throws) % 4), rng.integers(0, 4, fresh)])

@@ -9,8 +9,8 @@ from pathlib import Path
 
 def read(name: str, path: Path) -> int:
     """Read a file as a program would; a status as of `curling`, with its one line."""
-    from curling_env.commands.terminal import only_our_words
     from curling_env.errors import CurlingError
+    from curling_env.infrastructure.streams import only_our_words
 
     try:
         with only_our_words():  # libpng speaks for itself; a program may let it or not

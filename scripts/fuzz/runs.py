@@ -34,7 +34,7 @@ ANSWER = 60.0
 MAX_BYTES = 2**30
 """Memory that a run may take beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
-KEPT = (".unfinished/", ".solved.json")
+KEPT = (".unfinished/",)
 """What a refused command keeps of the films before the one that it refused."""
 LARGE = 2**30
 """Files of this size are made of zeros, on which no disk space is spent [bytes]."""

@@ -139,7 +139,7 @@ hand-or-ice t.csv --ice ice.json --believed standard --units feet --seed 1 -o o.
 athletes t.csv --ice ice.json --believed standard --seed 1 -o found
 match-stones t.csv --ice ice.json --units feet --seed 1 -o o.json
 donate t.csv --scene s.json --consent All-who-threw-agree-to-this -o o.json --json
-compare t.csv --ice ice.json --window 2
+compare t.csv --ice ice.json
 estimate t.csv -o o.json --seed 1
 discover t.csv --known-length 21.3,21.9 --clock 20,24 -o found
 calibrate e.png --squares 9x7 --square-size 0.03 --board chessboard -o o.json

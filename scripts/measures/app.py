@@ -11,7 +11,6 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import club_study
 import mutation
 import newcomer
 import numpy as np
@@ -20,57 +19,24 @@ from release import pages as release_pages
 from website.__main__ import build
 
 from agents.commands.page_benchmarks import page_measures
-from curling_env.commands.benchmarks import import_time
+from curling_env.benchmarks.measures import import_time
 from curling_env.typing import Flags
+from measures import coaching
 
 MEASURES = (
     *("latency", "causes", "athletes", "stones"),
     *("size", "import_of_package", "first_map", "tests", "faults_noticed", "site"),
 )
-EVENINGS = 20
 MUTANTS, MUTANTS_SEED = 300, 0
 EXTRAS = ("train", "app")
 """Extras whose size is recorded."""
 NUMPY = "import time; begun = time.process_time(); import numpy; print(time.process_time() - begun)"
+causes, athletes, stones = coaching.causes, coaching.athletes, coaching.stones
 
 
 def latency() -> dict[str, float]:
     """Measure the latency of the app's sheet endpoints, from JSON to JSON."""
     return {found.name.removeprefix("page_"): found.value for found in page_measures()}
-
-
-def causes() -> dict[str, float]:
-    """Compare the causes of misses that are found with the true ones of simulated evenings."""
-    values: dict[str, float] = {}
-    for name, sigma in (("well", club_study.WELL_KNOWN), ("less", club_study.KNOWN)):
-        found = club_study.causes_found(EVENINGS, sigma)
-        values |= {
-            f"{name}_right": 100 * found.right.mean(),
-            f"{name}_right_far": 100 * found.right[found.far].mean(),
-            f"{name}_held": club_study.share_held(found.held),
-            f"{name}_ice_cm": 100 * found.typical("ice"),
-        }
-    return values
-
-
-def athletes() -> dict[str, float]:
-    """Compare the estimated bias and spread of athletes with the true ones."""
-    found = club_study.athletes_found(EVENINGS)
-    return {
-        "bias_held": 100 * float(np.mean(found.held["bias"])),
-        "spread_held": 100 * float(np.mean(found.held["spread"])),
-        "spread_ratio": float(np.exp(np.log(found.ratio).mean())),
-    }
-
-
-def stones() -> dict[str, float]:
-    """Compare the estimated friction and curl of stones with the true ones."""
-    found = club_study.stones_found(EVENINGS)
-    return {
-        "ordered": 100 * float(np.mean(found.ordered)),
-        "friction_held": 100 * float(np.mean(found.held["friction"])),
-        "curl_held": 100 * float(np.mean(found.held["curl"])),
-    }
 
 
 def size() -> dict[str, float]:

@@ -8,53 +8,31 @@ from __future__ import annotations
 
 import time
 from collections.abc import Iterable, Sequence
-from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
-from encoded_again import copied_with_truth
 from figures import ROOT
-from live_pace import played
-from other_films import coding, rendered
-from practice_film import film_practice, score_practice
-from takeout_films import BARE, WITH_PEOPLE, Film, judged
-from tracking_accuracy import NORMAL_95, Case, balanced, score
+from films.accuracy import Score, coarse_copy, score
+from films.live import delays, draw
+from films.practice import NEAR_REST, score_practice
+from films.render import rendered
+from films.takeouts import BARE, WITH_PEOPLE, Film, judged
 
-from curling_env.ice import load_ice
 from curling_env.infrastructure.files.storage import make_directory
-from curling_env.physics import slide
-from curling_env.throw import Throw
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.video import Film as Decoder
 from friction_estimation.synthetic import FilmSpec, render_films
 from friction_estimation.tracking import track_film
 
 MEASURES = (
-    "cameras",
-    "all_cameras",
-    "independent",
-    "independent_unknown_lens",
-    "sweepers",
-    "practice",
-    "takeouts",
-    "all_takeouts",
-    "copies",
-    "speed",
-    "live",
+    *("cameras", "independent", "independent_unknown_lens", "sweepers"),
+    *("practice", "takeouts", "all_takeouts", "copies", "speed", "live"),
 )
 FILMS = ROOT / "runs" / "figures" / "films"
 INDEPENDENT = ROOT / "runs" / "independent" / "films"
 CAMERAS = ("end", "gantry", "side", "ceiling")
-CLICK_PX = 3.0
-"""Error of a marked point in each coordinate."""
-TO_REST = 0.5
-"""A track that ends no earlier before the stone rests reaches its rest [s]."""
-FINE, COARSE = 23, 28
-"""Qualities of H.264: of a film, and of a copy of it."""
 FEW_TAKEOUTS = (BARE[5], BARE[8])
 """One of 480 lines from the side, and one of 720 from the end."""
-Row = dict[str, Any]
 
 
 def cameras() -> dict[str, float]:
@@ -64,59 +42,47 @@ def cameras() -> dict[str, float]:
     each camera one of 720 and one of 480 lines with the lens given, and the smaller one with the
     lens unknown.
     """
-    small = _rendered("cameras522", seed=522, sizes=(480,))
-    given = _scores(small + _rendered("cameras521", seed=521))
-    unknown = _scores(small, lens=False, click_px=CLICK_PX)
+    small = [rendered(FILMS / "cameras522", camera, 480, 522) for camera in CAMERAS]
+    large = [rendered(FILMS / "cameras521", camera, 720, 521) for camera in CAMERAS]
+    given = [score(film) for film in small + large]
+    unknown = [score(film, lens=False) for film in small]
     values = {camera: _of_camera(given, camera) for camera in CAMERAS}
     values |= {f"{camera}_unknown_lens": _of_camera(unknown, camera) for camera in CAMERAS}
-    return values | _honesty(given + unknown) | {"heading": _rms(given, "heading_rad")}
-
-
-def all_cameras() -> dict[str, float]:
-    """Errors over 48 films: four cameras, three sizes, two rates, lens given and unknown."""
-    rows: list[Row] = []
-    for seed in (521, 522):
-        films = _rendered(f"all{seed}", seed=seed, sizes=(480, 720, 1080), rates=(15, 30))
-        rows += [score(case) for case in balanced(films, CLICK_PX, seed % 4)]
-    return {**_middle_and_worst(rows), **_honesty(rows)}
+    values["error_over_sigma"] = _rms(row.rms_sigmas for row in given + unknown)
+    values["mu"] = _rms(row.mu_error_percent for row in given + unknown)
+    return values | {"heading": _rms(row.heading for row in given)}
 
 
 def independent() -> dict[str, float]:
     """Errors on the six films of an independent program, lens given, points exact."""
-    rows = _scores(_independent_films())
-    return {**_middle_and_worst(rows), **_honesty(rows)}
+    rows = _independent(lens=True)
+    return {"middle": float(np.nanmedian([row.rms_mm for row in rows])), "worst": _worst(rows)}
 
 
 def independent_unknown_lens() -> dict[str, float]:
     """Errors on the same six films, lens unknown, points 3 px off."""
-    rows = _scores(_independent_films(), lens=False, click_px=CLICK_PX)
-    return {**_middle_and_worst(rows), **_honesty(rows)}
+    return {"worst": _worst(_independent(lens=False))}
 
 
 def sweepers() -> dict[str, float]:
     """Errors beside sweepers at work: one film each from the end, the gantry and the side.
 
-    A thrower, a skip and one or two sweepers, whose brooms work 5 to 15 cm ahead of the stone.
+    A thrower, a skip and two sweepers, whose brooms work 5 to 15 cm ahead of the stone.
     """
-    films = _rendered("swept", seed=63, cameras=("end",), people="mixed")
-    films += _rendered("swept", seed=63, cameras=("gantry", "side"), sizes=(480,), people="mixed")
-    rows = _scores(films)
-    to_rest = sum(row["rows"] > 0 and row["short_s"] < TO_REST for row in rows)
-    return {"to_rest": to_rest, **_middle_and_worst(rows), **_honesty(rows)}
+    seen_by = {"end": 720, "gantry": 480, "side": 480}
+    films = [rendered(FILMS / "swept", *view, 63, people=True) for view in seen_by.items()]
+    rows = [score(film) for film in films]
+    to_rest = sum(row.short_s < NEAR_REST for row in rows)
+    return {"to_rest": to_rest, "worst": _worst(rows)}
 
 
 def practice() -> dict[str, float]:
     """Throws of an hour of practice, 480 lines from the gantry, with sweepers and passers-by."""
-    folder = FILMS / "practice"
-    film_practice(folder)
-    (folder / "tracks.csv").unlink(missing_ok=True)
-    found = score_practice(folder)
-    errors = [1e3 * track.error for track in found.tracks]
+    found = score_practice(FILMS / "practice")
     return {
         "to_rest": found.to_rest,
         "cut_joined_invented": found.split + found.joined + found.invented,
-        "middle": float(np.median(errors)),
-        "worst": max(errors),
+        "worst": 1e3 * max(track.error for track in found.tracks),
     }
 
 
@@ -134,24 +100,21 @@ def all_takeouts() -> dict[str, float]:
 def copies() -> dict[str, float]:
     """Errors on coarse copies: 480 lines at quality 28, as messengers make them; lens given."""
     folder = make_directory(FILMS / "copies")
-    films = _rendered("originals", seed=521, cameras=("end", "side"))
-    made = [copied_with_truth(film, folder, coding("h264", COARSE), lines=480) for film in films]
-    rows = _scores(made)
-    return {camera: _of_camera(rows, camera) for camera in ("end", "side")} | _honesty(rows)
+    both = ("end", "side")
+    films = [rendered(FILMS / "originals", camera, 720, 521) for camera in both]
+    rows = [score(coarse_copy(film, folder, lines=480)) for film in films]
+    within = 100 * float(np.mean([row.within_95 for row in rows]))
+    return {camera: _of_camera(rows, camera) for camera in both} | {"within_95": within}
 
 
 def speed() -> dict[str, float]:
     """Processor time of tracking over that of decoding, for a draw in 1080p50 from the end."""
     cv2.setNumThreads(1)
-    thrown = slide(
-        load_ice("standard"), Throw(speed=2.15, angle=-0.02, spin=1.5).release(), fps=100
-    )
-    assert thrown.trajectory is not None  # a rate was given
     spec = FilmSpec(camera="end", size=(1920, 1080), fps=50.0, people=False)
     folder = make_directory(FILMS / "speed")
     film, scene = folder / f"{spec.name}-0.mp4", folder / f"{spec.name}.scene.json"
     if not film.with_suffix(".truth.csv").exists():
-        render_films(folder, [thrown.trajectory], spec)
+        render_films(folder, [draw(2.15)], spec)
     frames = track_film(film, load_scene(scene)).frame_count  # also compiles
     decoding: list[float] = []
     tracking: list[float] = []
@@ -171,76 +134,30 @@ def speed() -> dict[str, float]:
 
 def live() -> dict[str, float]:
     """Delays of live tracking of three draws in 1080p50, which are sent at their own pace."""
-    folder = make_directory(FILMS / "live")
-    pace = played(folder, lambda line: None)
-    return {
-        "after": float(np.median(pace.after)),
-        "missing": pace.missing,
-        "off": 1e3 * max(pace.off, default=np.nan),
-    }
+    after, missing = delays(make_directory(FILMS / "live"))
+    return {"after": float(np.median(after)), "missing": missing}
 
 
-# --- films and scores ---------------------------------------------------------------------------
+# --- scores -------------------------------------------------------------------------------------
 
 
-def _rendered(
-    folder: str,
-    *,
-    seed: int,
-    cameras: Sequence[str] = CAMERAS,
-    sizes: Sequence[int] = (720,),
-    rates: Sequence[int] = (15,),
-    films: int = 1,
-    people: str = "no",
-) -> list[Path]:
-    """Films of `other_films.py` in a folder of their own, rendered unless they are there."""
-    return list(
-        rendered(
-            FILMS / folder,
-            coding("h264", FINE, "ultrafast"),
-            cameras=cameras,
-            sizes=sizes,
-            rates=rates,
-            films=films,
-            people=people,
-            seed=seed,
-        )
-    )
+def _independent(*, lens: bool) -> list[Score]:
+    films = [film for camera in CAMERAS for film in sorted(INDEPENDENT.glob(f"{camera}-*.mp4"))]
+    return [score(film, lens=lens) for film in films]
 
 
-def _independent_films() -> list[Path]:
-    return [film for camera in CAMERAS for film in sorted(INDEPENDENT.glob(f"{camera}-*.mp4"))]
-
-
-def _scores(films: Iterable[Path], *, lens: bool = True, click_px: float = 0.0) -> list[Row]:
-    return [score(Case(film=film, lens=lens, click_px=click_px, seed=0)) for film in films]
-
-
-def _of_camera(rows: Sequence[Row], camera: str) -> float:
+def _of_camera(rows: Sequence[Score], camera: str) -> float:
     """Root mean square error of a camera's films [mm]."""
-    return _rms([row for row in rows if row["camera"].startswith(camera)], "rms_mm")
+    return _rms(row.rms_mm for row in rows if row.camera.startswith(camera))
 
 
-def _rms(rows: Sequence[Row], column: str) -> float:
-    return float(np.sqrt(np.mean([row[column] ** 2 for row in rows])))
+def _rms(values: Iterable[float]) -> float:
+    """Root mean square of what is known."""
+    return float(np.sqrt(np.nanmean(np.square(list(values)))))
 
 
-def _middle_and_worst(rows: Sequence[Row]) -> dict[str, float]:
-    """Median and largest error of the films that were tracked [mm]."""
-    errors = [row["rms_mm"] for row in rows if row["rows"]]
-    return {"middle": float(np.median(errors)), "worst": max(errors)}
-
-
-def _honesty(rows: Sequence[Row]) -> dict[str, float]:
-    """Standard errors beside errors: of places, and of the friction of one throw."""
-    tracked = [row for row in rows if row["rows"]]
-    mu = np.array([row["mu_sigmas"] for row in tracked])
-    return {
-        "error_over_sigma": _rms(tracked, "rms_sigmas"),
-        "within_95": 100 * float(np.mean([row["within_95"] for row in tracked])),
-        "mu_within_95": 100 * float(np.mean(np.abs(mu[np.isfinite(mu)]) <= NORMAL_95)),
-        "mu": float(np.sqrt(np.nanmean([row["mu_error_percent"] ** 2 for row in tracked]))),
-    }
+def _worst(rows: Sequence[Score]) -> float:
+    return float(np.nanmax([row.rms_mm for row in rows]))
 
 
 def _takeouts(name: str, films: Sequence[tuple[Film, bool]]) -> dict[str, float]:
@@ -252,7 +169,7 @@ def _takeouts(name: str, films: Sequence[tuple[Film, bool]]) -> dict[str, float]
     return {
         "hit_found": 100 * sum(k.hit_found for k in results) / sum(k.hit for k in results),
         "resting_found": 100
-        * sum(len(k.resting_off) for k in results)
+        * sum(k.resting_found for k in results)
         / sum(k.resting for k in results),
         "wrong": sum(result.wrong for result in results),
         "after_contact": 1e3 * float(np.nanmax([one.after for one in right])),

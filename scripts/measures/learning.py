@@ -4,35 +4,38 @@ from __future__ import annotations
 
 import contextlib
 import sys
-from pathlib import Path
+from collections.abc import Iterator
 from tempfile import TemporaryDirectory
 from typing import Any
 
 import gymnasium
-import learn_ends
-import learned_ends
+import h5py
 import numpy as np
 import ppo
 import torch
+from learn.cloning import ShotModule, clone, points_lost
+from learn.lessons import lessons_of
 
-from agents.benchmark import TASKS
+from agents.benchmark import TASKS, difference_of, played
 from agents.benchmark import measure as score
 from agents.benchmark.contestants import contestant
 from agents.learning import evaluation
 from agents.learning.policy import TrainedPolicy
 from agents.learning.training import train
+from agents.learning.zoo import ALGORITHMS
 from agents.models import load
-from agents.playing.learned.fit import ShotModule, _measured, clone
 from agents.playing.learned.network import ShotNetwork
-from curling_env.commands import benchmarks
+from agents.playing.offline_data import DATASET, RECORDED, _episodes
+from curling_env.benchmarks import measures as benchmarks
 from curling_env.envs.random_ice import KNOWLEDGE, RandomIces
 from curling_env.envs.stable_baselines import CurlingVecEnv
+from curling_env.game import player_named
 from curling_env.throw import skill_named
+from curling_env.typing import no_progress
 
 MEASURES = (
     *("button", "draws", "unseen_ices", "house", "one_file", "zoo", "throws", "planner"),
-    *("ends", "ends_and_greedy", "games", "copy", "whole_copy", "alone"),
-    *("knowledge", "recorded", "rates"),
+    *("ends", "copy", "knowledge", "recorded", "rates"),
 )
 DRAWS = 40
 """Draws of an evaluation, each on another unseen ice."""
@@ -40,6 +43,8 @@ DRAWS_BY_KNOWLEDGE = 80
 LESSONS, HELD_OUT = 400, 0.25
 """Positions of recorded ends to learn from, and the share that only measures."""
 SHEETS = 256
+PLAYER, FIRST_SEED = "search:200:points", 7500
+"""Player and first seed of the newest recorded dataset."""
 
 
 def button() -> dict[str, float]:
@@ -55,9 +60,7 @@ def draws() -> dict[str, float]:
     return {
         "model": found["agent_over_best"]["ratio"],
         "planner": found["planner_over_best"]["ratio"],
-        "best_m": found["best"]["mean_miss_with_error_m"],
         "model_exact_m": found["agent"]["mean_miss_m"],
-        "planner_exact_m": found["planner"]["mean_miss_m"],
     }
 
 
@@ -88,33 +91,25 @@ def house() -> dict[str, float]:
 
 def one_file() -> dict[str, float]:
     """Train PPO in one file, and measure its miss."""
-    return {"miss_m": miss_of_one_file(ppo.Settings.steps)}
-
-
-def miss_of_one_file(steps: int) -> float:
-    """Return the mean miss of PPO in one file after a number of throws [m]."""
     with TemporaryDirectory() as folder, contextlib.redirect_stdout(sys.stderr):
-        settings = ppo.Settings(steps=steps, output=folder)
-        return ppo.evaluate(ppo.train(settings).predict, settings, 2000)[1]
+        settings = ppo.Settings(output=folder)
+        return {"miss_m": ppo.evaluate(ppo.train(settings).predict, settings, 2000)[1]}
 
 
 def zoo() -> dict[str, float]:
     """Train with RL Zoo's code, and compare with the best possible throw."""
-    import zoo  # needs RL Zoo
+    from measures.zoo import miss_over_best  # needs RL Zoo
 
-    results = {algorithm: zoo.measure(algorithm) for algorithm in zoo.ALGORITHMS}
-    return {algorithm: found.miss / found.best for algorithm, found in results.items()}
+    return {algorithm: miss_over_best(algorithm) for algorithm in ALGORITHMS}
 
 
 def throws() -> dict[str, float]:
-    """Measure the shipped models, and random actions, at the benchmark's throws."""
+    """Measure the shipped models at the benchmark's throws."""
     learned = contestant("learned")
-    tasks = ("draw", "draw-mean", "draw-blind")
-    found = {task: score(TASKS[task], learned).mean for task in tasks}
     return {
-        **{f"{task.replace('-', '_')}_m": mean for task, mean in found.items()},
+        "draw_m": score(TASKS["draw"], learned).mean,
+        "draw_blind_m": score(TASKS["draw-blind"], learned).mean,
         "takeout": 100 * score(TASKS["takeout"], learned).mean,
-        "random_draw_m": score(TASKS["draw"], contestant("random")).mean,
     }
 
 
@@ -129,68 +124,27 @@ def planner() -> dict[str, float]:
 
 def ends() -> dict[str, float]:
     """Measure the shipped player of ends against `draw` and `rulebased`."""
-    return learned_ends.points(contestant("learned"), ("draw", "rulebased"), episodes=150)
-
-
-def ends_and_greedy() -> dict[str, float]:
-    """Measure the shipped player of ends against every opponent of the benchmark."""
-    return learned_ends.points(contestant("learned"))
-
-
-def games() -> dict[str, float]:
-    """Play games of two ends between the shipped player and `greedy`."""
-    return learned_ends.games("learned")
+    tasks = [TASKS["end-draw"], TASKS["end-rulebased"]]
+    own, others = (
+        [played(task, contestant(name), episodes=150)[0] for task in tasks]
+        for name in ("learned", "rulebased")
+    )
+    more = difference_of(own, others).mean
+    return {"rulebased": float(own[1].mean()), "more_than_rulebased": more}
 
 
 def copy() -> dict[str, float]:
     """Learn from positions of the packaged ends, and measure the points lost in those held out."""
-    lessons = learned_ends.lessons_in(learned_ends.packaged_positions(LESSONS))
-    _, held_out = clone(lessons, held_out=HELD_OUT)
-    rest, shipped = lessons[round(LESSONS * (1 - HELD_OUT)) :], load("ends")
+    with h5py.File(RECORDED / DATASET / "data" / "main_data.hdf5") as file:
+        every: Any = file
+        seen = np.concatenate([every[name]["observations"][:-1] for name in every])
+    env: Any = gymnasium.make("CurlingEnd-v0").unwrapped
+    lessons = lessons_of(seen[:: len(seen) // LESSONS][:LESSONS], env.simulator)
+    _, lost = clone(lessons, held_out=HELD_OUT)
+    shipped = load("ends")
     assert isinstance(shipped, ShotNetwork)
-    return {
-        "lost": held_out["lost"],
-        "shipped_lost": _measured(ShotModule(shipped), rest)["lost"],
-    }
-
-
-def whole_copy() -> dict[str, float]:
-    """Copy a search from 20,000 positions, and measure it against every opponent."""
-    return points_of_copy(ends=2500, episodes=600)
-
-
-def points_of_copy(*, ends: int, episodes: int) -> dict[str, float]:
-    """Return points per end of a copy of a search, see `learned_ends.points`.
-
-    Parameters
-    ----------
-    ends : number of ends that it learns from
-    episodes : number of ends against each opponent
-    """
-    positions = learned_ends.positions_of(learned_ends.recorded(ends))
-    network, _ = clone(learned_ends.lessons_in(positions))
-    return learned_ends.points(contestant(network), episodes=episodes)
-
-
-def alone() -> dict[str, float]:
-    """Learn ends by playing alone, and play games against `greedy`."""
-    return games_of_learner(deliveries=51_200, count=60)
-
-
-def games_of_learner(*, deliveries: int, count: int) -> dict[str, float]:
-    """Return what a network that learnt by playing alone reaches, see `learned_ends.games`.
-
-    Parameters
-    ----------
-    deliveries : number of deliveries that it learns from
-    count : number of games
-    """
-    with TemporaryDirectory() as folder:
-        output = Path(folder) / "ends.npz"
-        with contextlib.redirect_stdout(sys.stderr):
-            settings = learn_ends.Settings(deliveries=deliveries, num_envs=32)
-            learn_ends.play(None, output, settings)
-        return learned_ends.games(output, count)
+    rest = lessons[round(LESSONS * (1 - HELD_OUT)) :]
+    return {"lost": lost, "shipped_lost": points_lost(ShotModule(shipped), rest)}
 
 
 def knowledge() -> dict[str, float]:
@@ -213,8 +167,8 @@ def knowledge() -> dict[str, float]:
 
 def recorded() -> dict[str, float]:
     """Record ends as for the newest dataset, some of them twice."""
-    first = list(learned_ends.recorded(200))
-    pairs = zip(learned_ends.recorded(25), first, strict=False)
+    first = list(_recorded(200))
+    pairs = zip(_recorded(25), first, strict=False)
     same = [np.array_equal(one["actions"], other["actions"]) for one, other in pairs]
     return {
         "points": float(np.mean([sum(one["rewards"]) for one in first])),
@@ -222,10 +176,18 @@ def recorded() -> dict[str, float]:
     }
 
 
+def _recorded(ends: int) -> Iterator[dict[str, Any]]:
+    """Play ends as `curling record-games` does for the newest dataset, without Minari."""
+    env = gymnasium.make(
+        "CurlingEnd-v0", disable_env_checker=True, opponent=["rulebased", "draw"], ice="standard"
+    )
+    yield from _episodes(env, player_named(PLAYER), ends, FIRST_SEED, no_progress)
+
+
 def rates() -> dict[str, float]:
     """Compare throws per second of 256 sheets, by their ices, with those of one sheet."""
     env = gymnasium.make("CurlingSheet-v0")
-    single = benchmarks.rate(lambda: benchmarks._steps(env))
+    single = benchmarks.rate(lambda: benchmarks.steps(env))
     return {
         "throws_per_s": round(_throws_per_s({})),
         "pool": _throws_per_s({"ices": {"pool": 16}}) / single,
@@ -234,14 +196,4 @@ def rates() -> dict[str, float]:
 
 
 def _throws_per_s(options: dict[str, Any]) -> float:
-    envs: Any = gymnasium.make_vec(
-        "CurlingSheet-v0", num_envs=SHEETS, autoreset_mode="SameStep", **options
-    )
-    envs.action_space.seed(0)
-    envs.reset(seed=0)
-
-    def step() -> int:
-        envs.step(envs.action_space.sample())
-        return SHEETS
-
-    return benchmarks.rate(step)
+    return benchmarks.rate(benchmarks.vector_steps(SHEETS, **options))

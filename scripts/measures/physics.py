@@ -2,26 +2,31 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from typing import Any
 
-import digital_curling_transitions as server_shots
-import engine_agreement as engines_of
-import gymnasium
 import numpy as np
-import recorded_game
-import rest_accuracy
-import vector_agreement
-import worn_tracks
+from figures import ROOT
 from validation import tables
 
-from agents.closed_loop import run_stone
-from agents.closed_loop.hidden_ice import HiddenIce
 from agents.commands import benchmarks as game_benchmarks
-from curling_env import Release, Throw, load_ice
-from curling_env.commands import benchmarks
-from curling_env.physics import FINE_TOLERANCE, QUICK_TOLERANCE
+from curling_env import Ice, Release, Throw, load_ice
+from curling_env.benchmarks import measures as benchmarks
+from curling_env.ice import ActiveEffect
+from curling_env.infrastructure.files.storage import read_json
+from curling_env.physics import FINE_TOLERANCE, QUICK_TOLERANCE, IceInUse, slide
 from curling_env.validation import OTHER_ROWS, Verdict, compare
+from measures import recorded as kept
+from measures import rests as reference_rests
+from measures.engines import (
+    PLAYED,
+    ends_apart,
+    furthest,
+    in_batch,
+    in_engine,
+    off_server,
+    random_shots,
+)
+from measures.hidden_ice import HiddenIce, run_stone
 
 MEASURES = (
     *("laws", "recorded", "rests", "reference", "engines", "vector_ends"),
@@ -36,9 +41,9 @@ LAWS = (
 SHOTS, SHOTS_SEED = 600, 1
 MIRRORED_SHOTS = 300
 ENDS = 500
-WEAR, DRAWS_BEFORE = -0.003, 16
-"""Change of friction by one pass, and draws before those that are judged."""
-TRANSITIONS = rest_accuracy.ROOT / "runs" / "independent" / "digital_curling" / "transitions.json"
+WEAR, SESSIONS, DRAWS_BEFORE, JUDGED = -0.003, 6, 16, 4
+"""Change of friction by one pass, sessions, and draws before those that are judged."""
+TRANSITIONS = ROOT / "runs" / "independent" / "digital_curling" / "transitions.json"
 
 
 def laws() -> dict[str, float]:
@@ -57,39 +62,24 @@ def laws() -> dict[str, float]:
 
 def _mirrored() -> float:
     """Return the largest distance of a shot's stones from their places in the mirror image [mm]."""
-    rng = np.random.default_rng(SHOTS_SEED)
-    ice, mirror = load_ice("standard"), np.array([-1.0, 1.0])
-    stones = np.array(
-        [engines_of.position(rng, ice.stone.radius, False) for _ in range(MIRRORED_SHOTS)]
+    ice = load_ice("standard")
+    shots = random_shots(ice, MIRRORED_SHOTS, SHOTS_SEED)
+    return max(
+        float(furthest(play(ice, shots), play(ice, shots.mirrored) * np.array([-1, 1])).max())
+        for play in (in_batch, in_engine)
     )
-    throws = [engines_of.shot(rng, ice, lying) for lying in stones]
-    mirrored = [Throw(speed=t.speed, angle=-t.angle, spin=-t.spin).release() for t in throws]
-    releases = [throw.release() for throw in throws]
-    worst = 0.0
-    for places, images in (
-        (
-            engines_of.played(ice, stones, releases, QUICK_TOLERANCE)[0],
-            engines_of.played(ice, stones * mirror, mirrored, QUICK_TOLERANCE)[0],
-        ),
-        (
-            engines_of.in_engine(ice, stones, releases)[0],
-            engines_of.in_engine(ice, stones * mirror, mirrored)[0],
-        ),
-    ):
-        worst = max(worst, float(engines_of.furthest(places, images * mirror).max()))
-    return worst
 
 
 def recorded() -> dict[str, float]:
     """Replay a recorded game and a recorded batch of throws."""
-    return recorded_game.compare()
+    return kept.compare()
 
 
 def rests() -> dict[str, float]:
     """Compare rests on 300 rough ices and five presets with those of the stored fine reference."""
-    expected = rest_accuracy.stored()
-    quick = rest_accuracy.differences(rest_accuracy.simulated(QUICK_TOLERANCE), expected)
-    fine = rest_accuracy.differences(rest_accuracy.simulated(FINE_TOLERANCE), expected)
+    expected = reference_rests.stored()
+    quick = reference_rests.differences(reference_rests.simulated(QUICK_TOLERANCE), expected)
+    fine = reference_rests.differences(reference_rests.simulated(FINE_TOLERANCE), expected)
     return {
         "quick_mm": quick["mm"].max(),
         "quick_degrees": quick["degrees"].max(),
@@ -100,7 +90,7 @@ def rests() -> dict[str, float]:
 
 def reference() -> dict[str, float]:
     """Compare the stored reference with a new fine integration of the law."""
-    off = rest_accuracy.differences(rest_accuracy.integrated(), rest_accuracy.stored())
+    off = reference_rests.differences(reference_rests.integrated(), reference_rests.stored())
     return {"stored_um": 1e3 * off["mm"].max()}
 
 
@@ -109,34 +99,35 @@ def engines() -> dict[str, float]:
     ice = load_ice("standard")
     found: dict[str, float] = {}
     for name, frozen in (("loose", False), ("frozen", True)):
-        pairs, _ = engines_of.differences(ice, SHOTS, SHOTS_SEED, frozen=frozen)
-        _, quick, table, _ = pairs.values()
+        shots = random_shots(ice, SHOTS, SHOTS_SEED, frozen=frozen)
+        engine = in_engine(ice, shots)
+        off = furthest(engine, in_batch(ice, shots))
         found |= {
-            f"{name}_median_mm": float(np.median(quick)),
-            f"{name}_p99_mm": float(np.percentile(quick, 99)),
-            f"{name}_mm": quick.max(),
-            f"{name}_table_p99_mm": float(np.percentile(table, 99)),
+            f"{name}_median_mm": float(np.median(off)),
+            f"{name}_p99_mm": float(np.percentile(off, 99)),
+            f"{name}_mm": off.max(),
         }
+        if not frozen:
+            table = furthest(engine, in_batch(ice, shots, tabulated=True))
+            found["loose_table_p99_mm"] = float(np.percentile(table, 99))
     return found
 
 
 def vector_ends() -> dict[str, float]:
     """Compare ends of the vector environment with the same ends played alone."""
-    opponent, spread = next(iter(vector_agreement.KINDS.values()))
-    scored, apart, *_ = vector_agreement.compare(ENDS, opponent, spread).values()
+    scored, apart = ends_apart(ENDS)
     return {"scored": 100 * scored, "apart": 100 * apart}
 
 
 def transitions() -> dict[str, float]:
     """Compare 60 shots with what the server of Digital Curling makes of them."""
-    shots = server_shots.read_shots(TRANSITIONS)
+    shots = read_json(TRANSITIONS)["transitions"]
     found: dict[str, float] = {"alike": 0.0}
-    for name, play in server_shots.PLAYED.items():
-        alike, off = server_shots.compare(shots, play)
-        moved = [value for values in off.values() for value in values]
-        found["alike"] += 100 * alike / len(shots) / len(server_shots.PLAYED)
-        found[f"{name}_median_mm"] = float(np.median(moved))
-        found[f"{name}_p99_mm"] = float(np.percentile(moved, 99))
+    for name, play in PLAYED.items():
+        alike, off = zip(*(off_server(shot, play(shot)) for shot in shots), strict=True)
+        found["alike"] += 100 * sum(alike) / len(shots) / len(PLAYED)
+        found[f"{name}_median_mm"] = float(np.median(np.concatenate(off)))
+        found[f"{name}_p99_mm"] = float(np.percentile(np.concatenate(off), 99))
     return found
 
 
@@ -150,12 +141,42 @@ def published() -> dict[str, float]:
 
 
 def wear() -> dict[str, float]:
-    """Compare draws on wear felt by each contact with draws on wear felt otherwise."""
-    unworn, centre, _ = worn_tracks.moved(WEAR, DRAWS_BEFORE).values()
-    return {
-        "unworn_cm": float(np.median(unworn[:, 1])),
-        "centre_degrees": float(np.median(centre[:, 2])),
-    }
+    """Compare draws on wear felt by each contact with draws on ice that is not worn or felt so.
+
+    Sessions of draws to the house from one end, both ways of turning, on the ice `standard`.
+    """
+    standard = load_ice("standard")
+    unworn: list[float] = []
+    turned: list[float] = []
+    for seed in range(SESSIONS):
+        under_contacts = _worn_by(standard, "under_contacts")
+        under_centre = _worn_by(standard.refined(5), "along_path")
+        for k, release in enumerate(_draws(np.random.default_rng(seed))):
+            here = slide(under_contacts.now, release, fps=30.0)
+            assert here.trajectory is not None  # a rate was given
+            if k >= DRAWS_BEFORE:
+                unworn.append(100 * abs(slide(standard, release).y - here.y))
+                there = slide(under_centre.now, release)
+                turned.append(abs(np.degrees(there.theta - here.theta)))
+            for ice in (under_contacts, under_centre):
+                ice.ran(here.trajectory.xy)
+    return {"unworn_cm": float(np.median(unworn)), "centre_degrees": float(np.median(turned))}
+
+
+def _worn_by(ice: Ice, felt: str) -> IceInUse:
+    return IceInUse(ice.with_effect(ActiveEffect(name="pebble_wear", parameters={felt: WEAR})))
+
+
+def _draws(rng: np.random.Generator) -> list[Release]:
+    return [
+        Throw(
+            speed=float(rng.normal(2.09, 0.03)),
+            angle=float(side * -0.045 + rng.normal(0, 0.004)),
+            spin=float(side * rng.uniform(1.2, 1.8)),
+            x=float(rng.normal(0, 0.03)),
+        ).release(order=k)
+        for k, side in enumerate(rng.choice([-1, 1], DRAWS_BEFORE + JUDGED))
+    ]
 
 
 def speed() -> dict[str, float]:
@@ -168,7 +189,7 @@ def speed() -> dict[str, float]:
         return 1
 
     loop = benchmarks.rate(plain)
-    found = {measure.name: measure.value for measure in benchmarks._batch()}
+    found = {measure.name: measure.value for measure in benchmarks.batch_rates()}
     return {
         "throws_per_s": found["batch_throws_per_s_empty"],
         "lone": found["batch_throws_per_s_empty"] / loop,
@@ -185,9 +206,9 @@ def first_step() -> dict[str, float]:
 
 def environments() -> dict[str, float]:
     """Compare the environments' throws per second with each other and with pymunk alone."""
-    found = {measure.name: measure.value for measure in _environment_rates()}
-    alone = benchmarks.rate(game_benchmarks._end_alone())
-    together = benchmarks.rate(game_benchmarks._ends_together())
+    found = {measure.name: measure.value for measure in benchmarks.environment_rates()}
+    alone = benchmarks.rate(game_benchmarks.end_alone())
+    together = benchmarks.rate(game_benchmarks.ends_together())
     single = found["env_throws_per_s_empty"]
     return {
         "single_over_pymunk": single / found["pymunk_only_throws_per_s_empty"],
@@ -197,24 +218,6 @@ def environments() -> dict[str, float]:
     }
 
 
-def _environment_rates() -> Iterator[benchmarks.Measure]:
-    yield from benchmarks._environment()
-    yield from benchmarks._pymunk_only()
-
-
 def _thrown_on(ices: Any) -> float:
     """Return the throws per second of a vector environment whose episodes have their own ice."""
-    sheets = 256
-    envs: Any = gymnasium.make_vec(
-        "CurlingSheet-v0", num_envs=sheets, ices=ices, autoreset_mode="SameStep"
-    )
-    envs.action_space.seed(0)
-    envs.reset(seed=0)
-
-    def step_all() -> int:
-        envs.step(envs.action_space.sample())
-        return sheets
-
-    found = benchmarks.rate(step_all)
-    envs.close()
-    return found
+    return benchmarks.rate(benchmarks.vector_steps(ices=ices))

@@ -142,10 +142,6 @@ def offline() -> None:
     importlib.import_module("minari")
 
 
-def pysindy() -> None:
-    importlib.import_module("pysindy")
-
-
 if __name__ == "__main__":
     what, *given = sys.argv[1:]
     globals()[what.replace("-", "_")](*given)

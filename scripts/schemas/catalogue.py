@@ -17,7 +17,7 @@ from agents.playing.record_schema import DeliveryLine, HeadLine, ResultLine
 from curling_env.game.skill_file import SKILL_FORMAT, SkillDocument
 from curling_env.ice import ICE_FORMAT
 from curling_env.ice_form import IceDocument
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.infrastructure.files.schema import FileFormat
 from friction_estimation.camera.scene import SCENE_FORMAT, LensDocument, SceneDocument
 from friction_estimation.discovery.report import REPORT_FORMAT
 from friction_estimation.donation.session import SESSION_FORMAT, SessionDocument
@@ -56,7 +56,7 @@ class JsonFile:
     @property
     def file_name(self) -> str:
         """Name of the schema's file, with the number of the format."""
-        label = self.format.newest.removeprefix("curling-") if self.format else f"{self.name}/1"
+        label = self.format.name.removeprefix("curling-") if self.format else f"{self.name}/1"
         return f"{label.replace('/', '-')}.schema.json"
 
     def schema(self) -> dict[str, Any]:
@@ -67,7 +67,7 @@ class JsonFile:
         roots = list(outer)
         if self.format is not None:
             said = parts[roots[0]["$ref"].removeprefix(IN_PARTS)]
-            said["properties"]["format"] = {"const": self.format.newest}
+            said["properties"]["format"] = {"const": self.format.name}
             if not self.format.numbered:
                 said["required"] = [n for n in said["required"] if n != "format"]
         body = roots[0] if len(roots) == 1 else {"anyOf": roots}
@@ -173,7 +173,7 @@ FILES = (
 def page() -> str:
     """The list of the schemas, as docs/schemas/README.md has it."""
     rows = [
-        f"| {file.title} | {f'`{file.format.newest}`' if file.format else '—'} | {file.written_by} "
+        f"| {file.title} | {f'`{file.format.name}`' if file.format else '—'} | {file.written_by} "
         f"| [{file.file_name}]({file.file_name}) |"
         for file in FILES
     ]

@@ -17,8 +17,8 @@ from agents.app.club.club import FILMS, Club, added
 from agents.app.club.database import row_of
 from agents.app.club.records import Film, Session
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import make_directory
-from friction_estimation.film.video import SUFFIXES
+from curling_env.infrastructure.files.storage import fitted, make_directory
+from friction_estimation.film.video import SUFFIXES, TIMES_SUFFIX
 
 MAX_FILM = 64 * 2**30
 """Largest film [bytes]."""
@@ -125,7 +125,7 @@ def films_there(club: Club) -> list[str]:
     """Films in the club's folder `films` that no session has yet, by their names from there."""
     with club.database.reading() as connection:
         used = {row[0] for row in connection.execute("select file from film")}
-    found = sorted((club.folder / FILMS).rglob("*"))
+    found = sorted((club.folder / FILMS).rglob("[!.]*"))  # hidden ones may be half-written
     names = [club.name_of(k) for k in found if k.suffix.lower() in SUFFIXES and _is_inside(club, k)]
     return [name for name in names if name not in used]
 
@@ -146,13 +146,15 @@ def _added(
     count, place = connection.execute(query, (session.id,)).fetchone()
     if count >= MAX_FILMS:
         raise InputError(f"a session has at most {MAX_FILMS} films", source=session.name)
+    # Room for the names that are made from it: of its draft, and of a table of its times.
+    fitting = fitted(f"{place:03d}-{Path(name).stem}", f"{Path(name).suffix}{TIMES_SUFFIX}")
     number = added(
         connection,
         "film",
         session_id=session.id,
         place=place,
         name=name,
-        file=file or f"{session.folder}/films/{place:03d}-{name}",
+        file=file or f"{session.folder}/films/{fitting.removesuffix(TIMES_SUFFIX)}",
         size=size,
         received=received,
     )

@@ -25,8 +25,9 @@ from agents.coaching import SessionCauses, hand_or_ice
 from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.reading import file_digest, read_text
+from curling_env.infrastructure.files.reading import read_text
 from curling_env.infrastructure.files.storage import make_directory, write_text
+from curling_env.infrastructure.provenance import sha256_of
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
 if TYPE_CHECKING:
@@ -163,7 +164,7 @@ def _as_array(_kind: Any, value: Any) -> Any:
 
 @lru_cache(maxsize=256)
 def _digest(path: Path, changed: int) -> str:
-    return file_digest(path) if changed else ""
+    return str(sha256_of(path)) if changed else ""
 
 
 def _changed(path: Path) -> int:

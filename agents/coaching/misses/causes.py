@@ -18,7 +18,6 @@ from friction_estimation.tracks.measured import Measured
 Cause = Literal["weight", "line", "rotation", "ice", "sweeping", "neither"]
 CAUSES: tuple[Cause, ...] = ("weight", "line", "rotation", "ice", "sweeping", "neither")
 """In the order in which they are told."""
-HAND: tuple[Cause, ...] = ("weight", "line", "rotation")
 INTERVAL = 1.96
 """Standard errors to either side of a 95 % interval."""
 

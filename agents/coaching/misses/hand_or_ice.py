@@ -11,6 +11,7 @@ ice, leaves of the measured rest, none of them explains.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 
 import numpy as np
 
@@ -19,13 +20,19 @@ from agents.coaching.misses.habits import habits_of
 from agents.coaching.misses.seen_throws import see_throws
 from agents.coaching.misses.shared_ice import Parts, agree
 from agents.coaching.misses.throw_parts import ThrowParts
-from agents.coaching.throw_sheet import ALL_RIGHT, Hands
+from agents.coaching.throw_sheet import ALL_RIGHT, Hands, hands_beside
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics.ice_remarks import what_is_lacking
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
-from friction_estimation.tracks.throw_list import NO_NOTES, ThrowNote
+from friction_estimation.tracks.throw_list import (
+    NO_NOTES,
+    THROW_LIST,
+    ThrowNote,
+    load_tracks,
+    throws_beside,
+)
 
 NOT_GIVEN = (
     "the ice that the team believed in was not given: misses are laid to the hand against the "
@@ -84,6 +91,44 @@ def hand_or_ice(
         ),
         believed=believed is not None,
         remarks=_remarks(ice, believed, found, together.remark),
+    )
+
+
+def causes_beside(
+    tracks: Path,
+    ice: str,
+    *,
+    believed: str | None = None,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> SessionCauses:
+    """Find the causes of the misses of one session from its files.
+
+    Parameters
+    ----------
+    tracks : its tracks, with throws.csv and athletes.csv beside them
+    ice, believed : a file or a preset each; otherwise as in `hand_or_ice`
+    seed, progress : as in `hand_or_ice`
+
+    Raises
+    ------
+    InputError : a file that cannot be read, or a session without calls
+    """
+    notes = throws_beside(tracks)
+    if not any(note.called for note in notes.values()):
+        problem = (
+            f"no table {THROW_LIST} beside these tracks says what was called; its columns are "
+            'throw, athlete and called, such as "draw 0.3,-1.2 in"'
+        )
+        raise InputError(problem, source=tracks)
+    return hand_or_ice(
+        load_tracks(tracks),
+        load_ice(ice),
+        notes,
+        believed=None if believed is None else load_ice(believed),
+        hands=hands_beside(tracks),
+        seed=seed,
+        progress=progress,
     )
 
 

@@ -5,44 +5,35 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
 from agents.commands.coaching.options import TracksArgument
-from curling_env.commands.cli import JsonOption, OutputFile, conclude, say
+from curling_env.commands.options import OutputFile, Results, grouped
+from curling_env.commands.terminal import say
 
 
+@grouped
 def donate(
     tracks: TracksArgument,
-    scene: Annotated[
-        Path, typer.Option(metavar="SCENE.json", help="The scene with which they were tracked.")
-    ],
+    scene: Annotated[Path, Option(metavar="SCENE.json", help="The scene of the tracks.")],
     consent: Annotated[
-        str,
-        typer.Option(
-            metavar="TEXT",
-            help="Who agrees to what, in a sentence or two without names: it is in the file.",
-        ),
+        str, Option(metavar="TEXT", help="Consent of all who threw, without names.")
     ],
     output: OutputFile = Path("session.json"),
-    as_json: JsonOption = False,
+    *,
+    results: Results,
 ) -> None:
-    """Pack a measured session into one file that may be given away.
-
-    Measurements of real ice are few, and no table of a real stone's path is public. The file has
-    the tracks, the scene, and of each throw what throws.csv and athletes.csv beside the tracks say
-    of it without telling who threw: athletes become numbers, with their hands; stones become
-    numbers; called shots are kept where they have words of calls alone; notes stay at home, and so
-    do file names and the time of day. No picture goes in. A consent that names one of the athletes
-    is refused. The same session gives the same bytes.
-
-    The file is given under CC0: anybody may use it for anything. Ask everybody who threw first. It
-    is one JSON document (docs/files.md); `curling convert session.json -o tracks.csv` takes the
-    tracks out again.
+    """Pack a measured session into one file that may be published.
 
     \b
     Example:
         curling donate tracks.csv --scene scene.json -o session.json \\
             --consent "All who threw, and the club, agree to publication without names."
+
+    The file has the tracks, the scene, and the entries of throws.csv and athletes.csv without
+    names: athletes and stones become numbers; notes, file names, the time of day and pictures are
+    excluded. A consent that names an athlete is refused. The file is published under CC0: anyone
+    may use it for anything. `curling convert` extracts the tracks. See docs/files.md.
     """
     from agents.coaching.throw_sheet import hands_beside
     from curling_env.errors import InputError
@@ -64,18 +55,17 @@ def donate(
     write_session(session, output)
     if left_out:
         say(f"{left_out} called shots have other words than calls have, and were left out")
-    athletes = {thrown.athlete for thrown in throws} - {None}
+    athletes = len({thrown.athlete for thrown in throws} - {None})
     number = len({track.throw for track in paths})
     rows = sum(map(len, paths))
-    conclude(
+    results.show(
         {
             "written": str(output),
             "throws": number,
             "rows": rows,
-            "athletes": len(athletes),
+            "athletes": athletes,
             "called_left_out": left_out,
         },
-        f"{number} throws of {len(athletes) or 'unnamed'} athletes, {rows} rows: {output}; "
-        "look into it before you give it away",
-        as_json=as_json,
+        f"{number} throws of {athletes or 'unnamed'} athletes, {rows} rows: {output}; "
+        "look into it before you publish it",
     )

@@ -5,54 +5,44 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Annotated
 
-import typer
-
-from agents.commands.coaching.options import PictureOption, TracksArgument
-from curling_env.commands.cli import (
+from agents.commands.coaching.options import TracksArgument
+from curling_env.commands.options import (
     IceOption,
-    JsonOption,
+    Measured,
+    PictureOption,
     SeedOption,
-    UnitsOption,
-    Writes,
-    conclude,
-    progress_bar,
+    grouped,
+    output_to,
 )
-from curling_env.units import Units
+from curling_env.commands.outputs import Writes
+from curling_env.commands.terminal import progress_bar
 
 
+@grouped
 def match_stones(
     tracks: TracksArgument,
     ice: IceOption,
     output: Annotated[
         Path | None,
-        typer.Option(
-            "-o",
-            "--output",
-            metavar="ICE.json",
-            help="Also write the ice with every stone's friction and curl, to plan with.",
-        ),
+        output_to("ICE.json", "Also write the ice with every stone's friction and curl."),
         Writes(kinds=("ice",)),
     ] = None,
     picture: PictureOption = None,
-    units: UnitsOption = Units.METRES,
-    as_json: JsonOption = False,
     seed: SeedOption = 0,
+    *,
+    results: Measured,
 ) -> None:
-    """Match stones: which run keener or heavier than the set, and which curl more or less.
-
-    Which stone each throw was stands in throws.csv beside the tracks (column `stone`), or in the
-    tracks themselves. Each stone's friction and curl are told against the mean of the set with 95 %
-    intervals, and how much further it comes to rest on a draw. Pairs are suggested so that partners
-    run as alike as can be. Stones that cannot be told apart yet are named, with the number of
-    throws that would settle it.
-
-    What the ice file says of single stones is left aside. Steady changes of the ice during the
-    session, and differences between the two ends, are taken out where the throws allow it: throw
-    the stones in turn.
+    """Match stones: find those that run keener or heavier than the set, or curl more or less.
 
     \b
     Example:
         curling match-stones tracks.csv --ice ice.json --picture stones.png
+
+    The stone of each throw is in throws.csv beside the tracks (column `stone`), or in the tracks
+    themselves. Friction and curl are compared with the mean of the set, with 95 % intervals, and
+    pairs of stones that run alike are suggested. Stones that cannot be distinguished yet are named,
+    with the number of throws that would settle it. Throw the stones in turn: steady changes of the
+    ice, and differences between the ends, are then taken out. See docs/coaching.md.
     """
     from agents.coaching.in_words import stones_in_words, stones_rows
     from agents.coaching.stones import match_stones as match
@@ -61,20 +51,17 @@ def match_stones(
     from friction_estimation.reports.throws_section import as_text
     from friction_estimation.tracks.throw_list import load_tracks, throws_beside
 
-    known = load_ice(ice)
+    known, measured, notes = load_ice(ice), load_tracks(tracks), throws_beside(tracks)
     with progress_bar("throw") as progress:
-        found = match(
-            load_tracks(tracks), known, throws_beside(tracks), seed=seed, progress=progress
-        )
+        found = match(measured, known, notes, seed=seed, progress=progress)
     if output is not None:
         save_ice(found.on(known), output, provenance=provenance([tracks, ice], seed=seed))
     if picture is not None:
         from agents.coaching.figures.stones_figure import draw_stones
 
-        draw_stones(found, picture, units)
-    conclude(
+        draw_stones(found, picture, results.units)
+    results.show(
         found.as_dict(),
-        as_text(stones_rows(found, units)),
-        *stones_in_words(found, units),
-        as_json=as_json,
+        as_text(stones_rows(found, results.units)),
+        *stones_in_words(found, results.units),
     )

@@ -2,43 +2,29 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Option
 
-from curling_env.commands.cli import (
-    IceOption,
-    OutputDirectory,
-    SeedOption,
-    conclude,
-    progress_bar,
-)
+from agents.commands.games.play import PlayerOption
+from curling_env.commands.options import IceOption, OutputDirectory, Results, SeedOption, grouped
+from curling_env.commands.terminal import progress_bar
 
 
+@grouped
 def record_games(
     output: OutputDirectory,
-    player: Annotated[
-        str,
-        typer.Option(help="Who plays as the agent: draw, rulebased, greedy, search, search:500, …"),
-    ] = "search",
+    player: PlayerOption = "search",
     opponent: Annotated[
-        list[str] | None,
-        typer.Option(
-            help="Who plays against it, rulebased by default; may be given several times: every "
-            "end then draws one."
-        ),
+        list[str] | None, Option(metavar="AGENT", help="Opponent; may be repeated.")
     ] = None,
-    ends: Annotated[int, typer.Option(min=1, max=10_000_000, help="Number of ends.")] = 100,
+    ends: Annotated[int, Option(min=1, max=10_000_000, help="Number of ends.")] = 100,
     ice: IceOption = "standard",
-    as_json: Annotated[bool, typer.Option("--json", help="Print only the JSON.")] = False,
     seed: SeedOption = 0,
+    *,
+    results: Results,
 ) -> None:
     """Play ends and write them as a Minari dataset, to learn from without an environment.
-
-    Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
-    the action that means its throw without execution error, the reward. The dataset holds the
-    specification of the environment. Needs Minari: pip install 'curling-sheet[offline]'.
 
     \b
     Examples:
@@ -46,12 +32,16 @@ def record_games(
         curling record-games --opponent rulebased --opponent draw --ends 1000 -o runs/data
         MINARI_DATASETS_PATH=runs/data python -c \\
             "import minari; print(minari.load_dataset('curling/ends-v0').total_steps)"
+
+    Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
+    the action that means its throw without execution error, the reward. The dataset holds the
+    specification of the environment. Needs Minari: pip install 'curling-sheet[offline]'.
     """
     from agents.playing.offline_data import DATASET, record_ends
     from agents.playing.trained_player import player_from
 
-    with progress_bar(unit="end") as progress:
-        folder: Path = record_ends(
+    with progress_bar("end") as progress:
+        folder = record_ends(
             output,
             player_from(player),
             ends=ends,
@@ -60,4 +50,4 @@ def record_games(
             progress=progress,
         )
     document = {"dataset": DATASET, "folder": str(folder), "ends": ends, "player": player}
-    conclude(document, f"{ends} ends by {player} in {folder}", as_json=as_json)
+    results.show(document, f"{ends} ends by {player} in {folder}")

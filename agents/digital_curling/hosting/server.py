@@ -9,9 +9,11 @@ import uuid
 from collections.abc import Awaitable, Callable
 from contextlib import AsyncExitStack
 from dataclasses import dataclass, field, replace
+from pathlib import Path
 from typing import Any, TypeVar
 
 from agents.digital_curling.conversation import PROTOCOL
+from agents.digital_curling.game_record import outcome_of
 from agents.digital_curling.hosting.hosted_game import HostedGame
 from agents.digital_curling.hosting.logs import DcLog, local_time
 from agents.digital_curling.hosting.seats import (
@@ -24,8 +26,13 @@ from agents.digital_curling.hosting.seats import (
 )
 from agents.digital_curling.hosting.setting import HostSetting
 from agents.digital_curling.messages import TEAMS, ConcedeMessage
+from agents.playing.record import write_lines
+from agents.playing.replay.page import write_page
+from agents.playing.scoreboard import scoreboard
 from curling_env.errors import InputError
 from curling_env.game.rules import Team
+from curling_env.infrastructure.files.storage import together
+from curling_env.units import Units
 
 Remark = Callable[[str], None]
 _Answer = TypeVar("_Answer")
@@ -59,6 +66,42 @@ class Hosting:
             "game_id": self.game_id,
             "date_time": self.date_time,
         }
+
+    def write(self, folder: Path, units: Units = Units.METRES) -> None:
+        """Write the logs, the record and its page for what has been played."""
+        lines = self._played.record()
+        with together():
+            self.log.write(folder, self.game, self.game_id, self.date_time)
+            write_lines(folder / "game.jsonl", lines)
+            write_page(folder / "game.html", lines, units)
+
+    def summary(self) -> dict[str, Any]:
+        """The result of the game for JSON."""
+        game = self._played
+        assert game.result is not None
+        return {
+            "team0": game.names[0],
+            "team1": game.names[1],
+            "game_id": self.game_id,
+            "ice": self.setting.ice_name,
+            "seed": self.setting.seed,
+            "score": list(game.game.score),
+            "line_score": [list(end) for end in game.game.line_score],
+            "winner": game.result["winner"],
+            "reason": game.result["reason"],
+            "stones": sum(shot["trajectory"] is not None for shot in game.shots),
+        }
+
+    def sentences(self) -> tuple[str, str]:
+        """The line score, and the winner."""
+        game, found = self._played, self.summary()
+        table = scoreboard(game.game, game.names)
+        return table, outcome_of(game.names, found["winner"], found["reason"])
+
+    @property
+    def _played(self) -> HostedGame:
+        assert self.game is not None
+        return self.game
 
     async def play(self, seats: tuple[Seat, Seat]) -> HostedGame:
         """Play the game between two seats that are ready, to its end."""

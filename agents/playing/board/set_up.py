@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -73,23 +72,6 @@ class Position:
     def rules(self, rules: RuleSet) -> RuleSet:
         """The rules of a game that has as many ends as are left after those before."""
         return replace(rules, ends=self.ends_before + self.ends_left)
-
-
-def least_delivered(stones: Sequence[LaidStone], hammer: Team, to_throw: Team | None = None) -> int:
-    """The fewest stones that were delivered where these lie.
-
-    Parameters
-    ----------
-    stones : stones on the sheet
-    hammer : the team that delivers last
-    to_throw : the team to deliver next; None for either
-    """
-    with_hammer = sum(stone.team is hammer for stone in stones)
-    without = len(stones) - with_hammer
-    delivered = max(2 * with_hammer, 2 * without - 1, 0)
-    if to_throw is not None and (delivered % 2 == 1) != (to_throw is hammer):
-        delivered += 1
-    return delivered
 
 
 def set_up(simulator: GameSimulator, position: Position, *, seed: int = 0) -> GameState:

@@ -16,14 +16,3 @@ HEURISTIC_RADIUS = 0.7
 """Distance from the tee at which the heuristic counts a stone as 1/e [m]."""
 POWER_PLAY_SHARE = 0.2
 """Share of mixed doubles' ends that are power plays: each team may have one in a game of eight."""
-
-# --- backwards through an end ------------------------------------------------------------------
-
-REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS = 40, 6, 3
-"""Shots simulated once from a position; how many of the best again, and how often."""
-OUTCOMES = 6
-"""Outcomes of the best of them whose mean is what the position is worth."""
-PROMISING, ANY = 2, 1
-"""For each position of an end, how many others are learnt: after one of the best shots, and any."""
-STAGE_EPOCHS, STAGE_RATE = 6, 2e-3
-"""Passes through the positions with as many stones to come, and their highest learning rate."""

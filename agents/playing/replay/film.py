@@ -18,7 +18,7 @@ from curling_env.render import DrawnScene, SheetRenderer, drawn_stones, playback
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import handles
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Image
+from curling_env.typing import Image, Progress, no_progress
 from curling_env.units import Units, side
 from curling_env.units import speed as speed_in
 
@@ -111,24 +111,27 @@ def write_film(
     ends: Collection[int] | None = None,
     speed: float = SPEED,
     units: Units = Units.METRES,
-) -> Iterator[int]:
-    """Write a recorded game as a film, complete or not at all; see `frames_of`.
+    progress: Progress = no_progress,
+) -> None:
+    """Write a recorded game as a film, complete or not at all.
 
-    Yields
+    Parameters
+    ----------
+    path : film to write
+    lines, ice, ends, speed, units : see `frames_of`
+    progress : called with the number of deliveries that are written
+
+    Raises
     ------
-    the number of each delivery once it is written, so that a caller can show progress
+    InputError : an end that was not played, or a speed that is not above 0
     """
     from friction_estimation.film.writer import film_writer
 
-    last = -1
+    total = len(deliveries_of(lines, ends))
     with film_writer(path, SheetRenderer.size, FPS) as film:
         for number, frame in frames_of(lines, ice, ends=ends, speed=speed, units=units):
-            if number > last >= 0:
-                yield last
-            last = number
+            progress("filming", number, total)
             film.write(np.ascontiguousarray(frame[..., ::-1]))  # OpenCV films are BGR
-    if last >= 0:
-        yield last
 
 
 # --- from the record to the renderer --------------------------------------------------------------

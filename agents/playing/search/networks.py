@@ -1,6 +1,6 @@
 """The networks that the package has, what each was learnt for, and which one values a game.
 
-`scripts/train_value_network.py NAME` learns one anew.
+`scripts/train_value_network.py NAME` learns one again.
 """
 
 from __future__ import annotations

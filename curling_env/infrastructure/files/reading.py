@@ -1,4 +1,4 @@
-"""Reading: bytes, text and JSON of files that strangers may have made.
+"""Reading: bytes, text, JSON, YAML and arrays of files that strangers may have made.
 
 Only ordinary files and pipes are read, never more of them than `limits` allow. Every fault is an
 `InputError` that names its place.
@@ -6,23 +6,25 @@ Only ordinary files and pipes are read, never more of them than `limits` allow. 
 
 from __future__ import annotations
 
-import hashlib
+import io
 import json
 import math
 import os
 import select
 import stat
-import time
+import zipfile
+from collections.abc import Collection, Generator
 from pathlib import Path
 from typing import Any, NoReturn, cast
 
+from numpy.lib import format as npy_format
+from numpy.typing import NDArray
+
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.command_files import note_input
+from curling_env.infrastructure.files.writing import note_input, reason_of
 
 _CHUNK = 2**20
-_PIPE_GLANCE = 0.25
-"""How often a pipe without a writer is looked at [s]."""
 
 
 def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
@@ -37,31 +39,26 @@ def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
     InputError : missing, a directory or device, unreadable, or too large
     """
     path = Path(path)
+    mode = _mode_of(path, "file")
+    if not stat.S_ISREG(mode) and not stat.S_ISFIFO(mode):
+        raise InputError("is a device; expected an ordinary file", source=path)
     try:
         # A pipe without a writer must not stop everything here.
-        handle = os.open(path, os.O_RDONLY | getattr(os, "O_NONBLOCK", 0))
-    except FileNotFoundError as error:
-        raise InputError("no such file", source=path) from error
-    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
-        raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
-    try:
-        found = os.fstat(handle)
-        if stat.S_ISDIR(found.st_mode):
-            raise InputError("is a directory; expected a file", source=path)
-        if stat.S_ISREG(found.st_mode):
-            note_input(path)
-            if found.st_size > most:
-                _too_large(path, most)
-            return _all_of(handle, path, most)
-        if stat.S_ISFIFO(found.st_mode):
-            return _all_of_pipe(handle, path, most)
-        raise InputError("is a device; expected an ordinary file", source=path)
+        handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
+        try:
+            size, parts = os.fstat(handle).st_size, list[bytes]()
+            while size <= most and (part := _next_part(handle, path)):
+                parts.append(part)
+                size = max(size, sum(map(len, parts)))  # it may grow meanwhile, or claim none
+        finally:
+            os.close(handle)
     except OSError as error:
-        if isinstance(error, InputError):
-            raise
         raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
-    finally:
-        os.close(handle)
+    if size > most:
+        raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
+    if stat.S_ISREG(mode):
+        note_input(path)
+    return b"".join(parts)
 
 
 def ordinary_file(path: str | Path, what: str = "file") -> Path:
@@ -76,15 +73,7 @@ def ordinary_file(path: str | Path, what: str = "file") -> Path:
     InputError : missing, or a directory, pipe or device
     """
     path = Path(path)
-    try:
-        mode = path.stat().st_mode
-    except FileNotFoundError as error:
-        raise InputError(f"no such {what}", source=path) from error
-    except (OSError, ValueError) as error:
-        raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
-    if stat.S_ISDIR(mode):
-        raise InputError(f"is a directory; expected a {what}", source=path)
-    if not stat.S_ISREG(mode):
+    if not stat.S_ISREG(_mode_of(path, what)):
         raise InputError(f"is no ordinary file; expected a {what}", source=path)
     if not os.access(path, os.R_OK):
         raise InputError("cannot be read: permission denied", source=path)
@@ -105,12 +94,10 @@ def confined(name: str | Path, folder: Path, *, source: str | Path) -> Path:
     ------
     InputError : it lies elsewhere, or is no ordinary file
     """
-    try:
-        place = (folder / name).resolve()
-        inside = place.is_relative_to(folder.resolve())
-    except (OSError, RuntimeError, ValueError) as error:
-        raise InputError(f"names a file that cannot be found: {error}", source=source) from error
-    if not inside:
+    if "\0" in str(name):
+        raise InputError("names a file with a zero byte in its name", source=source)
+    place = Path(os.path.realpath(folder / name))
+    if not place.is_relative_to(os.path.realpath(folder)):
         raise InputError(
             f"names a file outside its own folder: {str(name)[:80]!r}; give it on the command line",
             source=source,
@@ -135,16 +122,6 @@ def read_text(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> str:
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
-def file_digest(path: str | Path) -> str:
-    """A short digest of the content of a text file, the same wherever the file lies.
-
-    Raises
-    ------
-    InputError : see `read_text`
-    """
-    return hashlib.sha256(read_text(path).encode()).hexdigest()[:16]
-
-
 def read_json(path: str | Path) -> Any:
     """The document of a JSON file.
 
@@ -163,90 +140,154 @@ def parse_json(text: str | bytes, *, source: str | Path, where: str | None = Non
     ----------
     where : the place of the text in its file; by default row and column of the fault are named
     """
+    place = None
 
-    def refuse(problem: str, place: str | None = None) -> NoReturn:
-        raise InputError(problem, source=source, where=where or place)
-
-    def whole(digits: str) -> int:
-        if len(digits) > limits.MAX_DIGITS:
-            refuse(f"a whole number has {len(digits)} digits; {limits.MAX_DIGITS} are allowed")
-        return int(digits)
-
-    def real(digits: str) -> float:
-        value = float(digits)
-        if not math.isfinite(value):
-            refuse(f"{digits[:20]} is too large for a number")
-        return value
+    def refuse(constant: str) -> NoReturn:
+        raise ValueError(f"{constant} is not a JSON number")
 
     try:
-        document = json.loads(
-            text,
-            parse_constant=lambda constant: refuse(f"{constant} is not a JSON number"),
-            parse_int=whole,
-            parse_float=real,
-        )
+        return _within_limits(json.loads(text, parse_constant=refuse))
     except json.JSONDecodeError as error:
-        refuse(f"not JSON: {error.msg}", f"row {error.lineno}, column {error.colno}")
-    except UnicodeDecodeError:
-        refuse("not JSON: not UTF-8")
+        problem, place = f"not JSON: {error.msg}", f"row {error.lineno}, column {error.colno}"
+    except InputError as error:
+        problem = error.problem
     except RecursionError:
-        refuse("not a usable JSON file: nested too deep")
-    if not _is_shallow(document, limits.MAX_JSON_DEPTH):
-        refuse("not a usable JSON file: nested too deep")
+        problem = "nested too deep"
+    except ValueError as error:  # not UTF-8, or thousands of digits
+        problem = f"not JSON: {str(error).partition(';')[0]}"
+    raise InputError(problem, source=source, where=where or place)
+
+
+def read_yaml(path: str | Path) -> Any:
+    """The document of a YAML file; needs PyYAML (the extra `train`).
+
+    Raises
+    ------
+    InputError : unreadable, not YAML, too large with its aliases written out, or a number that is
+        not finite
+    """
+    import yaml
+
+    text = read_text(path, most=limits.MAX_YAML_BYTES)
+    try:
+        return _within_limits(yaml.safe_load(text), limits.MAX_YAML_NODES)
+    except yaml.YAMLError as error:
+        mark = getattr(error, "problem_mark", None)
+        place = None if mark is None else f"line {mark.line + 1}"
+        raise InputError("is not YAML", source=path, where=place) from error
+    except InputError as error:
+        raise InputError(error.problem, source=path) from error
+    except RecursionError as error:
+        raise InputError("nested too deep", source=path) from error
+    except (ValueError, TypeError, AttributeError, OverflowError) as error:
+        # PyYAML lets the faults of what it makes out of text through.
+        raise InputError(f"is not YAML that can be read: {error}", source=path) from error
+
+
+def read_arrays(
+    path: str | Path, *, what: str = "a file of arrays", only: Collection[str] | None = None
+) -> dict[str, NDArray[Any]]:
+    """The arrays of a NumPy archive (.npz) by name: numbers and text, and nothing that runs code.
+
+    What it claims to hold is added up before anything is unpacked; its checksums are right.
+
+    Parameters
+    ----------
+    what : what the file should be, for the message
+    only : names of the arrays that are wanted; None for all
+
+    Raises
+    ------
+    InputError : unreadable, damaged, too large, or holding anything but numbers and text
+    """
+    content = read_bytes(path, most=limits.MAX_ARCHIVE_BYTES)
+    try:
+        with zipfile.ZipFile(io.BytesIO(content)) as archive:
+            members = archive.infolist()
+            if len(members) > limits.MAX_MEMBERS:
+                raise InputError(f"holds {len(members)} arrays; {limits.MAX_MEMBERS} are read")
+            size, most = sum(member.file_size for member in members), limits.MAX_ARRAY_BYTES
+            if size > most:
+                problem = f"holds {size / 2**20:.0f} MB unpacked; {most / 2**20:.0f} MB are read"
+                raise InputError(problem)
+            named = {member.filename.removesuffix(".npy"): member for member in members}
+            wanted = named.keys() if only is None else named.keys() & set(only)
+            return {name: _array(archive, named[name]) for name in named if name in wanted}
+    except Exception as error:  # whatever a damaged zip may lead zipfile and NumPy to
+        reason = str(error) or type(error).__name__
+        raise InputError(f"cannot be read as {what}: {reason[:120]}", source=path) from error
+
+
+# --- details -----------------------------------------------------------------------------------
+
+
+def _mode_of(path: Path, what: str) -> int:
+    """The kind and permissions of a file that is not a directory."""
+    try:
+        mode = path.stat().st_mode
+    except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
+        missing = isinstance(error, FileNotFoundError)
+        problem = f"no such {what}" if missing else f"cannot be read: {reason_of(error)}"
+        raise InputError(problem, source=path) from error
+    if stat.S_ISDIR(mode):
+        raise InputError(f"is a directory; expected a {what}", source=path)
+    return mode
+
+
+def _next_part(handle: int, path: Path) -> bytes:
+    """The next bytes of a file or pipe; none at its end."""
+    waiting = select.poll()
+    waiting.register(handle, select.POLLIN)
+    for patience in (limits.PIPE_ALONE, limits.PIPE_PATIENCE - limits.PIPE_ALONE):
+        events = waiting.poll(1000 * patience)
+        try:
+            part = os.read(handle, _CHUNK)
+        except BlockingIOError:  # someone holds the other end, and is silent
+            continue
+        if part or events:
+            return part
+        break  # no one holds it
+    raise InputError("nothing comes from this pipe", source=path)
+
+
+def _within_limits(document: Any, most: float = math.inf) -> Any:
+    """A document that is not too deep or long, with numbers that can be used.
+
+    Parameters
+    ----------
+    most : number of its entries, where one with aliases counts each time
+    """
+    for count, value in enumerate(_entries(document, 0), 1):
+        if count > most:
+            raise InputError(f"has more than {most} entries with its aliases written out")
+        if isinstance(value, float) and not math.isfinite(value):
+            raise InputError("holds a number that is too large or not finite")
+        if isinstance(value, int) and abs(value) > 10**limits.MAX_DIGITS:
+            raise InputError(f"holds a whole number of more than {limits.MAX_DIGITS} digits")
+        if isinstance(value, set):
+            raise InputError("holds a set; expected lists and mappings")
     return document
 
 
-def reason_of(error: BaseException) -> str:
-    """What the system says about a fault, in small letters."""
-    said = error.strerror if isinstance(error, OSError) else None
-    return (said or str(error) or type(error).__name__).lower()
+def _entries(value: Any, depth: int) -> Generator[Any]:
+    """All entries of lists and mappings inside one another."""
+    yield value
+    if isinstance(value, list | dict):
+        if depth == limits.MAX_JSON_DEPTH:
+            raise InputError("nested too deep")
+        members = cast("list[Any]", value if isinstance(value, list) else [*value, *value.values()])
+        for member in members:
+            yield from _entries(member, depth + 1)
 
 
-def _all_of(handle: int, path: Path, most: int) -> bytes:
-    parts: list[bytes] = []
-    size = 0
-    while part := os.read(handle, _CHUNK):
-        parts.append(part)
-        size += len(part)
-        if size > most:  # it grew meanwhile, or its size is a lie, as in /proc
-            _too_large(path, most)
-    return b"".join(parts)
-
-
-def _all_of_pipe(handle: int, path: Path, most: int) -> bytes:
-    parts: list[bytes] = []
-    size, heard = 0, time.monotonic()
-    waiting = select.poll()
-    waiting.register(handle, select.POLLIN)
-    while True:
-        events = waiting.poll(1000 * _PIPE_GLANCE)
-        try:
-            part = os.read(handle, _CHUNK)
-        except BlockingIOError:  # somebody holds the other end, and is silent
-            patience = limits.PIPE_PATIENCE
-        else:
-            # Nothing to read: the writer has ended, or none has come yet.
-            if not part and (parts or any(event & select.POLLHUP for _, event in events)):
-                return b"".join(parts)
-            patience = limits.PIPE_ALONE
-            if part:
-                heard = time.monotonic()
-                parts.append(part)
-                size += len(part)
-                if size > most:
-                    _too_large(path, most)
-        if time.monotonic() - heard > patience:
-            raise InputError("nothing comes from this pipe", source=path)
-
-
-def _too_large(path: Path, most: int) -> NoReturn:
-    raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
-
-
-def _is_shallow(document: Any, levels: int) -> bool:
-    if not isinstance(document, list | dict):
-        return True
-    if levels == 0:
-        return False
-    inner = cast("list[Any]", document if isinstance(document, list) else [*document.values()])
-    return all(_is_shallow(item, levels - 1) for item in inner if isinstance(item, list | dict))
+def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
+    """One array; the end of its bytes is read, where their checksum is compared."""
+    if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
+        raise InputError("an array is compressed in a way that is not read")
+    with archive.open(member) as packed:
+        array: NDArray[Any] = npy_format.read_array(packed, allow_pickle=False)
+        if packed.read(1):
+            raise InputError("an array is not of the size that it claims")
+    if array.dtype.kind not in "biufU":  # yes and no, numbers, text; no complex numbers, no objects
+        raise InputError(f"an array holds {array.dtype}, neither numbers nor text")
+    return array

@@ -7,6 +7,7 @@ documents of their own from the same schemas.
 from __future__ import annotations
 
 import re
+from dataclasses import dataclass
 from typing import Annotated, Any, TypeVar, cast
 
 import msgspec
@@ -47,6 +48,44 @@ _NAMES = {
 }
 
 
+@dataclass(frozen=True, kw_only=True)
+class FileFormat:
+    """A format of JSON documents.
+
+    Parameters
+    ----------
+    name : with its number, such as ``curling-ice/1``
+    what : what people call such a file, with its article, for messages
+    numbered : whether a document must name its format
+    """
+
+    name: str
+    what: str
+    numbered: bool = True
+
+    def accept(self, document: Any) -> dict[str, Any]:
+        """A document of this format, which it names.
+
+        Raises
+        ------
+        InputError : it is of another format, or of a number that only a later release knows; its
+            `source` is left to the caller
+        """
+        members = cast("dict[str, Any]", document if isinstance(document, dict) else {})
+        unnamed = isinstance(document, dict) and not self.numbered
+        found = members.get("format", self.name if unnamed else None)
+        if found != self.name:
+            own = self.name.partition("/")[0]
+            known = isinstance(found, str) and re.fullmatch(rf"{own}/[0-9]{{1,9}}", found)
+            raise InputError(
+                f"format {found!r} is not known here: this release reads {self.what} up to "
+                f"{self.name!r}"
+                if known
+                else f"expected {self.what} of format {self.name!r}, found {str(found)[:40]!r}"
+            )
+        return {**members, "format": self.name}
+
+
 def checked(document: Any, form: type[Form], *, inside: str = "") -> Form:
     """A parsed document as the schema has it.
 
@@ -63,22 +102,19 @@ def checked(document: Any, form: type[Form], *, inside: str = "") -> Form:
     try:
         return msgspec.convert(document, form, strict=True)
     except msgspec.ValidationError as error:
-        said, _, path = str(error).partition(" - at `")
-        path = _with_key(document, form, path.rstrip("`"), said)
-        raise InputError(_in_words(said, document, path), where=_place(path, inside)) from error
+        fault, _, path = str(error).partition(" - at `")
+        path = _with_key(document, form, path.rstrip("`"), str(error))
+        inner = path.removeprefix("$").removeprefix(".").replace("[...]", "")
+        joint = "." if inside and inner and not inner.startswith("[") else ""
+        where = f"{inside}{joint}{inner}" or None
+        raise InputError(_in_words(fault, _at(document, path)), where=where) from error
     except UnicodeError as error:
         raise InputError("holds half a letter (a lone surrogate)", where=inside or None) from error
     except (RecursionError, OverflowError) as error:
         raise InputError("nested too deep", where=inside or None) from error
 
 
-def _place(path: str, inside: str) -> str | None:
-    inner = path.removeprefix("$").removeprefix(".").replace("[...]", "")
-    joint = "." if inside and inner and not inner.startswith("[") else ""
-    return f"{inside}{joint}{inner}" or None
-
-
-def _with_key(document: Any, form: Any, path: str, said: str) -> str:
+def _with_key(document: Any, form: Any, path: str, fault: str) -> str:
     """The path with the key that msgspec leaves out, ``[...]``, where one has the fault alone."""
     before, dots, after = path.partition("[...]")
     members = _at(document, before)
@@ -92,7 +128,7 @@ def _with_key(document: Any, form: Any, path: str, said: str) -> str:
         try:
             msgspec.convert(document, form, strict=True)
         except msgspec.ValidationError as error:
-            if str(error) == f"{said} - at `{path}`":
+            if str(error) == fault:
                 return f"{before}.{key[:60]}{after}"
         finally:
             known.clear()
@@ -100,38 +136,30 @@ def _with_key(document: Any, form: Any, path: str, said: str) -> str:
     return path
 
 
-def _in_words(said: str, document: Any, path: str) -> str:
-    """What msgspec says, in this project's words."""
-    field = re.search(r"(missing required|unknown) field `(.*)`", said, re.DOTALL)
+def _in_words(fault: str, value: Any) -> str:
+    """A message of msgspec about a value in this project's words."""
+    field = re.search(r"(missing required|unknown) field `(.*)`", fault, re.DOTALL)
     if field is not None:
         kind = "missing" if field[1].startswith("missing") else "unknown key"
         return f"{kind} {field[2][:60]}"
-    length = re.fullmatch(r"Expected `array` of length (>= |<= )?(\d+)(?:, got (\d+))?", said)
+    length = re.fullmatch(r"Expected `array` of length (>= |<= )?(\d+)(?:, got (\d+))?", fault)
     if length is not None:
         bound = {">= ": "at least ", "<= ": "at most "}.get(length[1] or "", "")
-        given = length[3] or len(_at(document, path) or ())
-        return f"expected {bound}{length[2]} entries, found {given}"
-    found = re.fullmatch(r"Expected `(.*?)`(?:, got `(.*?)`)?( .*)?", said, re.DOTALL)
+        return f"expected {bound}{length[2]} entries, found {length[3] or len(value or ())}"
+    found = re.fullmatch(r"Expected `(.*?)`(?:, got `(.*?)`)?( .*)?", fault, re.DOTALL)
     if found is None:
-        return said[:1].lower() + said[1:160]
+        return fault[:1].lower() + fault[1:160]
     kinds = [_NAMES.get(part.strip(), part.strip()) for part in found[1].split("|")]
-    given = _NAMES.get(found[2] or "", found[2]) if found[2] else _value_at(document, path)
-    bound = (found[3] or "").replace(">=", "of at least").replace("<=", "of at most")
     expected = " or ".join(kind for kind in kinds if kind != "null") or "null"
-    return f"expected {expected}{bound}, found {given}"
-
-
-def _value_at(document: Any, path: str) -> str:
-    """The value at a path such as ``$.friction.mu[3][4]``, cut when it is long."""
-    value = _at(document, path)
-    if isinstance(value, list | dict):
-        return f"{len(cast('list[Any]', value))} members"
-    text = repr(value)
-    return text if len(text) <= 40 else f"{text[:37]}..."
+    bound = (found[3] or "").replace(">=", "of at least").replace("<=", "of at most")
+    given = _NAMES.get(found[2] or "", found[2]) or repr(value)
+    if isinstance(value, list | dict) and not found[2]:
+        given = f"{len(cast('list[Any]', value))} members"
+    return f"expected {expected}{bound}, found {given if len(given) <= 40 else given[:37] + '...'}"
 
 
 def _at(document: Any, path: str) -> Any:
-    """What lies at a path; None where it leads nowhere."""
+    """What lies at a path such as ``$.friction.mu[3][4]``; None where it leads nowhere."""
     value: Any = document
     for name, index in re.findall(r"\.([^.\[]+)|\[(\d+)\]", path):
         try:

@@ -1,7 +1,7 @@
-"""The files of this project: written whole, and read so that every fault has its place named.
+"""The files of this project: what is written in every form, and all that other parts import.
 
-This is the face of the folder for all who read and write: `writing` says where and how a file may
-appear, `reading`, `table` and `arrays` read what others may have made, within `limits`.
+`writing` says where and how a file may appear; `reading` and `table` read what others may have
+made, within `limits`.
 """
 
 from __future__ import annotations
@@ -16,54 +16,25 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from curling_env.infrastructure.files.arrays import read_arrays, write_arrays
-from curling_env.infrastructure.files.reading import (
-    confined,
-    file_digest,
-    ordinary_file,
-    parse_json,
-    read_bytes,
-    read_json,
-    read_text,
-)
-from curling_env.infrastructure.files.table import MAX_INTEGER, Column, Table, read_table
-from curling_env.infrastructure.files.writing import (
-    at_once,
-    atomic_path,
-    check_writable,
-    folder_of_drafts,
-    make_directory,
-    together,
-    written_so_far,
-)
-
-__all__ = [
-    "MAX_INTEGER",
-    "Column",
-    "Table",
-    "at_once",
-    "atomic_path",
-    "check_writable",
-    "confined",
-    "file_digest",
-    "folder_of_drafts",
-    "format_json",
-    "make_directory",
-    "ordinary_file",
-    "parse_json",
-    "read_arrays",
-    "read_bytes",
-    "read_json",
-    "read_table",
-    "read_text",
-    "together",
-    "write_arrays",
-    "write_json",
-    "write_table",
-    "write_text",
-    "written_so_far",
-]
-
+from curling_env.infrastructure.files.reading import confined as confined
+from curling_env.infrastructure.files.reading import ordinary_file as ordinary_file
+from curling_env.infrastructure.files.reading import parse_json as parse_json
+from curling_env.infrastructure.files.reading import read_arrays as read_arrays
+from curling_env.infrastructure.files.reading import read_bytes as read_bytes
+from curling_env.infrastructure.files.reading import read_json as read_json
+from curling_env.infrastructure.files.reading import read_text as read_text
+from curling_env.infrastructure.files.reading import read_yaml as read_yaml
+from curling_env.infrastructure.files.table import Column as Column
+from curling_env.infrastructure.files.table import Table as Table
+from curling_env.infrastructure.files.table import read_table as read_table
+from curling_env.infrastructure.files.writing import at_once as at_once
+from curling_env.infrastructure.files.writing import atomic_path as atomic_path
+from curling_env.infrastructure.files.writing import check_writable as check_writable
+from curling_env.infrastructure.files.writing import fitted as fitted
+from curling_env.infrastructure.files.writing import folder_of_drafts as folder_of_drafts
+from curling_env.infrastructure.files.writing import make_directory as make_directory
+from curling_env.infrastructure.files.writing import together as together
+from curling_env.infrastructure.files.writing import written_so_far as written_so_far
 
 _ROWS_AT_A_TIME = 100_000
 """Rows of a table that are turned into text together: as text they take much more room."""
@@ -117,7 +88,11 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
     if len({len(column) for column in checked}) > 1:
         raise ValueError("columns of different length")
     if Path(path).suffix.lower() == ".parquet":
-        _write_parquet(path, dict(zip(columns, map(_cells, checked), strict=True)))
+        arrow: Any = importlib.import_module("pyarrow")
+        parquet: Any = importlib.import_module("pyarrow.parquet")
+        cells = {n: _cells(column, None) for n, column in zip(columns, checked, strict=True)}
+        with atomic_path(path) as draft:
+            parquet.write_table(arrow.table(cells), draft)
         return
     with (
         atomic_path(path) as draft,
@@ -127,21 +102,18 @@ def write_table(path: str | Path, columns: Mapping[str, ArrayLike]) -> None:
         writer.writerow(columns)
         for begin in range(0, len(checked[0]) if checked else 0, _ROWS_AT_A_TIME):
             rows = slice(begin, begin + _ROWS_AT_A_TIME)
-            writer.writerows(zip(*(_cells(column[rows]) for column in checked), strict=True))
+            writer.writerows(zip(*(_cells(column[rows], "") for column in checked), strict=True))
 
 
-# --- details -----------------------------------------------------------------------------------
+def write_arrays(path: str | Path, arrays: Mapping[str, Any]) -> None:
+    """Write arrays of numbers and text by name (.npz), completely or not at all.
 
-
-def _write_parquet(path: str | Path, columns: Mapping[str, list[Any]]) -> None:
-    """Write the columns that `_cells` makes as Parquet."""
-    arrow: Any = importlib.import_module("pyarrow")
-    parquet: Any = importlib.import_module("pyarrow.parquet")
-    table = arrow.table(
-        {name: [None if v == "" else v for v in cells] for name, cells in columns.items()}
-    )
-    with atomic_path(path) as draft:
-        parquet.write_table(table, draft)
+    Raises
+    ------
+    OutputError : see `atomic_path`
+    """
+    with atomic_path(path) as draft, draft.open("wb") as file:
+        np.savez_compressed(file, allow_pickle=False, **arrays)
 
 
 def _column(name: str, values: ArrayLike) -> NDArray[Any]:
@@ -156,11 +128,11 @@ def _column(name: str, values: ArrayLike) -> NDArray[Any]:
     return column
 
 
-def _cells(column: NDArray[Any]) -> list[Any]:
-    """What stands in the cells of a column; nothing for NaN."""
+def _cells(column: NDArray[Any], blank: str | None) -> list[Any]:
+    """The cells of a column, blank for NaN."""
     if not np.issubdtype(column.dtype, np.floating):
         return column.tolist()
-    return ["" if value != value else value for value in column.tolist()]
+    return [blank if value != value else value for value in column.tolist()]
 
 
 def _plain(value: Any) -> Any:
@@ -172,9 +144,7 @@ def _plain(value: Any) -> Any:
         return {str(key): _plain(item) for key, item in items.items()}
     if isinstance(value, list | tuple):
         return [_plain(item) for item in cast("Sequence[Any]", value)]
-    if isinstance(value, Path):
-        return str(value)
-    return value
+    return str(value) if isinstance(value, Path) else value
 
 
 def _layout(value: Any, margin: str) -> str:

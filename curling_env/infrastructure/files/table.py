@@ -9,14 +9,14 @@ import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import cast
+from typing import NoReturn
 
 import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
 from curling_env.infrastructure.files.reading import read_text
-from curling_env.typing import Floats, Integers
+from curling_env.typing import Flags, Floats, Integers
 
 MAX_INTEGER = 2**53
 """Largest whole number that a float64 holds exactly (IEEE 754)."""
@@ -24,7 +24,7 @@ MAX_INTEGER = 2**53
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """What a column of a table means, and which numbers it can hold.
+    """A column of a table, and the numbers that it can hold.
 
     Parameters
     ----------
@@ -50,14 +50,12 @@ class Table:
     source : the file
     columns : one stripped text per row for each column asked for
     rows : row numbers as in an editor (the header is row 1)
-    optional : names of the columns in which a cell may be empty
-    known : what is known of columns, by name
+    known : what is known of columns, by name; cells of one that is not required may be empty
     """
 
     source: str
     columns: Mapping[str, Sequence[str]]
     rows: Sequence[int]
-    optional: frozenset[str] = frozenset()
     known: Mapping[str, Column] = field(default_factory=dict[str, Column])
 
     def __len__(self) -> int:
@@ -92,32 +90,18 @@ class Table:
             cannot hold
         """
         cells = self.columns[name]
-        allowed = name in self.optional if blank is None else blank
         try:
             if not is_plain("".join(cells)):
                 raise ValueError
             values = np.array([float(cell) if cell else np.nan for cell in cells], dtype=np.float64)
-        except ValueError:
+        except ValueError:  # some cell is no number
             values = np.array([_number_or_inf(cell) for cell in cells], dtype=np.float64)
-        bad = np.isinf(values) if allowed else ~np.isfinite(values)
-        if bad.any():
-            index = int(np.argmax(bad))
-            raise InputError(
-                f"expected a number, found {quoted(cells[index])}",
-                source=self.source,
-                where=self.where(index, name),
-            )
         column = self.known.get(name, Column(name=name))
-        outside = (values < column.low) | (values > column.high)
-        if outside.any():
-            index = int(np.argmax(outside))
-            unit = f" {column.unit}" if column.unit else ""
-            raise InputError(
-                f"expected a number from {column.low:g} to {column.high:g}{unit}, found "
-                f"{quoted(cells[index])}",
-                source=self.source,
-                where=self.where(index, name),
-            )
+        allowed = not column.required if blank is None else blank
+        self._refuse(np.isinf(values) if allowed else ~np.isfinite(values), name, "a number")
+        unit = f" {column.unit}" if column.unit else ""
+        bounds = f"a number from {column.low:g} to {column.high:g}{unit}"
+        self._refuse((values < column.low) | (values > column.high), name, bounds)
         return values
 
     def integers(self, name: str) -> Integers:
@@ -129,14 +113,19 @@ class Table:
         """
         values = self.numbers(name, blank=False)
         bad = (values != np.round(values)) | (np.abs(values) > MAX_INTEGER)
+        self._refuse(bad, name, "a whole number")
+        return values.astype(np.int64)
+
+    def _refuse(self, bad: Flags, name: str, expected: str) -> None:
+        """Refuse the first bad cell of a column, if there is one."""
         if bad.any():
             index = int(np.argmax(bad))
+            found = quoted(self.columns[name][index])
             raise InputError(
-                f"expected a whole number, found {quoted(self.columns[name][index])}",
+                f"expected {expected}, found {found}",
                 source=self.source,
                 where=self.where(index, name),
             )
-        return values.astype(np.int64)
 
 
 def read_table(
@@ -164,60 +153,50 @@ def read_table(
     InputError : unreadable, a required column missing, one given twice, a row too short or long,
         more rows or longer cells than `limits` allow
     """
-    required = (*required, *(column.name for column in columns if column.required))
-    optional = (*optional, *(column.name for column in columns if not column.required))
+    known = {name: Column(name=name, required=False) for name in optional}
+    known |= {name: Column(name=name) for name in required}
+    known |= {column.name: column for column in columns}
+
+    def refuse(problem: str, row: int | None = None) -> NoReturn:
+        raise InputError(problem, source=path, where=None if row is None else f"row {row}")
+
     text = read_text(path)
-    lines = csv.reader(io.StringIO(text, newline=""), strict=True)
     width = text.partition("\n")[0].count(",") + 1
     if width > limits.MAX_COLUMNS:
-        raise InputError(
-            f"has {width} columns; {limits.MAX_COLUMNS} are read", source=path, where="row 1"
-        )
+        refuse(f"has {width} columns; {limits.MAX_COLUMNS} are read", 1)
+    lines = csv.reader(io.StringIO(text, newline=""), strict=True)
     rows: list[int] = []
-    wanted: list[int] = []
-    kept: list[tuple[str, ...]] = []
-    header: list[str] = []
+    kept: list[list[str]] = []
     blank_row = 0
+    longest_before = csv.field_size_limit(limits.MAX_CELL)
     try:
-        with _cells_up_to(limits.MAX_CELL):
-            header = [name.strip() for name in next(lines, cast("list[str]", []))]
-            wanted = [i for i, name in enumerate(header) if name in required or name in optional]
-            for record in lines:
-                if not record:
-                    blank_row = blank_row or lines.line_num
-                    continue  # an empty line, usually the last
-                if blank_row and not empty_rows:
-                    raise InputError("is empty", source=path, where=f"row {blank_row}")
-                if len(record) != len(header):
-                    raise InputError(
-                        f"expected {len(header)} cells as in the header, found {len(record)}",
-                        source=path,
-                        where=f"row {lines.line_num}",
-                    )
-                rows.append(lines.line_num)
-                kept.append(tuple([record[i] for i in wanted]))
-                if len(rows) > limits.MAX_ROWS:
-                    raise InputError(
-                        f"has more than the {limits.MAX_ROWS} rows that are read", source=path
-                    )
+        header = [name.strip() for name in next(lines, list[str]())]
+        wanted = [i for i, name in enumerate(header) if name in known]
+        for record in lines:
+            if not record:
+                blank_row = blank_row or lines.line_num
+                continue  # an empty line, usually the last
+            if blank_row and not empty_rows:
+                refuse("is empty", blank_row)
+            if len(record) != len(header):
+                found = f"found {len(record)}"
+                refuse(f"expected {len(header)} cells as in the header, {found}", lines.line_num)
+            if len(rows) == limits.MAX_ROWS:
+                refuse(f"has more than the {limits.MAX_ROWS} rows that are read")
+            rows.append(lines.line_num)
+            kept.append([record[i] for i in wanted])
     except csv.Error as error:
-        problem = str(error)
-        if "field limit" in problem:
-            problem = f"a cell is longer than {limits.MAX_CELL} characters"
-        raise InputError(
-            f"not a CSV table: {problem}", source=path, where=f"row {lines.line_num}"
-        ) from error
-    _check_header(path, header, required, optional)
-    found = zip(*kept, strict=True) if kept else ((),) * len(wanted)
+        longer = f"a cell is longer than {limits.MAX_CELL} characters"
+        problem = longer if "field limit" in str(error) else str(error)
+        refuse(f"not a CSV table: {problem}", lines.line_num)
+    finally:
+        csv.field_size_limit(longest_before)
+    _check_header(path, header, known)
     return Table(
         source=str(path),
-        columns={
-            header[i]: [cell.strip() for cell in cells]
-            for i, cells in zip(wanted, found, strict=True)
-        },
+        columns={header[i]: [row[k].strip() for row in kept] for k, i in enumerate(wanted)},
         rows=rows,
-        optional=frozenset(optional),
-        known={column.name: column for column in columns},
+        known=known,
     )
 
 
@@ -234,46 +213,26 @@ def quoted(text: str) -> str:
     return "an empty cell" if not text else repr(text if len(text) <= 40 else text[:37] + "...")
 
 
-class _cells_up_to:
-    """Let the csv module refuse longer cells meanwhile."""
-
-    def __init__(self, most: int) -> None:
-        self._most = most
-
-    def __enter__(self) -> None:
-        self._before = csv.field_size_limit(self._most)
-
-    def __exit__(self, *_: object) -> None:
-        csv.field_size_limit(self._before)
-
-
-def _check_header(
-    path: str | Path, header: Sequence[str], required: Sequence[str], optional: Sequence[str]
-) -> None:
+def _check_header(path: str | Path, header: Sequence[str], known: Mapping[str, Column]) -> None:
     if not any(header):
         raise InputError("is empty; expected a header row", source=path)
-    missing = [name for name in required if name not in header]
+    problem = ""
+    absent = [name for name in known if name not in header]
+    missing = [name for name in absent if known[name].required]
+    twice = [name for name in known if header.count(name) > 1]
     if missing:
-        raise InputError(
+        problem = (
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)}; "
-            f"the header names {', '.join(name[:20] for name in header[:12])}",
-            source=path,
-            where="row 1",
+            f"the header names {', '.join(name[:20] for name in header[:12])}"
         )
-    twice = [name for name in (*required, *optional) if header.count(name) > 1]
-    if twice:
-        raise InputError(f"column {twice[0]} is given twice", source=path, where="row 1")
-    absent = [name for name in optional if name not in header]
-    for name in header:
-        if name in required or name in optional:
-            continue
+    elif twice:
+        problem = f"column {twice[0]} is given twice"
+    for name in [name for name in header if name not in known]:
         near = difflib.get_close_matches(name.lower()[:40], absent, n=1, cutoff=0.8)
-        if near:
-            raise InputError(
-                f"unknown column {quoted(name)}; did you mean {near[0]}?",
-                source=path,
-                where="row 1",
-            )
+        if near and not problem:
+            problem = f"unknown column {quoted(name)}; did you mean {near[0]}?"
+    if problem:
+        raise InputError(problem, source=path, where="row 1")
 
 
 def _number_or_inf(cell: str) -> float:

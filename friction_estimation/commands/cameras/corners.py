@@ -3,116 +3,94 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
-import typer
+from typer import Argument, Option
 
-from curling_env.commands.cli import JsonOption, UnitsOption, Writes, conclude, say
-from curling_env.errors import InputError
-from curling_env.units import Units
-from friction_estimation.commands.track import HeightOption
+from curling_env.commands.options import Measured, grouped, numbers, option, output_to
+from curling_env.commands.outputs import Writes
+from curling_env.commands.terminal import say
+from friction_estimation.commands.film_options import HeightOption, LensOption
 
-if TYPE_CHECKING:
-    from curling_env.sheet import Sheet
+SceneFile = Annotated[
+    Path,
+    output_to("SCENE.json", "The scene file to write."),
+    Writes(kinds=("scene",), rewrites=("start",)),
+]
+StartOption = Annotated[
+    Path | None, Option(metavar="SCENE.json", help="Scene whose marks are the start.")
+]
 
 
+@dataclass(frozen=True, kw_only=True)
+class Page:
+    """Page"""
+
+    sheet: str = option("44.5x4.5", "Length and width of the ice [m].", metavar="LxW")
+    port: int = option(0, "Port of the page; 0 takes any free one.", min=0, max=65535)
+    browser: bool = option(True, "Open the page, or only print its address.")
+    share: bool = option(False, "Open the page to the local network: a tablet or phone.", "--share")
+
+
+@grouped
 def corners(
-    film: Annotated[
-        Path, typer.Argument(metavar="VIDEO|PICTURE", help="A film of the camera, or one picture.")
-    ],
-    output: Annotated[
-        Path,
-        typer.Option("-o", "--output", metavar="SCENE.json", help="The scene file to write."),
-        Writes(kinds=("scene",), rewrites=("start",)),
-    ] = Path("scene.json"),
-    camera: Annotated[
-        Path | None,
-        typer.Option(metavar="CAMERA.json", help="The lens, from `curling calibrate`."),
-    ] = None,
-    start: Annotated[
-        Path | None,
-        typer.Option(metavar="SCENE.json", help="A scene to continue from."),
-    ] = None,
+    film: Annotated[Path, Argument(metavar="VIDEO|PICTURE", help="Film or picture.")],
+    output: SceneFile = Path("scene.json"),
+    camera: LensOption = None,
+    start: StartOption = None,
     height: HeightOption = None,
-    sheet: Annotated[
-        str, typer.Option(metavar="LxW", help="Length and width of the ice [m].")
-    ] = "44.5x4.5",
-    port: Annotated[int, typer.Option(min=0, max=65535, help="0 takes any free port.")] = 0,
-    browser: Annotated[bool, typer.Option(help="Open the page, or only print its address.")] = True,
-    share: Annotated[
-        bool,
-        typer.Option(
-            "--share",
-            help="Let other machines in the network open the page: mark on a tablet or phone.",
-        ),
-    ] = False,
-    units: UnitsOption = Units.METRES,
-    as_json: JsonOption = False,
+    *,
+    page: Page,
+    results: Measured,
 ) -> None:
-    """Mark the corners of the sheet in a picture, and write the scene file that tracking needs.
-
-    A page opens in your browser. Click each corner of the ice in turn; home is the end at which the
-    thrower stands, and left is the thrower's left. Where boards or the picture's edge hide one,
-    press Hidden, and another place of that end is proposed (hog line, ring, tee); or choose any on
-    the small sheet. The wheel or two fingers zoom, dragging moves the picture, and the arrow keys
-    move the selected mark by a quarter of a pixel; Ctrl Z takes a step back. The lines of the sheet
-    and a thrower are drawn back into the picture at once: the lines must lie on the paint, and the
-    thrower at the thrower's end (Swap ends turns them round). A few pixels do not matter: tracking
-    corrects the marks by the painted lines. From straight above the points do not tell how high the
-    camera hangs; the page then gives the range. Measure it (a laser or a tape from the ice to the
-    lens) and give --height, unless the lens is known.
-
-    Only this machine can open the page, unless you --share it: then whoever has its address, which
-    is also shown as a QR code, may mark and save. The command ends when you save.
+    """Mark the corners of the sheet in a picture, and write the scene file for tracking.
 
     \b
-    Example:
+    Examples:
         curling corners end.mp4 -o end.scene.json
         curling corners end.mp4 -o end.scene.json --share
         curling corners ceiling.png --start ceiling.scene.json -o ceiling.scene.json
+
+    A page opens in your browser. Click each corner of the ice in turn; home is the thrower's end,
+    and left is the thrower's left. The lines drawn into the picture must lie on the paint; a few
+    pixels do not matter. With --share anyone who has the address, also shown as a QR code, may mark
+    and save. The command ends when you save. See docs/tracking.md.
     """
     import webbrowser
 
+    from curling_env.infrastructure.qr_code import qr_code
+    from curling_env.sheet import Sheet
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.annotation.server import AnnotationServer
     from friction_estimation.camera.scene import load_lens, load_scene, save_scene
 
-    before = None if start is None else load_scene(start, camera, height)
-    if before is not None:
-        annotation = Annotation.from_scene(film, before)
+    if start is not None:
+        annotation = Annotation.from_scene(film, load_scene(start, camera, height))
     else:
         known = {} if camera is None else load_lens(camera)
-        annotation = Annotation.open(film, _sheet(sheet), {**known, "camera_height": height})
+        length, width = numbers(page.sheet, "--sheet", "length x width such as 44.5x4.5")
+        size = Sheet(length=length, width=width)
+        annotation = Annotation.open(film, size, {**known, "camera_height": height})
 
     server = AnnotationServer(
-        annotation, lambda scene: save_scene(scene, output), port=port, share=share, units=units
+        annotation,
+        lambda scene: save_scene(scene, output),
+        port=page.port,
+        share=page.share,
+        units=results.units,
     )
     with server:
         say(f"mark the sheet at {server.url}", now=True)
-        if share and sys.stderr.isatty():
-            from curling_env.infrastructure.qr_code import qr_code
-
+        if page.share and sys.stderr.isatty():
             say(qr_code(server.url))
-        if browser and not share:
+        if page.browser and not page.share:
             webbrowser.open(server.url)
         saved = server.wait()
     assert saved is not None
     count = len(saved.points_px)
-    conclude(
+    results.show(
         {"scene": str(output), "points": count, "corners": saved.has_corners},
         f"{count} places marked: {output}; `curling track FILM --scene {output}` is next",
-        as_json=as_json,
     )
-
-
-def _sheet(text: str) -> Sheet:
-    from curling_env.sheet import Sheet
-
-    length, _, width = text.replace("×", "x").partition("x")
-    try:
-        return Sheet(length=float(length), width=float(width))
-    except ValueError:
-        raise InputError(
-            f"expected length x width such as 44.5x4.5, got {text!r}", source="--sheet"
-        ) from None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import cv2
 import numpy as np
@@ -39,6 +40,18 @@ class DetectedStone:
     px: Floats
     colour: Floats
     handle: HandleColour
+
+    def as_dict(self, own: HandleColour | None = None) -> dict[str, Any]:
+        """Its entry in a stones file; with the own team's handle colour, also its team."""
+        return {
+            "x": round(float(self.xy[0]), 4),
+            "y": round(float(self.xy[1]), 4),
+            "sigma": round(self.sigma, 4),
+            "px": [float(value) for value in self.px],
+            "colour": [int(value) for value in self.colour[::-1]],
+            "handle": str(self.handle),
+            **({} if own is None else {"team": "own" if self.handle is own else "other"}),
+        }
 
 
 def find_stones_in_image(

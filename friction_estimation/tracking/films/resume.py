@@ -1,8 +1,9 @@
 """Work on many films goes on where it was interrupted.
 
-The tracks of each film are kept in a folder beside the output, together with a digest of what they
-were made from. The next call with the same films and choices reads them, to the last bit, instead
-of tracking those films again. The folder is deleted when the output has been written.
+The tracks of each throw are kept in a folder beside the output, under a digest of what they were
+made from. The next call with the same film and choices reads them, to the last bit, instead of
+tracking that throw again; a call with others leaves them alone. The folder is deleted when the
+output has been written.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import hashlib
 import importlib.metadata
 import json
+import os
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import fields
@@ -18,13 +20,14 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.infrastructure.files.command_files import keep
 from curling_env.infrastructure.files.storage import (
     at_once,
+    fitted,
     make_directory,
     read_arrays,
     write_arrays,
 )
+from curling_env.infrastructure.files.writing import keep, note_rewritten
 from curling_env.infrastructure.provenance import command_name, sha256_of
 from curling_env.trajectory import Trajectory
 from friction_estimation.film.video import TIMES_SUFFIX
@@ -42,18 +45,18 @@ class Checkpoints:
     """
 
     def __init__(self, output: Path) -> None:
-        self.folder = output.with_name(output.name + SUFFIX)
+        self.folder = output.with_name(fitted(output.name, SUFFIX))
 
-    def load(self, index: int, key: str) -> tuple[list[Trajectory], dict[str, Any]] | None:
-        """The tracks of a film and what was noted with them; None where they were not kept.
+    def load(self, key: str) -> tuple[list[Trajectory], dict[str, Any]] | None:
+        """The tracks of a throw and what was noted with them; None where they were not kept.
 
         Parameters
         ----------
-        index : number of the film in this call
         key : what the tracks must have been made from, see `digest`
         """
+        note_rewritten(self._file(key))  # a damaged one is made again
         try:
-            kept = read_arrays(self._file(index))
+            kept = read_arrays(self._file(key))
             note = json.loads(str(kept["note"]))
             if note["key"] != key:
                 return None
@@ -63,12 +66,11 @@ class Checkpoints:
             ]
         except (AttributeError, KeyError, TypeError, ValueError, RecursionError):
             return None
+        self._report()
         return tracks, note["summary"]
 
-    def save(
-        self, index: int, key: str, tracks: Sequence[Trajectory], summary: Mapping[str, Any]
-    ) -> None:
-        """Keep the tracks of a film and a summary of them, for JSON."""
+    def save(self, key: str, tracks: Sequence[Trajectory], summary: Mapping[str, Any]) -> None:
+        """Keep the tracks of a throw and a summary of them, for JSON."""
         make_directory(self.folder)
         labels = [{name: getattr(track, name) for name in _LABELS} for track in tracks]
         note = json.dumps({"key": key, "tracks": labels, "summary": dict(summary)})
@@ -78,8 +80,8 @@ class Checkpoints:
             for name in _ARRAYS
         }
         with at_once():
-            write_arrays(self._file(index), {"note": np.array(note), **arrays})
-        keep(f"what was tracked is kept in {self.folder}; repeat the command to go on from there")
+            write_arrays(self._file(key), {"note": np.array(note), **arrays})
+        self._report()
 
     def delete(self) -> None:
         """Forget all tracks: they are written where they belong."""
@@ -89,8 +91,11 @@ class Checkpoints:
         with suppress(OSError):
             self.folder.rmdir()  # refuses a folder that holds anything else
 
-    def _file(self, index: int) -> Path:
-        return self.folder / f"film-{index:03d}.npz"
+    def _file(self, key: str) -> Path:
+        return self.folder / f"film-{key[:24]}.npz"
+
+    def _report(self) -> None:
+        keep(f"what was tracked is kept in {self.folder}; repeat the command to go on from there")
 
 
 _LABELS = ("throw", "stone", "clock")
@@ -107,13 +112,13 @@ def digest(film: Path, **choices: Any) -> str:
     choices : whatever else decides the tracks, for JSON
     """
     stat = film.stat() if film.exists() else None
-    beside = film.with_name(film.name + TIMES_SUFFIX)
+    beside = film.with_name(fitted(film.name, TIMES_SUFFIX))
     made_from = {
         **choices,
         "command": command_name(),
         "version": importlib.metadata.version("curling-sheet"),
         "times": sha256_of(beside) if beside.exists() else None,
-        "film": str(film.resolve()),
+        "film": os.path.realpath(film),
         "size": None if stat is None else stat.st_size,
         "changed": None if stat is None else stat.st_mtime_ns,
     }

@@ -1,7 +1,7 @@
 """One camera is one camera: what the films of a scene share is solved once, kept, and checked.
 
 Lens, pose and height are solved from the first films of a scene together and written beside the
-scene as soon as a throw is tracked with them. Later films use them at once. In every film the paint
+scene when a throw is tracked with them. Later films use them at once. In every film the paint
 must be where the camera sees it; else the tripod has moved, and the camera is solved anew.
 """
 
@@ -18,8 +18,9 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import CurlingError, InputError
-from curling_env.infrastructure.files.storage import at_once, read_json, write_json
-from curling_env.infrastructure.files.versions import FileFormat
+from curling_env.infrastructure.files.schema import FileFormat
+from curling_env.infrastructure.files.storage import fitted, read_json, write_json
+from curling_env.infrastructure.files.writing import note_rewritten
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens
@@ -38,7 +39,7 @@ from friction_estimation.tracking.found_stone import (
     focal_from_stones,
 )
 
-FORMAT = FileFormat(name="curling-camera", what="a solved camera")
+FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 2
 """Raised whenever cameras are solved better: those that were kept before are then solved anew."""
 
@@ -141,8 +142,9 @@ class SharedCameras:
         path = camera_beside(scene)
         if not self.keep or path is None or not path.exists():
             return None
+        note_rewritten(path)  # it may be of another scene, or of a tripod that has moved
         try:
-            document = FORMAT.brought_up(read_json(path))
+            document = FORMAT.accept(read_json(path))
             return camera_from(document) if document["scene"] == key else None
         except (CurlingError, KeyError, TypeError, ValueError):
             return None  # it is solved again, and written anew
@@ -152,8 +154,7 @@ class SharedCameras:
         if not self.keep or path is None or camera is None or not _may_replace(path):
             return
         try:
-            with at_once():
-                write_json(path, {"format": FORMAT.newest, "scene": key, **camera_document(camera)})
+            write_json(path, {"format": FORMAT.name, "scene": key, **camera_document(camera)})
         except CurlingError:
             return  # a folder in which nothing can be written is no reason to stop
 
@@ -227,7 +228,8 @@ def camera_beside(scene: Scene) -> Path | None:
     if scene.source is None:
         return None
     path = Path(scene.source)
-    return path.with_name(path.name.removesuffix(".json").removesuffix(".scene") + ".solved.json")
+    name = path.name.removesuffix(".json").removesuffix(".scene")
+    return path.with_name(fitted(name, ".solved.json"))
 
 
 def _may_replace(path: Path) -> bool:
@@ -235,7 +237,7 @@ def _may_replace(path: Path) -> bool:
     if not path.exists():
         return True
     try:
-        FORMAT.brought_up(read_json(path))
+        FORMAT.accept(read_json(path))
     except CurlingError:
         return False
     return True

@@ -60,10 +60,14 @@ class SteadyFilm:
         return self.film.frame_count
 
     def frames(self) -> Iterable[tuple[float, Frame]]:
-        """All frames; where nothing is to be corrected, colours are decoded only where needed."""
+        """All frames of the film's size, where others would show the sheet elsewhere.
+
+        Where nothing is to be corrected, colours are decoded only where needed.
+        """
         if self._deflicker is None and self.stabiliser is None:
-            return self.film.lazy_frames()
-        return self._corrected(self.film.frames())
+            return (one for one in self.film.lazy_frames() if one[1].shape[1::-1] == self.size)
+        fitting = (one for one in self.film.frames() if one[1].shape[1::-1] == self.size)
+        return self._corrected(fitting)
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
         """The frames from one time to another, a step apart [s]."""

@@ -168,7 +168,7 @@ class ThrowTracker:
         """What an interrupted call has tracked of a piece; None where nothing is kept of it."""
         if self.checkpoints is None or self._done < self.always_track:
             return None
-        kept = self.checkpoints.load(self._done, key)
+        kept = self.checkpoints.load(key)
         if kept is None:
             return None
         tracks, summary = kept
@@ -179,7 +179,7 @@ class ThrowTracker:
         if one.found is not None:
             self.cameras.note(scene, one.found)
         if self.checkpoints is not None and (even_alone or self.several_films):
-            self.checkpoints.save(self._done, key, one.tracks, one.summary)
+            self.checkpoints.save(key, one.tracks, one.summary)
 
     def _next(
         self, one: TrackedFilm, piece: Piece, scene: Scene, throw: int | None = None

@@ -9,6 +9,7 @@ import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
+from curling_env.errors import InputError
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from curling_env.units import Units
@@ -52,6 +53,7 @@ def write_overlay(
 
     Raises
     ------
+    InputError : the picture changes its size within the film
     OutputError : `output` cannot be written as a film
     """
     film = film_path if isinstance(film_path, Film) else Film.open(film_path, scene.fps)
@@ -59,6 +61,14 @@ def write_overlay(
     frames = with_progress(film.frames(), "overlay", progress, film.frame_count)
     with film_writer(output, picture.size, film.fps) as writer:
         for index, (t, frame) in enumerate(frames):
+            width, height = frame.shape[1], frame.shape[0]
+            if (width, height) != film.size:
+                raise InputError(
+                    f"an overlay needs pictures of one size; {film.size[0]} × {film.size[1]} px "
+                    f"become {width} × {height} px",
+                    source=film.path,
+                    where=f"frame {film.first + index}",
+                )
             writer.write(picture.draw(frame, index, t), t)
 
 

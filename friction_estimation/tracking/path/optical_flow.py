@@ -1,8 +1,7 @@
 """Lucas-Kanade optical flow, plain and pyramidal.
 
 Flow predicts where the stone is in the next frame, and the fit of the stone's picture measures it
-there: flow alone drifts, because the errors of all frames add up. `track_by_flow` is the tracker of
-the paper, which uses flow alone.
+there: flow alone, as in the paper, drifts, because the errors of all frames add up.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -12,14 +11,12 @@ the paper, which uses flow alone.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
 
 import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats, Image
-from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.films.film_track import FlowMethod
@@ -120,35 +117,3 @@ class LocalFlow:
 
 def _grey(part: Image) -> Image:
     return cv2.cvtColor(np.ascontiguousarray(part), cv2.COLOR_BGR2GRAY)
-
-
-def track_by_flow(
-    frames: Iterable[Image], camera: Camera, start_px: Floats, height: float, method: FlowMethod
-) -> Floats:
-    """Follow points on the stone by flow alone, and average them, as the paper does.
-
-    Parameters
-    ----------
-    frames : BGR frames, the first of which shows the stone inside `start_px`
-    start_px : (n, 2) outline of the stone in the first frame [px]
-    height : height of the followed points above the ice [m]
-
-    Returns
-    -------
-    (n, 2) mean of the followed points on their plane [m], until all of them are lost
-    """
-    places: list[Floats] = []
-    before: Image | None = None
-    points = np.empty((0, 2))
-    for frame in frames:
-        grey = cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY)
-        if before is None:
-            points = points_to_follow(grey, start_px)
-        else:
-            there, good = lucas_kanade(before, grey, points, method)
-            points = there[good]
-        if len(points) == 0:
-            break
-        places.append(camera.on_plane(points, height).mean(axis=0))
-        before = grey
-    return np.array(places).reshape(-1, 2)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching import ThrowSheet, as_noted, read_call, sheet_rows, spin_sign
+from agents.coaching import ThrowSheet, read_call, sheet_rows, spin_sign
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.units import Units
@@ -63,10 +63,6 @@ def test_a_hit_and_a_stone_that_was_not_seen_to_rest_miss_nothing():
     assert sheet("hit 0,1.2 normal", **DRAW).miss is None
     assert sheet("draw button").miss is None
     assert sheet("good one", **DRAW).miss is None
-
-
-def test_a_coachs_entry_is_read_again():
-    assert as_noted(sheet("draw", **DRAW), called="guard in").call.shot == "guard"
 
 
 @pytest.fixture

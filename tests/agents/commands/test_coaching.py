@@ -130,3 +130,27 @@ def test_stones_that_nobody_numbered(evening, curling):
     tracks.write_text("\n".join([lines[0], *map(",".join, rows)]) + "\n", encoding="utf-8")
     said = curling("match-stones", tracks, "--ice", evening / "ice.json").complaint
     assert "these tracks have 1: note in throws.csv which stone each throw was" in said
+
+
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("throws",),
+        ("throws", "-o", "table.csv"),
+        ("hand-or-ice", "--ice", "standard", "-o", "table.csv"),
+        ("compare", "--ice", "standard", "-o", "folder"),
+        ("athletes", "--ice", "standard", "-o", "folder"),
+        ("match-stones", "--ice", "standard", "-o", "ice.json"),
+        ("estimate", "-o", "ice.json"),
+        ("discover", "-o", "folder"),
+    ],
+)
+def test_a_link_that_points_at_itself_beside_the_tracks_is_refused_in_one_line(
+    evening, curling, tmp_path, monkeypatch, words
+):
+    (evening / "throws.csv").unlink()
+    (evening / "throws.csv").symlink_to("throws.csv")
+    monkeypatch.chdir(tmp_path)
+    refused = curling(words[0], evening / "tracks.csv", *words[1:]).complaint
+    assert "throws.csv: cannot be read: too many levels of symbolic links" in refused
+    assert [path.name for path in tmp_path.iterdir()] == ["evening"]

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import errno
 import importlib.metadata
+import io
 import json
 import os
+import re
 import signal
 import subprocess
 import sys
+import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,6 +20,7 @@ import pytest
 import typer
 
 from curling_env.commands import cli
+from curling_env.commands.options import Measured, grouped
 from curling_env.errors import InputError, OutputError
 
 
@@ -28,9 +32,10 @@ def greet(name: str, loud: Annotated[bool, typer.Option(help="Shout.")] = False)
     cli.print_json({"hello": name.upper() if loud else name})
 
 
-def measure(as_json: cli.JsonOption = False) -> None:
+@grouped
+def measure(*, results: Measured) -> None:
     """Measure a draw."""
-    cli.conclude({"hog_to_hog": 14.2}, "14.2 s hog to hog", as_json=as_json)
+    results.show({"hog_to_hog": 14.2}, "14.2 s hog to hog")
 
 
 def refuse() -> None:
@@ -156,6 +161,12 @@ def test_the_help_of_a_command_is_its_whole_docstring(curling: Callable[..., Any
     assert "Shout." in result.out
 
 
+def test_the_options_of_a_group_share_a_panel_of_the_help(curling: Callable[..., Any]) -> None:
+    shown = curling("measure", "--help").out
+    assert re.search(r"Output:\n +--json +Print JSON.*\n +--units .*\n.* --help", shown)
+    assert curling("measure", "--units", "miles").complaint
+
+
 def test_version(curling: Callable[..., Any]) -> None:
     result = curling("--version")
     assert result.status == 0
@@ -171,7 +182,7 @@ def test_version(curling: Callable[..., Any]) -> None:
         (["want_torch"], "pip install 'curling-sheet[train]'"),
         (["absent", "--some", "x"], "the command absent cannot be loaded: No module named"),
         (["gret"], "No such command 'gret'"),
-        (["greet"], "Missing argument 'name'. (`curling greet --help` tells more)"),
+        (["greet"], "Missing argument 'name'. (see `curling greet --help`)"),
         (["greet", "Ada", "Bea"], "unexpected extra argument"),
         (["greet", "Ada", "--lowd"], "--lowd"),
     ],
@@ -186,7 +197,7 @@ def test_what_is_wrong_is_said_in_one_line(
 
 def test_an_interrupt_says_that_nothing_was_kept(curling: Callable[..., Any]) -> None:
     result = curling("interrupt")
-    said = "curling: interrupted; nothing was written; repeat the command to begin anew\n"
+    said = "curling: interrupted; nothing was written; repeat the command to begin again\n"
     assert (result.status, result.out, result.err) == (130, "", said)
 
 
@@ -224,6 +235,18 @@ def test_a_line_has_at_most_300_characters_that_any_terminal_can_show(
     assert "\x1b" not in said
 
 
+def test_a_bar_on_a_terminal_follows_counts_and_shares(monkeypatch: pytest.MonkeyPatch) -> None:
+    shown = io.StringIO()
+    monkeypatch.setattr(shown, "isatty", lambda: True)
+    monkeypatch.setattr(sys, "stderr", shown)
+    with cli.progress_bar("piece") as progress:
+        for what, done, total in (("sweep", 0, 300), ("sweep", 300, 300), ("fit", 0.4, 1.0)):
+            progress(what, done, total)
+            time.sleep(0.6)
+    assert "300/300" in shown.getvalue()
+    assert "fit:  40%" in shown.getvalue()
+
+
 # --- the process as a whole
 
 
@@ -259,7 +282,7 @@ def test_a_reader_that_leaves_early_is_no_error(lines: int) -> None:
     )
     assert (done.returncode, done.stderr) == (
         2,
-        "curling: whoever read the result has ended before all of it was written\n",
+        "curling: the reader of the result has ended before all of it was written\n",
     )
 
 

@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from curling_env.commands.benchmarks import draws_and_hits
+from curling_env.benchmarks.throws import draws_and_hits
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.infrastructure import ProcessExecutor, WorkersLostError, read_table

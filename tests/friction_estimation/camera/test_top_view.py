@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from curling_env.sheet import PAPER_SHEET
-from friction_estimation.camera import Camera, TopView, outside_masked, view_lengths
+from friction_estimation.camera import Camera, TopView
 
 
 def camera(**changes):
@@ -21,13 +21,6 @@ def camera(**changes):
             | changes
         )
     )
-
-
-def test_lengths_are_means_of_opposite_sides():
-    corners = np.array([[10.0, 0.0], [30.0, 0.0], [0.0, 100.0], [40.0, 100.0]])
-    width, height = view_lengths(corners)
-    assert width == pytest.approx(30)
-    assert height == pytest.approx(np.hypot(10, 100))
 
 
 def test_view_and_sheet_are_inverse():
@@ -55,11 +48,3 @@ def test_a_mark_on_the_ice_appears_where_it_lies():
     rows, columns = np.indices(top.shape)
     centre = np.array([[(columns * top).sum(), (rows * top).sum()]]) / top.sum()
     assert view.to_sheet(centre)[0] == pytest.approx([0.5, -14.0], abs=0.1)
-
-
-def test_what_lies_beside_the_sheet_is_masked():
-    seen = camera()
-    masked = outside_masked(np.full((270, 480, 3), 200, dtype=np.uint8), seen, PAPER_SHEET)
-    u, v = np.round(seen.project([[0.0, -10.0, 0.0]])[0]).astype(int)
-    assert masked[v, u].tolist() == [200, 200, 200]
-    assert masked[v, 5].tolist() == [0, 0, 0]

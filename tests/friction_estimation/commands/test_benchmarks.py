@@ -10,11 +10,10 @@ from friction_estimation.commands import benchmarks
 
 
 @pytest.mark.slow
-def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
+def test_tracking_is_timed(monkeypatch):
     timed = []
 
-    def once(work, *, repeats, warm):
-        assert warm  # a film is tracked once before, and that is enough
+    def once(work, *, repeats):
         timed.append(work())
         return 10.0 * repeats
 
@@ -22,11 +21,8 @@ def test_tracking_is_timed_with_and_without_its_overlay(monkeypatch):
     monkeypatch.setattr(benchmarks, "FPS", 3.0)
     monkeypatch.setattr(benchmarks, "rate", once)
     found = {measure.name: measure.value for measure in benchmarks.measures()}
-    assert timed[0] == timed[1] > 30  # frames, while the stone crosses the sheet
-    assert found["track_frames_per_s"] == 10.0
-    assert 0.05 < found["track_learning_s"] < 60.0
-    assert found["track_frame_loop_per_s"] > 10.0
-    assert found["track_frames_per_s_with_overlay"] == pytest.approx(5.0)
+    assert timed[0] > 30  # frames, while the stone crosses the sheet
+    assert found == {"track_frames_per_s": 10.0}
 
 
 def test_the_bench_command_finds_it():

@@ -8,7 +8,8 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release, Throw
-from friction_estimation.design import cell_bound, throw_response, uniform_bound
+from friction_estimation.design import throw_response, uniform_bound
+from tests.friction_estimation.design.cell_bound import cell_bound
 
 G = 9.80665
 

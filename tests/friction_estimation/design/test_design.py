@@ -11,7 +11,8 @@ from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction
 from curling_env.units import Units
 from friction_estimation import estimate_ice
-from friction_estimation.design import Design, ThrowKind, cell_bound, design_throws, draw_speeds
+from friction_estimation.design import Design, ThrowKind, design_throws, draw_speeds
+from tests.friction_estimation.design.cell_bound import cell_bound
 
 X, Y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
 PLAYED = (np.abs(X) <= 1.5) & (np.abs(Y) <= TEE_Y)

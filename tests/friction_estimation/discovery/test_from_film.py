@@ -1,6 +1,6 @@
 """Tracks from films: their errors last for seconds and belong to places.
 
-`films/wrong_lens.csv` is a session of `scripts/film_sessions.py` (`curl-gantry-1`): twelve throws
+`films/wrong_lens.csv` is a session of `scripts/blind/filmed.py` (`curl-gantry-1`): twelve throws
 with a hidden curl, filmed from above and tracked with a scene that knows half of the lens's
 distortion; every second row, of which the test uses every fourth.
 """

@@ -13,8 +13,9 @@ from curling_env.sheet import PAPER_SHEET
 from curling_env.throw import Release
 from curling_env.trajectory import Trajectory
 from friction_estimation import estimate_ice
-from friction_estimation.design import cell_bound, uniform_bound
+from friction_estimation.design import uniform_bound
 from friction_estimation.estimation import estimate_by_paper
+from tests.friction_estimation.design.cell_bound import cell_bound
 
 HOG = 10.9725
 

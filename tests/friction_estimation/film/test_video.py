@@ -32,6 +32,12 @@ def test_a_given_rate_replaces_the_films_own(tmp_path):
     assert [t for t, _ in film.frames()] == pytest.approx(np.arange(5) / 50)
 
 
+def test_a_film_with_the_longest_name_that_a_disk_takes_is_read(tmp_path):
+    path = tmp_path / ("é" * 125 + ".mp4")
+    film_of(path, [20, 60, 100])
+    assert len(list(Film.open(path).frames())) == 3
+
+
 def test_samples_spread_over_the_film(tmp_path):
     film = Film.open(film_of(tmp_path / "a.mp4", range(10, 250, 10)))
     levels = [frame.mean() for _, frame in film.sample(4)]

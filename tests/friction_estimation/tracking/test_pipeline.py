@@ -10,10 +10,8 @@ import pytest
 
 from curling_env.trajectory import read_tracks
 from friction_estimation import Scene, load_scene
-from friction_estimation.appearance import StoneModel
 from friction_estimation.camera import Camera, save_scene
 from friction_estimation.film import Film, film_writer
-from friction_estimation.tracking import track_by_flow
 
 SIZE = (480, 270)
 FPS = 12.0
@@ -117,7 +115,7 @@ def test_the_command_measures_the_stone_to_millimetres_and_draws_an_overlay(
     save_scene(scene(), tmp_path / "scene.json")
     done = curling(
         *("track", film, "--scene", tmp_path / "scene.json", "-o", tmp_path / "tracks.csv"),
-        *("--overlay", tmp_path / "seen.mp4", "--flow", "plain"),
+        *("--overlay", tmp_path / "seen.mp4"),
     )
     assert done.status == 0, done.err
     (report,), (path,) = done.json(), read_tracks(tmp_path / "tracks.csv")
@@ -146,15 +144,6 @@ def test_a_film_without_a_stone_ends_the_command_in_one_line(tmp_path, curling):
     (line,) = [text for text in refused.err.splitlines() if "curling:" in text]
     assert "empty.mp4: no thrown stone found" in line
     assert not output.exists()
-
-
-def test_flow_alone_follows_the_stone_for_a_while(film):
-    outline = StoneModel(radius=RADIUS, height=HEIGHT).outline_px(CAMERA, truth_at(0.0)[:2])
-    frames = [frame for _, frame in Film.open(film).frames()][:7]
-    path = track_by_flow(frames, CAMERA, outline, HEIGHT, "pyramidal")
-    assert len(path) == 7
-    moved = path[-1] - path[0]
-    assert moved == pytest.approx(truth_at(6 / FPS)[:2] - truth_at(0.0)[:2], abs=0.06)
 
 
 @pytest.mark.parametrize(

@@ -33,6 +33,12 @@ def test_without_a_table_tracks_are_as_they_are(tracks):
     assert numbers(tracks) == [(0, 0), (1, 0), (1, 4), (2, 1)]
 
 
+def test_a_link_that_points_at_itself_is_refused(tracks):
+    tracks.with_name("throws.csv").symlink_to("throws.csv")
+    with pytest.raises(InputError, match=r"throws\.csv: cannot be read: too many levels"):
+        throws_beside(tracks)
+
+
 def test_rows_are_throws_in_order_of_play_and_need_not_have_every_column(tracks):
     write(tracks, "athlete,called\nNiklas,draw\nÖsten,\n")
     notes = throws_beside(tracks)

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from blind.bound import Bound, bound_of, field_basis, free_places
+from blind.bound import bound_of, field_basis, free_places
 from blind.hidden import log_map
 from blind.law import MAP_LENGTH, MAP_SD, SQUARES
 from blind.linearised import WIDE, respond, whitened
@@ -86,26 +86,6 @@ def test_noise_with_a_memory_is_made_white():
     covariance = 0.005**2 * np.exp(-np.abs(t[:, None] - t) / 0.4)
     white = whitened(np.eye(5), t, 0.005, 0.4)
     np.testing.assert_allclose(white @ covariance @ white.T, np.eye(5), atol=1e-9)
-
-
-def test_a_forecast_rest_is_as_uncertain_as_the_friction_makes_it(throw):
-    q, _, release, *_ = throw
-    covariance = np.zeros((2, 2))
-    covariance[0, 0] = 0.003**2
-    known = Bound(
-        crossed=np.ones((89, 9), dtype=bool),
-        basis=np.empty((89, 9, 0)),
-        places=[],
-        covariance=covariance,
-    )
-    start = release.start.copy()
-    start[2:4] *= 1.9 / np.hypot(*start[2:4])  # a throw that stops on the sheet
-    release = replace(release, start=start)
-    more, less = (replace(release, mu=release.mu * np.exp(0.003 * sign)) for sign in (1, -1))
-    flat = np.empty((0, 3))
-    moved = more.path(q, flat, NONE_BEFORE)[-1, :2] - less.path(q, flat, NONE_BEFORE)[-1, :2]
-    spread = known.rest_covariance(release, q, flat)
-    assert np.sqrt(np.trace(spread)) == pytest.approx(0.5 * np.hypot(*moved), rel=0.01)
 
 
 def test_the_bound_lies_between_nothing_and_the_field_itself(session):

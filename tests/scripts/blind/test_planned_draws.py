@@ -55,8 +55,6 @@ def test_draws_planned_on_the_truth_cost_nothing_and_on_other_ice_more(sealed, m
     curl = ActiveEffect(name="curl", parameters=sealed["effects"]["curl"])
     mu = sealed["numbers"][MU]
     right = draws_on_truth(Ice.uniform(mu, effects=(curl,)), sealed, direction=-1.0)
-    assert right["unplanned"] == 0
-    assert right["exact"] < 0.01
     assert right["miss"] == pytest.approx(right["miss_on_truth"], rel=0.005)
     wrong = draws_on_truth(Ice.uniform(1.02 * mu, effects=(curl,)), sealed, direction=-1.0)
     assert wrong["miss_on_truth"] == pytest.approx(right["miss_on_truth"], rel=0.05)

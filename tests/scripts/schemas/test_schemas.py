@@ -110,7 +110,7 @@ def test_every_released_number_is_read():
     assert load_scene(SPECIMENS / "scene-1.json").has_corners
     assert "camera_matrix" in load_lens(SPECIMENS / "lens-1.json")
     solved = json.loads((SPECIMENS / "camera-1.json").read_text(encoding="utf-8"))
-    assert camera_from(CAMERA_FORMAT.brought_up(solved)).measured == 540
+    assert camera_from(CAMERA_FORMAT.accept(solved)).measured == 540
     assert len(read_stones(SPECIMENS / "stones-1.json")[0]) > 1
     assert load_skill(SPECIMENS / "skill-1.json").name == "Ada"
     assert len(read_record(SPECIMENS / "game-1.jsonl")) == 3

@@ -36,6 +36,18 @@ def test_what_a_killed_server_had_written_and_not_counted_is_written_again(club,
     assert again.path(film.file).read_bytes() == b"abcdefgh"
 
 
+@pytest.mark.parametrize("letter", ["é", "冰", "🥌"])
+def test_a_long_name_in_any_script_is_cut_to_what_a_disk_takes(club, session, letter):
+    film = begin_film(club, session, letter * 190 + ".mp4", 8)
+    assert film.name == letter * 190 + ".mp4"
+    add_piece(club, film, 0, b"abcd")
+    assert add_piece(club, film, 4, b"efgh").is_whole
+    path = club.path(film.file)
+    assert path.read_bytes() == b"abcdefgh"
+    assert path.suffix == ".mp4"
+    assert path.name.startswith(f"000-{letter}")
+
+
 def test_a_film_that_was_complete_when_the_server_was_killed_is_counted(club, session):
     film = begin_film(club, session, "end.mp4", 8)
     add_piece(club, film, 0, b"abcd")

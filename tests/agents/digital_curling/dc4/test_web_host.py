@@ -236,7 +236,7 @@ def test_passwords_come_from_a_file_or_are_new(tmp_path):
     [
         (["--match", "x"], "--user"),
         (["--user", "anna"], "--match"),
-        (["--match", "x", "--user", "anna", "--team", "red"], "team0 or team1"),
+        (["--match", "x", "--user", "anna", "--team", "red"], "'team0', 'team1'"),
         (["--match", "x", "--user", "anna"], "no answer"),
     ],
 )

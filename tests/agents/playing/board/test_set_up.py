@@ -5,7 +5,6 @@ from __future__ import annotations
 import pytest
 
 from agents.playing import LaidStone, Position, set_up
-from agents.playing.board.set_up import least_delivered
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator, Team, count, direction_of, rule_set
 from curling_env.sheet import TEE_Y, Direction
@@ -36,19 +35,6 @@ def test_a_position_goes_on_as_it_lies(direction):
     assert count(game.lines, game.end.stones) == (Team.HOME, 1)
     assert game.end.stones[0].x == pytest.approx(0.3)  # as the thrower sees it
     assert game.end.stones[0].y == pytest.approx(0.0)
-
-
-def test_the_fewest_stones_delivered():
-    assert least_delivered((), Team.HOME) == 0
-    one = laid((0.0, TEE_Y, "away"))
-    assert least_delivered(one, Team.HOME) == 1
-    assert least_delivered(one, Team.AWAY) == 2
-    assert least_delivered(one, Team.HOME, to_throw=Team.AWAY) == 2
-    three = laid(*[(0.4 * k, TEE_Y, "home") for k in range(3)])
-    for to_throw in Team:
-        k = least_delivered(three, Team.HOME, to_throw)
-        game, _ = game_of(Position(stones=three, delivered=k))
-        assert game.end.to_throw is to_throw
 
 
 @pytest.mark.parametrize(

@@ -1,13 +1,12 @@
-"""Lessons say what every shot is worth; they are kept in files, and left and right may change."""
+"""Lessons hold what every shot is worth, left and right may change, and a network copies them."""
 
 from __future__ import annotations
 
 import numpy as np
 import pytest
+from learn.lessons import Lessons, mirrored
 
-from agents.playing import Lessons, joined
 from agents.playing.learned.features import features_of, positions_of
-from agents.playing.learned.lessons import mirrored
 from curling_env.envs import SHOTS
 from curling_env.errors import InputError
 
@@ -48,30 +47,6 @@ def test_a_mirror_exchanges_left_and_right(lessons):
         np.testing.assert_array_equal(other.expected[:, right], lessons.expected[:, left])
 
 
-def test_lessons_are_joined_and_taken_apart(lessons):
-    both = joined([lessons, mirrored(lessons)])
-    assert len(both) == 2 * len(lessons)
-    assert_same(both[: len(lessons)], lessons)
-
-
-def test_a_file_gives_lessons_back_and_others_are_refused(lessons, tmp_path):
-    lessons.save(tmp_path / "l.npz")
-    assert_same(Lessons.load(tmp_path / "l.npz"), lessons)
-    parts = {
-        "observations": lessons.observations,
-        "once": lessons.once,
-        "expected": lessons.expected,
-    }
-    for wrong, said in (
-        ({"once": lessons.once}, "holds no lessons of ends"),
-        ({**parts, "once": lessons.once[:, :7]}, "another list of shots"),
-        ({**parts, "observations": lessons.observations[:, :20]}, "flat observations"),
-    ):
-        np.savez(tmp_path / "wrong.npz", **wrong)
-        with pytest.raises(InputError, match=said):
-            Lessons.load(tmp_path / "wrong.npz")
-
-
 def test_what_is_seen_tells_whose_stones_count_and_which_shots_there_are(lessons, called):
     seen = features_of(called.observations, lessons.once)
     assert all(np.isfinite(part).all() for part in seen)
@@ -81,3 +56,33 @@ def test_what_is_seen_tells_whose_stones_count_and_which_shots_there_are(lessons
     assert (seen.whole[:, :16].sum(axis=1) == 1).all()
     with pytest.raises(InputError, match="flat observations"):
         features_of(np.zeros((1, 20)), lessons.once[:1])
+
+
+def test_gradients_are_of_the_same_network(network, called):
+    torch = pytest.importorskip("torch")
+    from learn.cloning import ShotModule
+
+    module, seen = ShotModule(network), network.seen(called.observations[::5])
+    with torch.no_grad():
+        worths, values = module(seen)
+    np.testing.assert_allclose(worths, network.worths(seen), atol=1e-4)
+    assert values.shape == (len(worths),)
+    np.testing.assert_array_equal(module.network().worths(seen), network.worths(seen))
+
+
+def test_cloning_learns_a_rule(called):
+    pytest.importorskip("torch")
+    from learn.cloning import clone
+
+    # The rule: with the hammer draw to the button, without it throw through the house.
+    seen = np.repeat(called.observations, 3, axis=0)
+    hammer = seen[:, 2] > 0
+    there = np.repeat(called.masks, 3, axis=0) > 0
+    there[:, 0] = True
+    once, worth = (np.where(there, points, np.nan).astype(np.float32) for points in (0.0, -1.0))
+    worth[np.arange(len(seen)), np.where(hammer, 0, len(SHOTS) - 1)] = 1.0
+    lessons = Lessons(observations=seen, once=once, expected=worth)
+    network, lost = clone(lessons, epochs=8, batch=24, held_out=0.2)
+    assert lost < 0.3
+    shots = network.worths(features_of(called.observations, once[::3])).argmax(axis=1)
+    assert ((shots == len(SHOTS) - 1) == (called.observations[:, 2] < 0)).all()

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from agents.learning import read_model, write_model
-from agents.playing import IMPOSSIBLE, LearnedPlayer, Lessons, ShotNetwork
-from agents.playing.learned.features import features_of
+from agents.playing import IMPOSSIBLE, LearnedPlayer, ShotNetwork
 from agents.playing.learned.network import OF_A_STONE, OF_PLACES
 from curling_env.envs import SHOTS
 from curling_env.errors import InputError
@@ -69,36 +68,6 @@ def test_a_file_gives_the_network_back_and_others_are_refused(network, called, t
     write_model(tmp_path / "nan.npz", document)
     with pytest.raises(InputError, match="not finite"):
         ShotNetwork.load(tmp_path / "nan.npz")
-
-
-def test_gradients_are_of_the_same_network(network, called):
-    torch = pytest.importorskip("torch")
-    from agents.playing import ShotModule
-
-    module, seen = ShotModule(network), network.seen(called.observations[::5])
-    with torch.no_grad():
-        worths, values = module(seen)
-    np.testing.assert_allclose(worths, network.worths(seen), atol=1e-4)
-    assert values.shape == (len(worths),)
-    np.testing.assert_array_equal(module.network().worths(seen), network.worths(seen))
-
-
-def test_cloning_learns_a_rule(called):
-    pytest.importorskip("torch")
-    from agents.playing import clone
-
-    # The rule: with the hammer draw to the button, without it throw through the house.
-    seen = np.repeat(called.observations, 3, axis=0)
-    hammer = seen[:, 2] > 0
-    there = np.repeat(called.masks, 3, axis=0) > 0
-    there[:, 0] = True
-    once, worth = (np.where(there, points, np.nan).astype(np.float32) for points in (0.0, -1.0))
-    worth[np.arange(len(seen)), np.where(hammer, 0, len(SHOTS) - 1)] = 1.0
-    lessons = Lessons(observations=seen, once=once, expected=worth)
-    network, held_out = clone(lessons, epochs=8, batch=24, held_out=0.2)
-    assert held_out["lost"] < 0.3
-    shots = network.worths(features_of(called.observations, once[::3])).argmax(axis=1)
-    assert ((shots == len(SHOTS) - 1) == (called.observations[:, 2] < 0)).all()
 
 
 def test_a_player_calls_what_the_network_calls_in_the_environment(network):

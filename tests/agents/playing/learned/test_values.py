@@ -8,9 +8,9 @@ import pickle
 import gymnasium
 import numpy as np
 import pytest
+from learn.lessons import lessons_of
 
 from agents.playing import ShotValues, views_of
-from agents.playing.learned.lessons import lessons_of
 from curling_env.envs import SHOTS
 from curling_env.game import RestingStone, Team
 

@@ -123,5 +123,5 @@ def test_a_record_without_a_path_is_refused_with_its_place(record, tmp_path):
     broken = json.loads(json.dumps(lines))
     broken[1]["paths"] = []
     with pytest.raises(InputError, match="end 1, stone 1"):
-        list(write_film(tmp_path / "film.mp4", broken, simulator.ice, speed=SPEED))
+        write_film(tmp_path / "film.mp4", broken, simulator.ice, speed=SPEED)
     assert not list(tmp_path.iterdir())

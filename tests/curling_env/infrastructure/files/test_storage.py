@@ -27,7 +27,7 @@ from curling_env.infrastructure import (
     write_table,
     write_text,
 )
-from curling_env.infrastructure.files.storage import MAX_INTEGER, file_digest
+from curling_env.infrastructure.files.table import MAX_INTEGER
 
 
 def names(directory: Path) -> list[str]:
@@ -235,14 +235,6 @@ def test_reading_what_is_not_there(tmp_path: Path) -> None:
         read_text(tmp_path / "a")
     with pytest.raises(InputError, match="is a directory"):
         read_text(tmp_path)
-
-
-def test_a_digest_is_short_and_goes_by_content_alone(tmp_path: Path) -> None:
-    for name, text in (("a", "ice"), ("b", "ice"), ("c", "Ice")):
-        (tmp_path / name).write_text(text)
-    a, b, c = (file_digest(tmp_path / name) for name in "abc")
-    assert a == b != c
-    assert len(a) == 16
 
 
 # --- tables

@@ -12,21 +12,22 @@ import pytest
 
 from curling_env.errors import OutputError
 from curling_env.infrastructure import (
+    at_once,
     atomic_path,
     check_writable,
     command_files,
+    fitted,
     folder_of_drafts,
     kind_of,
     make_directory,
+    note_input,
     read_text,
-    refuse_to_write,
     together,
     write_json,
     write_table,
     write_text,
     written_so_far,
 )
-from curling_env.infrastructure.files import drafts, writing
 
 TRACKS = {"throw": [0], "t": [0.0], "x": [0.0], "y": [0.0], "theta": [0.0]}
 
@@ -35,10 +36,20 @@ def names(folder: Path) -> list[str]:
     return sorted(entry.name for entry in folder.iterdir())
 
 
-def later_process(folder: Path) -> None:
-    """What another command notices first in a folder."""
-    drafts._SETTLED.clear()
-    drafts.finish_interrupted(folder)
+def left_over(folder: Path, name: str) -> list[str]:
+    """What a process left that was killed while it wrote a file of this name, and a result."""
+    program = (
+        "import os, signal, sys\n"
+        "from pathlib import Path\n"
+        "from curling_env.infrastructure.files.storage import atomic_path, folder_of_drafts\n"
+        "with folder_of_drafts(Path(sys.argv[1])) as folder, atomic_path(sys.argv[2]) as draft:\n"
+        "    (folder / 'a.txt').write_text('half')\n"
+        "    draft.write_text('half')\n"
+        "    os.kill(os.getpid(), signal.SIGKILL)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", program, folder, folder / name], check=False)
+    assert done.returncode == -signal.SIGKILL
+    return [path for path in names(folder) if path.startswith(".") and "~" in path]
 
 
 # --- together
@@ -75,7 +86,7 @@ def test_a_name_that_cannot_be_given_undoes_the_others(
     replace = Path.replace
 
     def refuse(self: Path, target: Path) -> Path:
-        if Path(target).name == "b.txt" and self.suffix != ".before":
+        if Path(target).name == "b.txt" and not self.name.startswith(".before"):
             raise OSError(28, "No space left on device")
         return replace(self, target)
 
@@ -88,76 +99,34 @@ def test_a_name_that_cannot_be_given_undoes_the_others(
     assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"old"}
 
 
-KILLED = """
-import os, signal, sys
-from pathlib import Path
-from curling_env.infrastructure.files.storage import together, write_text
-replace, given = Path.replace, []
-def kill_after_the_first(self, target):
-    if len(given) == int(sys.argv[2]):
-        os.kill(os.getpid(), signal.SIGKILL)
-    given.append(target)
-    return replace(self, target)
-folder = Path(sys.argv[1])
-with together():
-    for name in ("a.txt", "b.txt", "c.txt"):
-        write_text(folder / name, "new")
-    Path.replace = kill_after_the_first
-"""
-
-
-@pytest.mark.parametrize("given", [0, 1, 2])
-def test_a_process_killed_between_two_names_is_completed_by_the_next(
-    tmp_path: Path, given: int
-) -> None:
-    for name in ("a.txt", "b.txt"):
-        (tmp_path / name).write_text("old")
-    done = subprocess.run([sys.executable, "-c", KILLED, tmp_path, str(given)], check=False)
-    assert done.returncode == -signal.SIGKILL
-    later_process(tmp_path)
-    assert names(tmp_path) == ["a.txt", "b.txt", "c.txt"]
-    assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"new"}
-
-
 def test_what_is_kept_for_a_repetition_appears_at_once(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt), together():
         write_text(tmp_path / "result", "half")
-        with writing.at_once():
+        with at_once():
             write_text(tmp_path / "kept", "done")
         assert [path.name for path in tmp_path.iterdir() if path.name[0] != "."] == ["kept"]
         raise KeyboardInterrupt
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
 
 
-def test_a_list_of_names_reaches_no_other_folder(tmp_path: Path) -> None:
-    (tmp_path / "inner").mkdir()
-    (tmp_path / "mine.txt").write_text("mine")
-    dead = subprocess.Popen([sys.executable, "-c", ""])
-    dead.wait()
-    own = f"~{drafts._MACHINE}-{dead.pid}-0123abcd"
-    draft = tmp_path / "inner" / f".x{own}.txt"
-    draft.write_text("theirs")
-    listed = tmp_path / "inner" / f".result{own}.names"
-    listed.write_text(f'{{"{draft.name}": "../mine.txt", "../mine.txt": "y.txt"}}')
-    later_process(tmp_path / "inner")
-    assert (tmp_path / "mine.txt").read_text() == "mine"
-    assert names(tmp_path / "inner") == []
+def test_what_killed_processes_left_is_no_result_and_goes_with_the_next_one(
+    tmp_path: Path,
+) -> None:
+    (tmp_path / "tracks.csv").write_text("throw,t,x,y,theta\n0,0,0,0,0\n")
+    assert len(left_over(tmp_path, "tracks.csv")) == 2
+    assert (tmp_path / "tracks.csv").read_text() == "throw,t,x,y,theta\n0,0,0,0,0\n"
+    write_table(tmp_path / "other.csv", TRACKS)
+    assert names(tmp_path) == ["other.csv", "tracks.csv"]
 
 
-def test_drafts_of_ended_processes_are_cleared_and_others_stay(tmp_path: Path) -> None:
-    dead = subprocess.Popen([sys.executable, "-c", ""])
-    dead.wait()
-    machine = drafts._MACHINE
-    stays = [
-        f".x~{machine}-{os.getpid()}-0123abcd.csv",  # of a running process
-        f".x~{'0000' if machine != '0000' else '1111'}-{dead.pid}-0123abcd.csv",  # elsewhere
-        ".x~.csv",
-        "x~1234-1-0123abcd.csv",
-    ]
-    for name in (*stays, f".x~{machine}-{dead.pid}-0123abcd.csv"):
-        (tmp_path / name).touch()
-    later_process(tmp_path)
-    assert names(tmp_path) == sorted(stays)
+def test_what_others_are_writing_stays(tmp_path: Path) -> None:
+    theirs = tmp_path / "theirs.csv"
+    with atomic_path(theirs) as draft:
+        for name in (".x~.csv", "x~1234-1-0123abcd.csv", draft.name.replace("~", "~ffff", 1)):
+            (tmp_path / name).touch()
+        before = names(tmp_path)
+        write_table(tmp_path / "own.csv", TRACKS)
+        assert names(tmp_path) == sorted([*before, "own.csv"])
 
 
 # --- a folder of drafts
@@ -198,20 +167,6 @@ def test_an_error_names_the_place_of_the_result(tmp_path: Path) -> None:
         folder_of_drafts(tmp_path) as folder,
     ):
         write_text(folder / "no" / "a.txt", "new")
-
-
-def test_a_folder_of_a_killed_process_is_cleared(tmp_path: Path) -> None:
-    program = (
-        "import os, signal, sys\n"
-        "from curling_env.infrastructure.files.storage import folder_of_drafts, write_text\n"
-        "with folder_of_drafts(sys.argv[1]) as folder:\n"
-        "    write_text(folder / 'a.txt', 'new')\n"
-        "    os.kill(os.getpid(), signal.SIGKILL)\n"
-    )
-    subprocess.run([sys.executable, "-c", program, tmp_path], check=False)
-    assert len(names(tmp_path)) == 1
-    later_process(tmp_path)
-    assert names(tmp_path) == []
 
 
 # --- where may be written
@@ -285,12 +240,23 @@ def test_folders_made_for_a_command_that_fails_vanish_again(tmp_path: Path) -> N
 
 def test_an_input_named_beforehand_is_refused_too(tmp_path: Path) -> None:
     (tmp_path / "a").write_text("a")
-    refuse_to_write(tmp_path / "b", inputs=[tmp_path / "a"])
-    with pytest.raises(OutputError, match="is read by this command"):
-        refuse_to_write(tmp_path / "a", inputs=[tmp_path / "a"])
+    with command_files():
+        note_input(tmp_path / "a")
+        check_writable(tmp_path / "b")
+        with pytest.raises(OutputError, match="is read by this command"):
+            check_writable(tmp_path / "a")
 
 
 def test_a_long_name_in_any_script_leaves_room_for_the_draft(tmp_path: Path) -> None:
     with atomic_path(tmp_path / ("🥌" * 60 + ".csv")) as draft:
         draft.write_text("x")
     assert len(names(tmp_path)) == 1
+
+
+@pytest.mark.parametrize("name", ["x" * 250 + ".mp4", "é" * 150, "🥌" * 200 + ".csv", "short"])
+def test_a_derived_name_is_cut_by_bytes_and_keeps_its_ending(tmp_path: Path, name: str) -> None:
+    derived = fitted(name, ".times.csv")
+    assert derived.endswith(".times.csv")
+    assert name.startswith(derived.removesuffix(".times.csv"))
+    assert derived == f"{name}.times.csv" or 252 <= len(derived.encode()) <= 255
+    (tmp_path / derived).touch()

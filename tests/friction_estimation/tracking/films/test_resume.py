@@ -47,14 +47,14 @@ def test_kept_tracks_are_read_back_to_the_last_bit_until_they_are_deleted(tmp_pa
     kept = track()
     kept.xy[:] += np.pi / 1e6
     before = Checkpoints(tmp_path / "tracks.csv")
-    assert before.load(0, "key") is None
-    before.save(0, "key", [kept], {"frames": 7})
+    assert before.load("key") is None
+    before.save("key", [kept], {"frames": 7})
     again = Checkpoints(tmp_path / "tracks.csv")
-    assert again.load(0, "key") == ([kept], {"frames": 7})
-    assert again.load(1, "key") is None
-    assert Checkpoints(tmp_path / "other.csv").load(0, "key") is None
+    assert again.load("key") == ([kept], {"frames": 7})
+    assert again.load("another key") is None
+    assert Checkpoints(tmp_path / "other.csv").load("key") is None
     again.delete()
-    assert again.load(0, "key") is None
+    assert again.load("key") is None
     assert not again.folder.exists()
 
 
@@ -93,10 +93,10 @@ def test_tracks_of_another_film_or_made_with_other_options_are_not_used(tmp_path
 @pytest.mark.parametrize("keep", [0, 100])
 def test_a_half_written_file_is_not_used(tmp_path, keep):
     work = Checkpoints(tmp_path / "tracks.csv")
-    work.save(0, "key", [track()], {})
+    work.save("key", [track()], {})
     (file,) = work.folder.iterdir()
     file.write_bytes(file.read_bytes()[:keep])
-    assert work.load(0, "key") is None
+    assert work.load("key") is None
 
 
 def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatch):
@@ -131,6 +131,38 @@ def test_the_command_goes_on_after_an_interruption(curling, tmp_path, monkeypatc
     assert done.err.count("tracked before the interruption") == 2
     assert [k.throw for k in read_tracks(tmp_path / "tracks.csv")] == [0, 1, 2]
     assert [entry["frames"] for entry in done.json()] == [9, 9, 9]
+    assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
+
+
+def test_what_is_kept_of_another_scene_never_stands_in_the_way(curling, tmp_path, monkeypatch):
+    """The second film is damaged at first, and then the scene is corrected."""
+    scene = tmp_path / "scene.json"
+    corners = (
+        '{{"corners_px": {{"home_left": [{}, 590], "home_right": [110, 590], '
+        '"away_left": [10, 10], "away_right": [110, 10]}}}}'
+    )
+    scene.write_text(corners.format(10))
+    films = [tmp_path / f"{name}.mp4" for name in "ab"]
+    films[0].write_bytes(b"film")
+    films[1].write_bytes(b"cut")
+    tracked = []
+
+    def stand_in(path, scene, *, progress, options=None):
+        if path.read_bytes() == b"cut":
+            raise InputError("is no film", source=path)
+        tracked.append(path.name)
+        return tracked_film()
+
+    monkeypatch.setattr(tracking, "track_film", stand_in)
+    call = ("track", *films, "--scene", scene, "-o", tmp_path / "tracks.csv")
+    refused = curling(*call).complaint
+    assert "b.mp4: is no film" in refused
+    assert f"is kept in {tmp_path / 'tracks.csv.unfinished'}; repeat the command" in refused
+    films[1].write_bytes(b"film")
+    scene.write_text(corners.format(11))
+    done = curling(*call)
+    assert done.status == 0, done.err
+    assert tracked == ["a.mp4", "a.mp4", "b.mp4"]
     assert not any(path.suffix == ".unfinished" for path in tmp_path.iterdir())
 
 

@@ -10,11 +10,14 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
+from curling_env.infrastructure import command_files
+from curling_env.infrastructure import together as as_one_result
 from friction_estimation import load_scene
 from friction_estimation.camera import save_scene
 from friction_estimation.film import Film
 from friction_estimation.synthetic import write_film
 from friction_estimation.tracking import SharedCameras, track_each, track_film
+from friction_estimation.tracking.overlay.film import write_overlay
 
 
 @pytest.fixture(scope="module")
@@ -81,7 +84,8 @@ def test_a_camera_is_kept_beside_its_scene_to_the_last_bit_and_used_again(
 def test_a_camera_that_was_kept_for_another_scene_is_solved_again(films, together, tmp_path):
     """The same happens to one that an older version of the program solved."""
     kept = json.loads(films[0].with_name("hall.solved.json").read_text())
-    again = alone(films[1], tmp_path, json.dumps(kept | {"scene": "another"})).refined
+    with command_files():
+        again = alone(films[1], tmp_path, json.dumps(kept | {"scene": "another"})).refined
     assert not np.array_equal(again.covariance, together[0][0].refined.covariance)
     now = json.loads((tmp_path / "hall.solved.json").read_text())
     assert now["scene"] == kept["scene"]
@@ -91,6 +95,25 @@ def test_a_camera_that_was_kept_for_another_scene_is_solved_again(films, togethe
 def test_a_file_of_the_users_under_that_name_stays_as_it_is(films, tmp_path):
     assert alone(films[0], tmp_path, '{"format": "mine"}').refined.measured
     assert (tmp_path / "hall.solved.json").read_text() == '{"format": "mine"}'
+
+
+def test_a_film_that_changes_its_size_gets_no_overlay_and_leaves_no_camera(
+    films, tmp_path, monkeypatch
+):
+    """The film is tracked by its first pictures, and the overlay is refused with the frame."""
+    scene_file = films[0].with_name("hall.scene.json")
+    (tmp_path / "hall.scene.json").write_bytes(scene_file.read_bytes())
+    scene, whole = load_scene(tmp_path / "hall.scene.json"), Film.frames
+
+    def changing(film):
+        for k, (t, frame) in enumerate(whole(film)):
+            yield t, frame if k < 5 else np.ascontiguousarray(frame[::2, ::2])
+
+    with pytest.raises(InputError, match=r"0\.mp4, frame 5: an overlay needs"), as_one_result():
+        (one,) = track_each([films[0]], scene, cameras=SharedCameras(keep=True))
+        monkeypatch.setattr(Film, "frames", changing)
+        write_overlay(films[0], scene, one.found, tmp_path / "seen.mp4")
+    assert [path.name for path in tmp_path.iterdir()] == ["hall.scene.json"]
 
 
 def test_a_tripod_that_has_moved_is_noticed(films, together, tmp_path):

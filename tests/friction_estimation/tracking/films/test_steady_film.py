@@ -2,9 +2,15 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+
+import av
+import cv2
+import numpy as np
 import pytest
 
-from friction_estimation.tracking.films.steady_film import sample_size
+from friction_estimation.film import Film
+from friction_estimation.tracking.films.steady_film import SteadyFilm, sample_size
 
 
 @pytest.mark.parametrize(
@@ -21,3 +27,20 @@ def test_large_frames_are_fewer(size, count):
     assert sample_size(size) == count
     # A median needs several, and memory has an end.
     assert count * 3 * size[0] * size[1] < 450e6
+
+
+def test_pictures_of_another_size_are_left_out(tmp_path):
+    rng = np.random.default_rng(4)
+    path, rate = tmp_path / "changes.avi", Fraction(10)
+    with av.open(str(path), "w", format="avi") as film:
+        stream = film.add_stream("mjpeg", rate=rate)
+        stream.width, stream.height, stream.pix_fmt = 64, 48, "yuvj420p"
+        for k in range(40):
+            size = (48, 64, 3) if k < 30 else (24, 32, 3)
+            picture = cv2.GaussianBlur(rng.integers(0, 255, size, dtype=np.uint8), (0, 0), 3)
+            packet = av.Packet(cv2.imencode(".jpg", picture)[1].tobytes())
+            packet.stream, packet.time_base, packet.is_keyframe = stream, 1 / rate, True
+            packet.pts = packet.dts = k
+            film.mux(packet)
+    steady = SteadyFilm(Film.open(path))
+    assert [frame.shape for _, frame in steady.frames()] == [(48, 64, 3)] * 30

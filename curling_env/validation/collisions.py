@@ -1,0 +1,59 @@
+"""Values of the rows on stones that collide."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from curling_env.physics.contacts import contact_law, find_contacts, new_contacts, solve_contacts
+from curling_env.physics.state import State
+from curling_env.sheet import Stone
+from curling_env.typing import Floats
+from curling_env.validation.shots import Shots
+
+SPEED = 2.0
+"""Of the thrown stone when it hits [m/s]; the shares below do not depend on it."""
+
+
+def after_hit(stone: Stone, fullness: float) -> Floats:
+    """States of the thrown and the struck stone after one contact, (2, 6).
+
+    Parameters
+    ----------
+    stone : both stones
+    fullness : 1 for a full hit, ½ for one of half a stone, 0 for a graze
+    """
+    law = contact_law(stone)
+    sine = 1.0 - fullness
+    stones = np.zeros((2, 6))
+    stones[0, State.VY] = SPEED
+    stones[1, State.X] = law.reach * sine
+    stones[1, State.Y] = law.reach * math.sqrt(1.0 - sine**2)
+    contacts = new_contacts(2)
+    count = find_contacts(law, stones, np.zeros(2, dtype=np.int64), contacts)
+    solve_contacts(law, stones, contacts, count)
+    return stones
+
+
+def struck(shots: Shots) -> float:
+    """Speed of a fully hit stone over the thrown stone's."""
+    return float(after_hit(shots.ice.stone, 1.0)[1, State.VY]) / SPEED
+
+
+def energy_kept(shots: Shots) -> float:
+    """Share of the energy that two stones keep in a full hit."""
+    stones = after_hit(shots.ice.stone, 1.0)
+    return float((stones[:, State.VX : State.VY + 1] ** 2).sum()) / SPEED**2
+
+
+def angle_apart(shots: Shots) -> float:
+    """Angle between the ways of the two stones after a hit of half a stone [degrees]."""
+    stones = after_hit(shots.ice.stone, 0.5)
+    ways = np.arctan2(stones[:, State.VY], stones[:, State.VX])
+    return float(np.degrees(abs(ways[0] - ways[1])))
+
+
+def stone_number(shots: Shots, name: str) -> float:
+    """Return a number of the ice's stones, by its name."""
+    return float(getattr(shots.ice.stone, name))

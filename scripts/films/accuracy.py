@@ -1,0 +1,175 @@
+"""Tracks of films beside the truth, and coarse copies of films.
+
+Each film FOLDER/NAME-K.mp4 has its truth in NAME-K.truth.csv, and that of its camera in
+NAME.scene.json and NAME.truth.json. Only the scoring reads the truth.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import av
+import cv2
+import numpy as np
+
+from curling_env.errors import CurlingError
+from curling_env.infrastructure.files.storage import read_json, read_table
+from curling_env.typing import Floats
+from films.render import COARSE, stream_of
+from friction_estimation import estimate_ice
+from friction_estimation.camera.scene import Scene, load_scene
+from friction_estimation.tracking import track_film
+
+OUT_OF_HAND = 1.0
+"""Rows from this long after the release are scored: before it the thrower is in the way [s]."""
+LEAST_SLIDE = 8.0
+"""Shortest track of one throw whose friction is scored [s]."""
+RESTS = 0.02
+"""A slower stone lies still [m/s]."""
+CLICK_PX = 3.0
+"""Error of a marked point in each coordinate."""
+NORMAL_95 = 1.96
+TRUTH = ("t", "x", "y", "theta")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """The track of a film beside the truth; NaN where there is no track.
+
+    Parameters
+    ----------
+    camera : name of the camera
+    rms_mm : root mean square distance from the truth [mm]
+    within_95 : share of coordinates within their 95 % intervals
+    rms_sigmas : root mean square of error over standard error
+    heading : root mean square error of the heading [rad]
+    mu_error_percent : error of the friction of this one throw [%]
+    short_s : time by which the track ends before the stone rests [s]
+    """
+
+    camera: str
+    rms_mm: float = np.nan
+    within_95: float = np.nan
+    rms_sigmas: float = np.nan
+    heading: float = np.nan
+    mu_error_percent: float = np.nan
+    short_s: float = np.nan
+
+
+def score(film: Path, *, lens: bool = True) -> Score:
+    """Track a film, and compare the track with the truth.
+
+    Parameters
+    ----------
+    film : FOLDER/NAME-K.mp4
+    lens : whether the lens is given and points are exact, or it is unknown and points are 3 px off
+    """
+    cv2.setNumThreads(1)
+    camera = film.stem.rpartition("-")[0]
+    try:
+        path = track_film(film, _scene(film, camera, lens=lens)).trajectory
+    except CurlingError:
+        return Score(camera=camera)
+    table = read_table(film.with_suffix(".truth.csv"), required=TRUTH)
+    truth = {name: table.numbers(name) for name in TRUTH}
+    about = read_json(film.with_name(f"{camera}.truth.json"))
+    released = about.get("released_at_s", about.get("throws", [{}])[0].get("released_at_s", 0.0))
+    scored = path.t >= released + OUT_OF_HAND
+    if not scored.any():
+        return Score(camera=camera)
+    t = path.t[scored]
+    there = np.column_stack([np.interp(t, truth["t"], truth[axis]) for axis in ("x", "y")])
+    off, sigma = path.xy[scored] - there, path.sigma_xy[scored]
+    turned = path.theta[scored] - np.interp(t, truth["t"], truth["theta"])
+    miss = np.angle(np.exp(1j * turned[np.isfinite(turned)]))
+    mu = np.nan
+    if t[-1] - t[0] >= LEAST_SLIDE:
+        mu = 100 * (estimate_ice([path], uniform=True).mu / about["mu"] - 1)
+    return Score(
+        camera=camera,
+        rms_mm=1e3 * float(np.sqrt(np.mean(np.linalg.norm(off, axis=1) ** 2))),
+        within_95=float(np.mean(np.abs(off) <= NORMAL_95 * sigma[:, None])),
+        rms_sigmas=float(np.sqrt(np.mean((off / sigma[:, None]) ** 2))),
+        heading=float(np.sqrt(np.mean(miss**2))) if len(miss) else np.nan,
+        mu_error_percent=mu,
+        short_s=max(_rest_of(truth) - float(t[-1]), 0.0),
+    )
+
+
+def _scene(film: Path, camera: str, *, lens: bool) -> Scene:
+    """Return what a user would give."""
+    scene = load_scene(film.with_name(f"{camera}.scene.json"))
+    if lens:
+        return scene
+    px = scene.points_px
+    px = px + np.random.default_rng([0, len(px)]).normal(0.0, CLICK_PX, px.shape)
+    reader = cv2.VideoCapture(str(film))
+    size = [reader.get(c) for c in (cv2.CAP_PROP_FRAME_WIDTH, cv2.CAP_PROP_FRAME_HEIGHT)]
+    reader.release()
+    px = np.clip(px, 0.0, np.array(size) - 1.0)
+    return replace(scene, points_px=px, camera_matrix=None, distortion=None)
+
+
+def _rest_of(truth: dict[str, Floats]) -> float:
+    """Return the time from which the stone lies still, or that of the last frame [s]."""
+    paces = np.hypot(np.diff(truth["x"]), np.diff(truth["y"])) / np.diff(truth["t"])
+    return float(truth["t"][1:][paces > RESTS].max(initial=truth["t"][0]))
+
+
+# --- copies -------------------------------------------------------------------------------------
+
+
+def coarse_copy(film: Path, folder: Path, lines: int) -> Path:
+    """Write a copy as messengers make it: smaller, and compressed once more.
+
+    Parameters
+    ----------
+    film : FOLDER/NAME-K.mp4
+    folder : where the copy goes, with a scene that fits it and its truth
+    lines : height of the copy's picture
+    """
+    camera = film.stem.rpartition("-")[0]
+    factors = _copied(film, folder / film.name, lines)
+    scene = json.loads((film.parent / f"{camera}.scene.json").read_text())
+    (folder / f"{camera}.scene.json").write_text(json.dumps(_scaled(scene, *factors)))
+    for truth in (f"{camera}.truth.json", f"{film.stem}.truth.csv"):
+        shutil.copyfile(film.parent / truth, folder / truth)
+    return folder / film.name
+
+
+def _copied(film: Path, copy: Path, lines: int) -> tuple[float, float]:
+    """Write the copy of a film, and return by how much its picture is wider and higher."""
+    with av.open(str(film)) as source, av.open(str(copy), "w") as target:
+        seen = source.streams.video[0]
+        height = lines // 2 * 2
+        width = round(seen.width * height / seen.height / 2) * 2
+        assert seen.average_rate is not None
+        stream = stream_of(target, seen.average_rate, (width, height), COARSE, "medium")
+        for frame in source.decode(seen):
+            picture = frame.to_ndarray(format="bgr24")
+            small = cv2.resize(picture, (width, height), interpolation=cv2.INTER_AREA)
+            shown = av.VideoFrame.from_ndarray(small.astype(np.uint8), format="bgr24")
+            target.mux(stream.encode(shown))
+        target.mux(stream.encode(None))
+        return width / seen.width, height / seen.height
+
+
+def _scaled(scene: dict[str, Any], wider: float, higher: float) -> dict[str, Any]:
+    """The scene of a film in another size; pixels are counted from the middle of the first."""
+
+    def at(px: list[float]) -> list[float]:
+        return [(px[0] + 0.5) * wider - 0.5, (px[1] + 0.5) * higher - 0.5]
+
+    scene = dict(scene)
+    if "corners_px" in scene:
+        scene["corners_px"] = {name: at(px) for name, px in scene["corners_px"].items()}
+    if "points" in scene:
+        scene["points"] = [point | {"px": at(point["px"])} for point in scene["points"]]
+    (fx, _, u), (_, fy, v), last = scene["camera_matrix"]
+    u, v = at([u, v])
+    scene["camera_matrix"] = [[fx * wider, 0.0, u], [0.0, fy * higher, v], last]
+    return scene

@@ -1,0 +1,79 @@
+"""Draws on a discovered ice: whether they rest where its standard errors say that they may.
+
+Throws both ways and with both spins slide on the discovered ice and on the sealed truth. Their
+distance is compared with the spread of the plausible ices.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from blind.families import Task
+from blind.law import HOG
+from blind.planned_draws import TrueIce
+
+from curling_env import load_ice
+from curling_env.ice import Ice
+from curling_env.physics import SlideEnd, plausible_ices, release_table, throw_batch
+from curling_env.sheet import TEE_Y
+from curling_env.throw import Release
+from curling_env.typing import Flags, Floats
+from friction_estimation.discovery.discover import discover
+
+ICES = 200
+"""Ices that are drawn of each discovered one."""
+SPEEDS = np.linspace(1.6, 2.7, 56)
+"""From which draws are chosen [m/s]."""
+PAST_TEE = (-1.5, 0.5)
+"""Where the chosen ones rest on the discovered ice [m]."""
+SPIN = 1.5
+"""To either side [rad/s]."""
+Thrown = tuple[float, float, float]
+"""Direction, speed and spin."""
+
+
+def rest_errors(task: Task, seed: int) -> tuple[Floats, Floats]:
+    """Return errors and standard errors along the sheet of draws on a discovered ice, (n,) [m]."""
+    tracks, sealed = task.make(seed)
+    ice = discover(tracks, load_ice("standard") if task.given else None).improved_ice()
+    throws = _draws_on(ice)
+    true = [_true_rest(sealed, *thrown) for thrown in throws]
+    off = np.array(true) - _rests([ice], throws)[0][0]
+    xy, rested = _rests(plausible_ices(ice, ICES, np.random.default_rng(0)), throws)
+    spread = np.nanstd(np.where(rested[..., None], xy, np.nan), axis=0)
+    return off[:, 1], spread[:, 1]
+
+
+def _draws_on(ice: Ice) -> list[Thrown]:
+    """Draws both ways with both spins that rest near the tee on an ice."""
+    chosen: list[Thrown] = []
+    for way in (1.0, -1.0):
+        for spin in (SPIN, -SPIN):
+            throws = [(way, float(speed), spin) for speed in SPEEDS]
+            xy, rested = _rests([ice], throws)
+            past = np.where(rested[0], way * xy[0, :, 1] - TEE_Y, np.inf)
+            if rested.any():
+                chosen += [throws[int(np.argmin(np.abs(past - place)))] for place in PAST_TEE]
+    return chosen
+
+
+def _true_rest(sealed: dict[str, Any], way: float, speed: float, spin: float) -> Floats:
+    pattern = np.array(sealed["pattern"]).reshape(-1, 3)
+    true = TrueIce(numbers=np.array(sealed["numbers"]), pattern=pattern, direction=way)
+    return true.rest(np.array([speed, 0.0, spin]), (0.0, 0.0))
+
+
+def _rests(ices: list[Ice], throws: list[Thrown]) -> tuple[Floats, Flags]:
+    """Where throws rest on ices, (ices, throws, 2) [m], and whether they do."""
+    releases = release_table(
+        [
+            Release(x=0.0, y=-way * HOG, vx=0.0, vy=way * speed, theta=0.0, omega=spin)
+            for way, speed, spin in throws
+        ]
+    )
+    which = np.repeat(np.arange(len(ices)), len(throws))
+    found = throw_batch(ices, np.tile(releases, len(ices)), which=which)
+    shape = len(ices), len(throws)
+    xy = np.stack([found.x, found.y], axis=-1).reshape(*shape, 2)
+    return xy, (found.end == SlideEnd.REST).reshape(shape)
