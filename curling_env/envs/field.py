@@ -17,7 +17,28 @@ from curling_env.physics.slides import SlideEnd, play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
 from curling_env.throw import Delivery, velocity_of
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Integers
+
+
+def releases_of(throws: Floats, direction: int | Integers, delivery: Delivery) -> NDArray[Any]:
+    """Releases of throws, of RELEASE_DTYPE.
+
+    Parameters
+    ----------
+    throws : (n, 9) rows of offset, speed, angle, spin, identifier, clock, order, begin and end of
+        sweeping
+    direction : the end played to, 1 or -1; one for all throws or (n,)
+    delivery : where throws begin
+    """
+    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
+    vx, vy = velocity_of(speed, angle, direction)
+    columns = {"x": direction * x, "y": -direction * delivery.line_y, "vx": vx, "vy": vy}
+    columns |= {"omega": spin, "stone": stone, "clock": clock, "order": order}
+    columns |= {"sweep_start": begin, "sweep_end": until}
+    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
+    for name, values in columns.items():
+        releases[name] = values
+    return releases
 
 
 class Field:
@@ -43,9 +64,8 @@ class Field:
         self,
         stones: Floats,
         identifiers: Sequence[int],
-        throws: Floats,
+        releases: NDArray[Any],
         direction: int,
-        delivery: Delivery,
         *,
         alone: bool = False,
     ) -> Positions:
@@ -55,24 +75,14 @@ class Field:
         ----------
         stones : (n, k, 2) the stones before, sheet frame; NaN where there is none [m]
         identifiers : (k,) of these stones
-        throws : (n, 9) rows of offset, speed, angle, spin, identifier, clock, order, begin and end
-            of sweeping
+        releases : (n,) from `releases_of`
         direction : the end played to, 1 or -1
-        delivery : where throws begin
         alone : whether no stones lie; what happens among stones need then not be compiled
 
         Raises
         ------
         InputError : stones outside the lines or in one place, or ice on which one never stops
         """
-        x, speed, angle, spin, stone, clock, order, begin, until = throws.T
-        vx, vy = velocity_of(speed, angle, direction)
-        columns = {"x": direction * x, "y": -direction * delivery.line_y, "vx": vx, "vy": vy}
-        columns |= {"omega": spin, "stone": stone, "clock": clock, "order": order}
-        columns |= {"sweep_start": begin, "sweep_end": until}
-        releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-        for name, values in columns.items():
-            releases[name] = values
         bounds = self._bounds[direction]
         if alone:
             after = _alone(self.ice, releases, bounds)

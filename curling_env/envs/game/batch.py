@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.envs.field import Field
+from curling_env.envs.field import Field, releases_of
 from curling_env.envs.game.core import DIRECTION
 from curling_env.envs.game.end_core import End, PlayOneByOne
 from curling_env.game.players import Call, SweepInterval
@@ -70,7 +70,8 @@ def _play_on_one_ice(
     sweeps = sweeps_of(simulator, calls, thrown)
     numbers = [(own[-1], s.clock, s.throws) for own, s in zip(identifiers, states, strict=True)]
     throws = np.hstack([thrown, numbers, sweeps])
-    after = ice.field.play(places, names, throws, DIRECTION, simulator.delivery)
+    releases = releases_of(throws, DIRECTION, simulator.delivery)
+    after = ice.field.play(places, names, releases, DIRECTION)
     xy = after.xy - np.array([0.0, TEE_Y])
     last = xy[:, -1].tolist()
     apart = after.xy[:, :-1] != places

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.envs.field import Field
+from curling_env.envs.field import Field, releases_of
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
@@ -166,12 +166,13 @@ def play_together(throws: Throws) -> Flown:
     table = np.zeros((n, 9))
     table[:, 1:4], table[:, 4] = throws.numbers, FIRST_OWN_STONE + throws.order
     table[:, 5], table[:, 6] = throws.clock, throws.order
+    releases = releases_of(table, throws.direction, throws.delivery)
     alike: dict[tuple[Surface, int], list[int]] = {}
     for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
         alike.setdefault(key, []).append(row)
     for (surface, end), rows in alike.items():
         before, names = throws.stones[rows, :, :2], throws.identifiers
-        after = surface.play(before, names, table[rows], end, throws.delivery, alone=k == 0)
+        after = surface.play(before, names, releases[rows], end, alone=k == 0)
         stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
         last[rows], time[rows] = after.last[:, -1], after.time
         status[rows] = surface.statuses(after, end)[:, -1]
