@@ -204,11 +204,13 @@ class Film:
                 if not self.whole and index >= self.frame_count:
                     return
                 if index < len(self.times):
-                    yield self.times[index], LazyFrame(frame)
+                    last = self.times[index]
+                    yield last, LazyFrame(frame)
                     continue
                 moment = stamp(frame, stream) / self.slow
                 if first is None:
-                    first, t = moment, 0.0
+                    t = last + 1 / self.fps if self.times else 0.0  # a table may end too early
+                    first = moment - t
                 else:
                     t = moment - first
                     if self.fps_given or not t > last + 0.05 / self.fps:

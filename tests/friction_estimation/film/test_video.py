@@ -32,6 +32,13 @@ def test_a_given_rate_replaces_the_films_own(tmp_path):
     assert [t for t, _ in film.frames()] == pytest.approx(np.arange(5) / 50)
 
 
+def test_frames_after_the_end_of_a_table_of_times_go_on_at_the_films_rate(tmp_path):
+    path = film_of(tmp_path / "a.mp4", range(20, 120, 20))
+    (tmp_path / "a.mp4.times.csv").write_text("t\n5.0\n5.1\n")
+    times = [t for t, _ in Film.open(path).frames()]
+    assert times == pytest.approx([0.0, 0.1, 0.14, 0.18, 0.22])
+
+
 def test_a_film_with_the_longest_name_that_a_disk_takes_is_read(tmp_path):
     path = tmp_path / ("é" * 125 + ".mp4")
     film_of(path, [20, 60, 100])

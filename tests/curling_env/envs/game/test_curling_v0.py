@@ -51,7 +51,7 @@ def test_max_cycles():
 
 
 def test_a_game_of_blank_ends_is_truncated(monkeypatch):
-    monkeypatch.setattr("curling_env.envs.game.curling_v0.MOST_EXTRA_ENDS", 1)
+    monkeypatch.setattr("curling_env.envs.game.match_core.MOST_EXTRA_ENDS", 1)
     game = curling_v0.env(ends=1, skill="none")
     game.reset(seed=0)
     for agent in game.agent_iter(200):
