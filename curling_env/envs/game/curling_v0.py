@@ -18,15 +18,15 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
     turn_based_aec_to_parallel_wrapper,
 )
 
-from curling_env.envs.game.core import GameIce, score_of
-from curling_env.envs.game.match_core import TEAMS, Match, MatchCore
+from curling_env.envs.game.core import score_of
+from curling_env.envs.game.match_core import TEAMS, CallableState, Match, MatchCore
 from curling_env.envs.game.observation import GameObservation
 from curling_env.envs.game.rendering import GameClip, GameRenderer, check_paths, clips_of
 from curling_env.envs.options import whole_number
 from curling_env.envs.rendering import FPS, RENDER_MODES, Screen
 from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState
-from curling_env.typing import Image, Singles
+from curling_env.typing import Image
 
 
 def env(**settings: Any) -> wrappers.OrderEnforcingWrapper[str, Any, Any]:
@@ -50,41 +50,6 @@ def parallel_env(
     settings : options of `raw_env`
     """
     return turn_based_aec_to_parallel_wrapper(raw_env(max_throws=max_cycles, **settings))
-
-
-class CallableState(GameState):
-    """A game to keep and to go on from, which when called returns PettingZoo's array of it."""
-
-    __slots__ = ("core", "ice")
-    core: MatchCore
-    ice: GameIce
-
-    @classmethod
-    def of(cls, match: Match, core: MatchCore) -> CallableState:
-        """The state of a game as one that may be called.
-
-        Parameters
-        ----------
-        match : the game
-        core : makes the array, on the ice of the game
-        """
-        state = match.state
-        if isinstance(state, cls) and getattr(state, "ice", None) is match.ice:
-            return state
-        game = cls(
-            game=state.game,
-            seed=state.seed,
-            throws=state.throws,
-            clock=state.clock,
-            wear=state.wear,
-        )
-        object.__setattr__(game, "core", core)  # frozen
-        object.__setattr__(game, "ice", match.ice)
-        return game
-
-    def __call__(self) -> Singles:
-        """All observations of the game, in `state_space`: the home team's flat observation."""
-        return self.core.seen_by_all(Match(self.ice, self))
 
 
 class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's

@@ -243,3 +243,38 @@ class MatchCore(GameCore):
         """All observations of a game, in `state_space`: the home team's flat observation."""
         self._flat = self._flat.on(match.ice.observation.known)
         return row_of(self._flat.observe([match.state], Team.HOME, match.end_played_to), 0)
+
+
+class CallableState(GameState):
+    """A game to keep and to go on from, which when called returns PettingZoo's array of it."""
+
+    __slots__ = ("core", "ice")
+    core: MatchCore
+    ice: GameIce
+
+    @classmethod
+    def of(cls, match: Match, core: MatchCore) -> CallableState:
+        """The state of a game as one that may be called.
+
+        Parameters
+        ----------
+        match : the game
+        core : makes the array, on the ice of the game
+        """
+        state = match.state
+        if isinstance(state, cls) and getattr(state, "ice", None) is match.ice:
+            return state
+        game = cls(
+            game=state.game,
+            seed=state.seed,
+            throws=state.throws,
+            clock=state.clock,
+            wear=state.wear,
+        )
+        object.__setattr__(game, "core", core)  # frozen
+        object.__setattr__(game, "ice", match.ice)
+        return game
+
+    def __call__(self) -> Singles:
+        """All observations of the game, in `state_space`: the home team's flat observation."""
+        return self.core.seen_by_all(Match(self.ice, self))
