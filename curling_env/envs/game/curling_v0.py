@@ -7,6 +7,7 @@ game as a parallel environment, in which only the action of the team to throw co
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import wraps
 from typing import Any, ClassVar
 
 from gymnasium import spaces
@@ -101,6 +102,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         "render_fps": FPS,
     }
 
+    @wraps(MatchCore.__init__)
     def __init__(self, **settings: Any) -> None:
         AECEnv.__init__(self)  # pyright: ignore[reportUnknownMemberType]
         MatchCore.__init__(self, **settings)
