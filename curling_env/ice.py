@@ -21,8 +21,9 @@ from curling_env.ice_form import (
     Interpolation,
     LevelDocument,
 )
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import FileFormat, checked
-from curling_env.infrastructure.files.storage import read_json, write_json, write_table
+from curling_env.infrastructure.files.storage import write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
 from curling_env.worn_tracks import WornTracks

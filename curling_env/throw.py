@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import InputError, OutOfRangeError
-from curling_env.infrastructure.files.storage import Column, read_table, write_table
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure.files.table import Column, read_table
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.typing import Floats
 

@@ -11,13 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import (
-    Column,
-    Table,
-    read_table,
-    read_text,
-    write_table,
-)
+from curling_env.infrastructure.files.reading import read_text
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure.files.table import Column, Table, read_table
 from curling_env.typing import Floats
 
 TRACK_TABLE = (

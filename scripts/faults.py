@@ -230,7 +230,7 @@ def _drafts(folder: Path) -> list[str]:
 
 def _unreadable(folder: Path, names: set[str]) -> list[str]:
     """Results that no reader accepts."""
-    from curling_env.infrastructure.files.storage import read_arrays, read_json, read_text
+    from curling_env.infrastructure.files.reading import read_arrays, read_json, read_text
     from friction_estimation.film.video import Film
 
     readers: dict[str, Callable[[Path], object]] = {

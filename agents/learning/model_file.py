@@ -16,8 +16,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import parse_json, read_arrays
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.storage import write_arrays
 
 MODEL_FORMAT = FileFormat(name="curling-agent/1", what="a model")
 _ARRAY = "$array"

@@ -9,8 +9,8 @@ import msgspec
 import numpy as np
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import checked, within
-from curling_env.infrastructure.files.storage import read_json
 from curling_env.typing import Flags, Floats
 
 MOST_STONES = 64

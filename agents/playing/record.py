@@ -22,8 +22,9 @@ from curling_env.game.rules import Game, Team
 from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
 from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.reading import confined, parse_json, read_text
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import confined, parse_json, read_text, write_text
+from curling_env.infrastructure.files.storage import write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 

@@ -36,7 +36,7 @@ def simulate(
     """
     from curling_env.errors import InputError
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import atomic_path
+    from curling_env.infrastructure.files.writing import atomic_path
     from curling_env.physics import session
     from curling_env.throw import read_releases
     from curling_env.trajectory import write_tracks

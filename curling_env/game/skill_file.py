@@ -10,8 +10,9 @@ from typing import Annotated, Any
 import msgspec
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.throw import MIN_TAILS, SKILLS, Skill
 
 SKILL_FORMAT = FileFormat(name="curling-skill/1", what="a skill file")

@@ -20,7 +20,7 @@ from matplotlib.patches import Circle, Ellipse
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from curling_env.infrastructure.files.storage import atomic_path
+from curling_env.infrastructure.files.writing import atomic_path
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,

@@ -12,8 +12,9 @@ import numpy as np
 from msgspec import Meta
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
 from friction_estimation.camera.lens import TERMS

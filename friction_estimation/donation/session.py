@@ -17,8 +17,9 @@ from msgspec import Meta
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.infrastructure.files.table import Table
 from curling_env.trajectory import TRACK_TABLE, Trajectory, track_columns, tracks_of
 from friction_estimation.camera.scene import Scene, SceneDocument, document_of, scene_of

@@ -20,7 +20,7 @@ from av.error import FFmpegError
 
 from curling_env.ice import load_ice
 from curling_env.infrastructure.executor import begin_worker
-from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.infrastructure.files.writing import atomic_path, make_directory
 from curling_env.physics import slide
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory

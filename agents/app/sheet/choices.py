@@ -10,7 +10,7 @@ from agents.app.club.planned_ice import sessions_with_causes
 from agents.app.views.coached import errors_of
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.files.storage import read_json
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.throw import Skill, skill_named
 
 if TYPE_CHECKING:

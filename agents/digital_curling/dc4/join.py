@@ -42,8 +42,8 @@ from agents.digital_curling.join import WireLog
 from agents.digital_curling.messages import TEAMS, SettingMessage, ShotMessage, TeamName
 from curling_env.errors import InputError
 from curling_env.game.rules.rulesets import ARRANGEMENTS
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import Short, checked, within
-from curling_env.infrastructure.files.storage import parse_json
 
 PATIENCE = 20.0
 """Time in which the server must answer a request [s]."""

@@ -15,8 +15,8 @@ from agents.digital_curling.hosting.server import Hosting, host_game
 from agents.digital_curling.messages import TEAMS
 from curling_env.errors import InputError
 from curling_env.game.rules import Team
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import checked
-from curling_env.infrastructure.files.storage import read_json
 from curling_env.infrastructure.web_server import Certificate, serving
 from curling_env.units import Units
 

@@ -9,7 +9,7 @@ from threading import Event, Thread
 from typing import Any
 
 from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.files.storage import parse_json
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.local_server import (
     ADDRESS,
     LocalHandler,
