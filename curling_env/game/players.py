@@ -27,8 +27,8 @@ PLAYER_GROUP = "curling.players"
 PLAYER_FILE_GROUP = "curling.player_files"
 """The entry-point group of functions that make a player of a file, named by the file's suffix."""
 OWN_PLAYERS = {
-    "draw": "curling_env.game.opponents.draw:DrawPlayer",
-    "rulebased": "curling_env.game.opponents.rulebased:RuleBasedPlayer",
+    "draw": "curling_env.game.opponents:DrawPlayer",
+    "rulebased": "curling_env.game.opponents:RuleBasedPlayer",
 }
 """Players that every installation has, whatever becomes of other packages."""
 

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.ice import Ice
-from curling_env.render.canvas import Canvas, Colour, blank, tint
-from curling_env.render.text import write
+from curling_env.render.canvas import Canvas, Colour, blank, tint, write
 from curling_env.sheet import (
     BACK_LINE_Y,
     HACK_Y,

@@ -42,7 +42,7 @@ from agents.digital_curling.hosting.setting import HostSetting
 from agents.digital_curling.join import WireLog
 from agents.digital_curling.messages import ConcedeMessage, Point, ShotMessage
 from curling_env.errors import CurlingError
-from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game.opponents import DrawPlayer
 from curling_env.game.rules import Team
 from curling_env.ice import load_ice
 from fuzz.mutations import damaged
