@@ -17,7 +17,7 @@ import numpy as np
 from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules import End, RestingStone, Team, count, shot_order
 from curling_env.game.rules.delivery import guards
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.ice import Ice
 from curling_env.physics.aim import Aim
 from curling_env.sheet import HOUSE_RADIUS, Direction

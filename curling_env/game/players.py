@@ -13,7 +13,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import Game
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.game.rules.scoring import count
 from curling_env.game.rules.teams import Team
 from curling_env.ice import Ice
