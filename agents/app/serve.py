@@ -12,7 +12,7 @@ from agents.app.club import Club
 from curling_env.errors import OutputError
 from curling_env.infrastructure.local_server import ADDRESS, network_address
 from curling_env.infrastructure.threads import one_thread
-from curling_env.infrastructure.web_server import listening, serving_at
+from curling_env.infrastructure.web_server import listening, serving
 
 USUAL_PORT = 8711
 """Tried first, so that addresses stay the same from day to day."""
@@ -72,7 +72,7 @@ def serve(
 
 
 async def _serve(app: ASGIApp, listener: socket.socket) -> None:
-    async with serving_at(app, listener):
+    async with serving(app, listener):
         await asyncio.Event().wait()
 
 

@@ -34,6 +34,6 @@ __getattr__, __dir__ = lazy_names(
         "local_server": ("LocalHandler", "LocalServer"),
         "plugins": ("what_hides",),
         "provenance": ("typed",),
-        "web_server": ("Certificate", "serving"),
+        "web_server": ("Certificate", "listening", "serving"),
     },
 )

@@ -8,11 +8,10 @@ and no number of connections holds more than a few threads.
 from __future__ import annotations
 
 import socket
-import time
 from collections.abc import Collection
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Lock
+from threading import BoundedSemaphore
 from typing import Any
 
 PATIENCE = 10.0
@@ -61,33 +60,24 @@ class LocalServer(ThreadingHTTPServer):
         address: str = ADDRESS,
         hosts: Collection[str] = (),
     ) -> None:
-        self._open: dict[Any, float] = {}
-        self._lock = Lock()
+        self._free = BoundedSemaphore(MAX_CONNECTIONS)
         super().__init__((address, port), handler)
         names = {ADDRESS, "localhost", address, *hosts}
         self.own_hosts = frozenset(f"{name}:{self.server_address[1]}" for name in names)
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Begin a thread, unless too many are busy; one that has idled too long makes room."""
-        with self._lock:
-            full = len(self._open) >= MAX_CONNECTIONS
-            oldest = min(self._open, key=self._open.__getitem__) if full else None
-            idled = oldest is None or time.monotonic() - self._open[oldest] >= PATIENCE
-            if idled and oldest is not None:
-                _hang_up(oldest)
-                del self._open[oldest]
-            if idled:
-                self._open[request] = time.monotonic()
-        if idled:
+        """Begin a thread, unless too many are busy."""
+        if self._free.acquire(blocking=False):
             super().process_request(request, client_address)
         else:
-            self.shutdown_request(request)  # takes the lock itself
+            self.shutdown_request(request)
 
-    def close_request(self, request: Any) -> None:
-        """Forget a connection that has been answered."""
-        with self._lock:
-            self._open.pop(request, None)
-        super().close_request(request)
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing: a stranger's broken request is no matter for the terminal."""
@@ -151,10 +141,3 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Log nothing, because standard error is for the user's messages."""
-
-
-def _hang_up(connection: Any) -> None:
-    try:
-        connection.shutdown(socket.SHUT_RDWR)
-    except OSError:  # it has gone already
-        return

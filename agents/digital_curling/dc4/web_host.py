@@ -17,7 +17,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules import Team
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import checked
-from curling_env.infrastructure.web_server import Certificate, serving
+from curling_env.infrastructure.web_server import Certificate, listening, serving
 from curling_env.units import Units
 
 FAREWELL = 2.0
@@ -87,7 +87,8 @@ async def host_on_the_web(
         for team in Team
     )
     pages = application(match, passwords, units=units)
-    async with serving(pages, address, http_port, certificate=certificate) as port:
+    listener = listening(address, http_port)
+    async with serving(pages, listener, certificate=certificate) as port:
         try:
             game = await host_game(
                 hosting,
