@@ -9,7 +9,7 @@ import numpy as np
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.commands.page_benchmarks import page_measures
-from curling_env.commands.benchmarks import Measure, rate
+from curling_env.benchmarks.measures import Measure, rate
 from curling_env.envs.game.end_env import CurlingEndEnv
 from curling_env.envs.game.end_vector_env import CurlingEndVectorEnv
 

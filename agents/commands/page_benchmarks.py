@@ -12,7 +12,7 @@ import numpy as np
 
 from agents.app.sheet import calls, games, plans, runs
 from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, asked
-from curling_env.commands.benchmarks import Measure
+from curling_env.benchmarks.measures import Measure
 from curling_env.ice import Ice, load_ice
 from curling_env.sheet import TEE_Y
 from curling_env.throw import SKILLS

@@ -25,7 +25,7 @@ def bench(
     """
     from importlib.metadata import entry_points
 
-    from curling_env.commands.benchmarks import Measure, measures
+    from curling_env.benchmarks.measures import Measure, measures
     from curling_env.typing import with_progress
 
     sources = [measures]

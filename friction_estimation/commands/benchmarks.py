@@ -8,7 +8,7 @@ from tempfile import TemporaryDirectory
 
 import cv2
 
-from curling_env.commands.benchmarks import Measure, rate
+from curling_env.benchmarks.measures import Measure, rate
 from curling_env.ice import load_ice
 from curling_env.physics.slides import slide
 from curling_env.throw import Throw

@@ -19,7 +19,7 @@ from release import pages as release_pages
 from website.__main__ import build
 
 from agents.commands.page_benchmarks import page_measures
-from curling_env.commands.benchmarks import import_time
+from curling_env.benchmarks.measures import import_time
 from curling_env.typing import Flags
 from measures import coaching
 

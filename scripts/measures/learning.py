@@ -26,7 +26,7 @@ from agents.learning.zoo import ALGORITHMS
 from agents.models import load
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.offline_data import DATASET, RECORDED, _episodes
-from curling_env.commands import benchmarks
+from curling_env.benchmarks import measures as benchmarks
 from curling_env.envs.random_ice import KNOWLEDGE, RandomIces
 from curling_env.envs.stable_baselines import CurlingVecEnv
 from curling_env.game import player_named

@@ -10,7 +10,7 @@ from validation import tables
 
 from agents.commands import benchmarks as game_benchmarks
 from curling_env import Ice, Release, Throw, load_ice
-from curling_env.commands import benchmarks
+from curling_env.benchmarks import measures as benchmarks
 from curling_env.ice import ActiveEffect
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.physics import FINE_TOLERANCE, QUICK_TOLERANCE, IceInUse, slide

@@ -17,6 +17,7 @@ import numpy as np
 
 from agents.playing import SearchPlayer, play_game
 from curling_env import Direction, Throw
+from curling_env.benchmarks.throws import draws_and_hits, houses, mapped_ice
 from curling_env.game import (
     TYPICAL_EVOLUTION,
     Call,
@@ -28,7 +29,6 @@ from curling_env.game import (
     rule_set,
 )
 from curling_env.physics import play_batch, play_bounds
-from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
 from curling_env.typing import Floats
 
 STORED = Path(__file__).with_name("recorded_game.json")

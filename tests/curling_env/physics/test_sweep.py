@@ -12,12 +12,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from curling_env.benchmarks.throws import draws_and_hits
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.infrastructure import ProcessExecutor, WorkersLostError, read_table
 from curling_env.infrastructure.executor import executor
 from curling_env.physics import Sweep, run
-from curling_env.physics.sample_throws import draws_and_hits
 from curling_env.physics.sweep import PIECE_SIZE, executed, throw_piece
 from curling_env.throw import SKILLS, Throw, write_releases
 

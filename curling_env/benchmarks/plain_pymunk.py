@@ -11,8 +11,15 @@ from curling_env.ice import Ice
 from curling_env.physics.motion import GRAVITY
 
 
-def throw_in_pymunk(ice: Ice, throw: Any, rate_hz: float = 60.0) -> None:
-    """Move a stone with pymunk and slow it in a Python callback, 60 times per second."""
+def throw_in_pymunk(ice: Ice, throw: Any, rate_hz: float = 60.0) -> tuple[float, float]:
+    """Move a stone with pymunk, slow it in a Python callback, and return where it rests [m].
+
+    Parameters
+    ----------
+    ice : standard ice, with any friction map
+    throw : release, an element of an array of RELEASE_DTYPE
+    rate_hz : steps per second
+    """
     stone, sheet = ice.stone, ice.sheet
     mu, cell = ice.friction.mu, sheet.cell_size
     exponent = float(ice.effects[0].parameters["exponent"])
@@ -45,4 +52,5 @@ def throw_in_pymunk(ice: Ice, throw: Any, rate_hz: float = 60.0) -> None:
     for _ in range(int(60 * rate_hz)):
         space.step(1.0 / rate_hz)
         if body.velocity.length < 1e-3:
-            return
+            break
+    return body.position.x, body.position.y

@@ -105,8 +105,8 @@ def measures() -> Iterator[Measure]:
 
 def batch_rates() -> Iterator[Measure]:
     """Throws per second in a batch, on an empty sheet and among stones."""
+    from curling_env.benchmarks.throws import draws_and_hits, houses, mapped_ice
     from curling_env.physics.batch import play_batch, throw_batch
-    from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
     from curling_env.physics.slides import play_bounds
 
     rng = np.random.default_rng(1)
@@ -127,8 +127,8 @@ def environment_rates() -> Iterator[Measure]:
     """Throws per second of the environments, and of pymunk alone for comparison."""
     import gymnasium
 
-    from curling_env.physics.plain_pymunk import throw_in_pymunk
-    from curling_env.physics.sample_throws import draws_and_hits, houses, mapped_ice
+    from curling_env.benchmarks.plain_pymunk import throw_in_pymunk
+    from curling_env.benchmarks.throws import draws_and_hits, houses, mapped_ice
 
     rng = np.random.default_rng(2)
     ice = mapped_ice(rng)
