@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.errors import InputError, OutOfRangeError
+from curling_env.errors import InputError, OutOfRangeError, placed
 from curling_env.infrastructure.files.storage import write_table
 from curling_env.infrastructure.files.table import Column, read_table
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
@@ -274,13 +274,11 @@ def read_releases(path: str | Path) -> list[Release]:
                 where=table.where(row, "throw"),
             )
         seen.add(throw)
-        try:
+        with placed(source=path, where=table.where(row)):
             release = Release(**dict(zip(names, values, strict=True)), order=row, throw=throw)  # pyright: ignore[reportArgumentType]
             if release.vx == release.vy == 0:
                 raise InputError("a release needs a speed above 0, got vx = vy = 0")
             releases.append(release)
-        except InputError as error:
-            raise InputError(error.problem, source=path, where=table.where(row)) from error
     return releases
 
 

@@ -9,7 +9,7 @@ from typing import Annotated, Any
 
 import msgspec
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
 from curling_env.infrastructure.files.storage import write_json
@@ -55,7 +55,7 @@ def load_skill(source: str | Path | Skill) -> Skill:
             f"{', '.join(SKILLS)}"
         )
     document = read_json(source)
-    try:
+    with placed(source=source):
         skill = checked(SKILL_FORMAT.accept(document), SkillDocument)
         return Skill(
             name=skill.name,
@@ -66,8 +66,6 @@ def load_skill(source: str | Path | Skill) -> Skill:
             correlation=skill.correlation,
             source=skill.source,
         )
-    except InputError as error:
-        raise InputError(error.problem, source=source, where=error.where) from error
 
 
 def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | None = None) -> None:

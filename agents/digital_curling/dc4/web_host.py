@@ -13,7 +13,7 @@ from agents.digital_curling.hosting.hosted_game import HostedGame
 from agents.digital_curling.hosting.seats import Seat
 from agents.digital_curling.hosting.server import Hosting, host_game
 from agents.digital_curling.messages import TEAMS
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.game.rules import Team
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import checked
@@ -34,10 +34,8 @@ def read_passwords(path: Path | None) -> dict[str, str]:
     """
     if path is None:
         return {name: secrets.token_urlsafe(12) for name in TEAMS}
-    try:
+    with placed(source=path):
         users = checked(read_json(path), dict[str, str])
-    except InputError as error:
-        raise InputError(error.problem, source=path, where=error.where) from error
     if not 1 <= len(users) <= MAX_USERS or any(not u or ":" in u for u in users):
         raise InputError(f"expected 1 to {MAX_USERS} users, whose names have no colon", source=path)
     if any(len(password) < 8 for password in users.values()):
