@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-from math import inf, isfinite
+from dataclasses import asdict
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -57,15 +58,11 @@ def load_skill(source: str | Path | Skill) -> Skill:
     document = read_json(source)
     with placed(source=source):
         skill = checked(SKILL_FORMAT.accept(document), SkillDocument)
-        return Skill(
-            name=skill.name,
-            sigma_speed=skill.sigma_speed,
-            sigma_angle=skill.sigma_angle,
-            sigma_spin=skill.sigma_spin,
-            tails=inf if skill.tails is None else skill.tails,
-            correlation=skill.correlation,
-            source=skill.source,
-        )
+        fields: dict[str, Any] = msgspec.structs.asdict(skill)
+        del fields["format"], fields["provenance"]
+        if skill.tails is None:
+            del fields["tails"]
+        return Skill(**fields)
 
 
 def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | None = None) -> None:
@@ -77,19 +74,9 @@ def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | N
     path : file to write
     provenance : where it comes from
     """
-    write_json(path, skill_document(skill, provenance))
-
-
-def skill_document(skill: Skill, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
-    """The skill as its file holds it, for JSON."""
-    return {
-        "format": SKILL_FORMAT.name,
-        "name": skill.name,
-        "sigma_speed": skill.sigma_speed,
-        "sigma_angle": skill.sigma_angle,
-        "sigma_spin": skill.sigma_spin,
-        **({"tails": skill.tails} if isfinite(skill.tails) else {}),
-        **({"correlation": skill.correlation} if skill.correlation else {}),
-        "source": skill.source,
-        **({"provenance": provenance} if provenance else {}),
-    }
+    document = {"format": SKILL_FORMAT.name, **asdict(skill)}
+    if skill.tails == inf:
+        del document["tails"]  # JSON has no infinity
+    if not skill.correlation:
+        del document["correlation"]
+    write_json(path, document | ({"provenance": provenance} if provenance else {}))
