@@ -13,7 +13,6 @@ import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.common_errors import LevelError, check_common
 from curling_env.errors import InputError, placed
 from curling_env.ice_form import (
     MAX_PARAMETER,
@@ -21,6 +20,8 @@ from curling_env.ice_form import (
     IceDocument,
     Interpolation,
     LevelDocument,
+    LevelError,
+    check_common,
 )
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import FileFormat, checked

@@ -14,6 +14,8 @@ from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import BoundedSemaphore
 from typing import Any
 
+from curling_env.errors import OutputError
+
 PATIENCE = 10.0
 """Time after which a connection that has not been answered is closed [s]."""
 MAX_CONNECTIONS = 16
@@ -26,12 +28,15 @@ def network_address() -> str:
 
     Raises
     ------
-    OSError : this machine is in no network
+    OutputError : this machine is in no network
     """
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        # Nothing is sent: the system only says from which address it would be.
-        probe.connect(("192.0.2.1", 9))
-        return str(probe.getsockname()[0])
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            # Nothing is sent: the system only names the address from which it would be.
+            probe.connect(("192.0.2.1", 9))
+            return str(probe.getsockname()[0])
+    except OSError as error:
+        raise OutputError("this machine is in no network in which to share the page") from error
 
 
 class LocalServer(ThreadingHTTPServer):

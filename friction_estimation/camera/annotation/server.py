@@ -57,10 +57,7 @@ class AnnotationServer:
         self.page = AnnotationPage(annotation, self._keep, units=units)
         self._done = Event()
         self._secret = secrets.token_urlsafe(16)
-        try:
-            self._host = network_address() if share else ADDRESS
-        except OSError as error:
-            raise OutputError("this machine is in no network in which to share the page") from error
+        self._host = network_address() if share else ADDRESS
         try:
             everywhere = {"address": "0.0.0.0", "hosts": [self._host]} if share else {}
             self._server = LocalServer(_handler(self), port, **everywhere)
