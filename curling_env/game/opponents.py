@@ -18,7 +18,6 @@ from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules import End, RestingStone, Team, count, shot_order
 from curling_env.game.rules.delivery import guards
 from curling_env.game.rules.rulesets import Side
-from curling_env.ice import Ice
 from curling_env.physics.aim import Aim
 from curling_env.sheet import HOUSE_RADIUS, Direction
 from curling_env.throw import Delivery, Throw
@@ -33,27 +32,19 @@ class AimingPlayer(Player):
     """A player that chooses shots; its methods turn them into throws."""
 
     def __init__(self) -> None:
-        self._aims: dict[tuple[Direction, Delivery], tuple[Ice, Aim]] = {}
-        self._to_button: dict[tuple[Direction, Delivery], tuple[Ice, Throw]] = {}
+        self._aims: dict[tuple[Direction, Delivery], Aim] = {}
 
     def aim(self, view: PlayerView) -> Aim:
         """The aim on the known ice towards the end played to."""
         key = view.direction, view.delivery
-        known = self._aims.get(key)
-        if known is None or known[0] is not view.ice:
-            known = (view.ice, Aim(view.ice, view.direction, delivery=view.delivery))
-            self._aims[key] = known
-        return known[1]
+        if key not in self._aims or self._aims[key].ice is not view.ice:
+            self._aims[key] = Aim(view.ice, view.direction, delivery=view.delivery)
+        return self._aims[key]
 
     def to_button(self, view: PlayerView) -> Throw:
-        """The draw to the button on the empty sheet, computed once for each ice."""
-        key, spin = (view.direction, view.delivery), view.delivery.spin
-        known = self._to_button.get(key)
-        if known is None or known[0] is not view.ice:
-            throw = self.aim(view).draw(0.0, 0.0, spin) or Throw(speed=2.1, spin=spin)
-            known = (view.ice, throw)
-            self._to_button[key] = known
-        return known[1]
+        """The draw to the button on the empty sheet."""
+        spin = view.delivery.spin
+        return self.aim(view).draw(0.0, 0.0, spin) or Throw(speed=2.1, spin=spin)
 
     # --- shots ------------------------------------------------------------------------------------
 
