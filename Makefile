@@ -9,6 +9,8 @@ CORE   := $(VENV)/.core-complete
 STAMP  := $(VENV)/.complete
 JOBS   ?= 3
 MINUTES ?= 10
+EXTRAS := dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app
+COMMA  := ,
 TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 
 # One process, one core: the tests run side by side, and numeric libraries that each start a
@@ -41,7 +43,7 @@ $(STAMP): $(CORE) constraints.txt
 	@$(BIN)/python -m pip install --quiet --no-index --no-deps $(TORCH) 2>/dev/null || true
 	@$(BIN)/python -m pip install --quiet --require-hashes --no-deps --requirement constraints.txt
 	@$(BIN)/python -m pip install --quiet --no-build-isolation \
-		--editable '.[dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app]'
+		--editable '.[$(EXTRAS)]'
 	@touch $@
 
 demo: $(CORE)  ## film, track, estimate, plan and throw: the main job on films it renders, into runs/demo
@@ -61,7 +63,8 @@ lint: setup  ## style, types and architecture
 format: setup  ## format the code
 	$(BIN)/ruff check --fix
 	$(BIN)/ruff format
-	$(BIN)/python scripts/notebooks.py --strip
+	$(BIN)/jupyter nbconvert --log-level=WARN --clear-output docs/notebooks/*.ipynb \
+		--ClearMetadataPreprocessor.enabled=True --ClearMetadataPreprocessor.clear_notebook_metadata=False
 
 types: setup  ## strict for curling_env, standard for the rest
 	$(BIN)/basedpyright --warnings
@@ -82,16 +85,16 @@ docs: setup  ## the site, into site/: every warning and broken link is an error
 	@cd scripts && $(SINGLE) ../$(BIN)/python -m website ../site
 
 docs-serve: docs  ## the site in the browser, at http://127.0.0.1:8000/
-	@cd scripts && ../$(BIN)/python -m website ../site --serve
+	@$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory site
 
 docs-test: docs  ## every example of every page is run, and the site is looked at in a browser
 	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py tests/test_site.py
 
 notebooks: setup  ## every notebook executed, as a page with its outputs, into runs/notebooks
-	$(SINGLE) $(BIN)/python scripts/notebooks.py
+	$(SINGLE) $(BIN)/jupyter nbconvert --to html --execute --output-dir runs/notebooks docs/notebooks/*.ipynb
 
 schemas: setup  ## the JSON Schemas of every file format, into docs/schemas
-	cd scripts && ../$(BIN)/python -m schemas
+	$(BIN)/python scripts/schemas.py
 
 soak: setup  ## the property tests with ten seeds of new examples, and ten thousand random ends
 	for seed in 1 2 3 4 5 6 7 8 9 10; do \
@@ -100,18 +103,23 @@ soak: setup  ## the property tests with ten seeds of new examples, and ten thous
 		$(SINGLE) CURLING_SOAK_ENDS=1000 CURLING_SOAK_SEED=$$seed \
 		$(BIN)/pytest -n 0 -q tests/curling_env/game/test_soak.py || exit 1; done
 
-fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command
-	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz --minutes $(MINUTES) --keep ../runs/fuzz
+fuzz: setup  ## ten minutes (MINUTES=60) of hostile inputs to every command; FUZZ='--inputs 10000 --seed 0'
+	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz $(or $(FUZZ),--minutes $(MINUTES))
 
-faults: setup  ## full disks, kills and homes that cannot be written, for every command
-	cd scripts && $(SINGLE) ../$(BIN)/python faults.py
+faults: setup  ## kills at any moment, full disks and odd environments, for every command
+	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz --inputs 300 --keep ../runs/faults \
+		--kinds killed 'full disk' surroundings variables
 
-mutants: setup  ## 300 small faults put into the code, and which of them the tests notice
-	$(BIN)/python scripts/mutation.py --workers $(JOBS)
+mutants: setup  ## 300 small faults put into the code, and the share that the tests notice
+	@$(PYTHON) -m venv runs/tools
+	@runs/tools/bin/python -m pip install --quiet cosmic-ray
+	@runs/tools/bin/python -m pip install --quiet --no-deps --upgrade --target runs/tools/plugins \
+		pytest-testmon pytest-timeout
+	@runs/tools/bin/python scripts/mutation.py --workers $(JOBS) $(MUTANTS)
 
 release-check:  ## wheel and sdist in clean environments of every Python, extras one by one
 	$(PYTHON) -m venv runs/tools
-	runs/tools/bin/python -m pip install --quiet build uv
+	runs/tools/bin/python -m pip install --quiet uv
 	cd scripts && ../runs/tools/bin/python -m release.check $(CHECKS)
 
 sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of licences and sizes
@@ -119,10 +127,20 @@ sbom:  ## bill of materials (CycloneDX) of an installation, and the pages of lic
 	runs/tools/bin/python -m pip install --quiet cyclonedx-bom 'cyclonedx-python-lib[json-validation]' packaging uv
 	cd scripts && ../runs/tools/bin/python -m release.bill
 
+LOCK := runs/lock/bin/uv pip compile pyproject.toml - --quiet --universal --python-version 3.11 \
+	--generate-hashes --no-annotate --custom-compile-command 'make lock'
+
+# uv resolves for all systems and Pythons at once, and keeps versions that fit. Editable installations
+# build with setuptools, which no dependency names. What only PyTorch's build for NVIDIA's GPUs needs
+# is gigabytes, and that build fixes its versions itself.
 lock:  ## constraints.txt and constraints-core.txt, with hashes (UPGRADE=--upgrade: the newest versions)
 	$(PYTHON) -m venv runs/lock
 	runs/lock/bin/python -m pip install --quiet uv
-	runs/lock/bin/python scripts/lock.py $(UPGRADE)
+	echo 'setuptools>=77' | $(LOCK) --output-file constraints.txt $(UPGRADE) \
+		$(foreach extra,$(subst $(COMMA), ,$(EXTRAS)),--extra $(extra))
+	awk 'BEGIN { kept = 1 } /^[a-z]/ { kept = !/^(nvidia-|cuda-|triton==)/ } kept' constraints.txt > runs/lock/new
+	mv runs/lock/new constraints.txt
+	echo 'setuptools>=77' | $(LOCK) --output-file constraints-core.txt --constraint constraints.txt
 
 clean:  ## remove what can be made again (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs site

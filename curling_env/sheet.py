@@ -197,6 +197,9 @@ def tee(direction: Direction) -> Floats:
     return np.array([0.0, direction * TEE_Y])
 
 
+_TEE = np.array([0.0, TEE_Y])
+
+
 def to_delivery(xy: ArrayLike, direction: Direction | Integers) -> Floats:
     """Points (..., 2) from the sheet frame to the delivery frame [m].
 
@@ -205,12 +208,12 @@ def to_delivery(xy: ArrayLike, direction: Direction | Integers) -> Floats:
     xy : points in the sheet frame [m]
     direction : one for all points, or an array of 1 (away) and -1 (home) that broadcasts with xy
     """
-    return direction * np.asarray(xy, dtype=np.float64) - np.array([0.0, TEE_Y])
+    return direction * np.asarray(xy, dtype=np.float64) - _TEE
 
 
 def to_sheet(xy: ArrayLike, direction: Direction | Integers) -> Floats:
     """Points (..., 2) from the delivery frame to the sheet frame [m]; see `to_delivery`."""
-    return direction * (np.asarray(xy, dtype=np.float64) + np.array([0.0, TEE_Y]))
+    return direction * (np.asarray(xy, dtype=np.float64) + _TEE)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -47,8 +47,8 @@ def ends_together() -> Callable[[], int]:
     )
     assert isinstance(env, CurlingEndVectorEnv)
     env.reset(seed=0)
-    single = env.single
-    action = single.action_of(single.opponent.call(single.simulator.view(env.states[0])))
+    view = env.usual.simulator.view(env.states[0])
+    action = env.action_of(env.opponents[0].call(view))
     actions = np.tile(action, (SIDE_BY_SIDE, 1))
 
     def work() -> int:

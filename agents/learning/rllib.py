@@ -28,8 +28,9 @@ from agents.learning.policy import TrainedPolicy, tensors
 from agents.learning.training import make_vec_env, new_model, save_model, step_name
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.executor import WorkersLostError, executor
+from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.writing import make_directory
+from curling_env.infrastructure.workers import WorkersLostError
 from curling_env.typing import Progress, Singles, no_progress
 
 PARAMETER_NAMES = {

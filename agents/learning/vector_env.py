@@ -63,7 +63,7 @@ class SheetVecEnv(CurlingVecEnv):
     def step_async(self, actions: Singles) -> None:
         """Take the actions and add the player's errors."""
         if not self._skill.is_exact:
-            throws = self.sheets.single.throw_range
+            throws = self.sheets.throw_range
             # Errors come in pairs of opposite sign; half of twice as many are independent.
             errors = self._skill.errors(2 * self.num_envs, self._rng)[: self.num_envs]
             actions = throws.actions_of(throws.numbers_of(actions) + errors)

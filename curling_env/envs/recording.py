@@ -1,6 +1,7 @@
 """Films of episodes: every slide from release to rest, as H.264 that browsers and phones play.
 
-Gymnasium's own `RecordVideo` takes one picture a step, and a step here is a whole throw.
+Gymnasium's own `RecordVideo` keeps one picture a step, and a step here is a whole throw; its
+`save_video` holds all pictures of an episode in memory, 9 GB for an end.
 """
 
 # av comes without complete types.

@@ -1,12 +1,19 @@
-"""What all environments share to show themselves: render modes, the drawn sheets, a window."""
+"""How environments are shown: render modes, pictures, films since the last call, a window."""
 
 from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any, Generic, TypeVar
+
+import gymnasium
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.render import SheetRenderer
 from curling_env.render.window import PictureWindow
 from curling_env.sheet import Direction
+from curling_env.typing import Image
 
 RENDER_MODES = ("rgb_array", "rgb_array_list", "human")
 FPS = 30
@@ -14,18 +21,8 @@ FPS = 30
 FILM_SPEED = 4.0
 """How many times faster than it happened a film shows a throw, unless asked otherwise."""
 
-
-def check_render_mode(render_mode: str | None) -> None:
-    """Refuse a render mode that the environments do not have.
-
-    Raises
-    ------
-    InputError : an unknown render mode
-    """
-    if render_mode not in (None, *RENDER_MODES):
-        raise InputError(
-            f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
-        )
+Clip = TypeVar("Clip")
+"""A throw with the positions before and after it, or a position alone."""
 
 
 def signed(value: float, unit: str) -> str:
@@ -33,41 +30,95 @@ def signed(value: float, unit: str) -> str:
     return f"{value:+.2f}{unit}".replace("-", "−")
 
 
-class EnvRenderer:
-    """Draws the sheet of an environment, and shows it in a window if asked to.
+class ClipRenderer(ABC, Generic[Clip]):
+    """Draws the clips of an environment."""
+
+    title: str
+    """Title of the window."""
+    window_speed: float
+    """How many times faster than it happened a window shows a throw."""
+
+    def __init__(self) -> None:
+        self._ice: Ice | None = None
+        self._sheets: dict[Direction, SheetRenderer] = {}
+
+    @abstractmethod
+    def picture(self, clip: Clip) -> Image:
+        """The sheet after a throw with its paths, (720, 1280, 3) RGB."""
+
+    @abstractmethod
+    def frames(self, clip: Clip, speed: float) -> Iterator[Image]:
+        """A throw as a film, `speed` times as fast as it happened."""
+
+    def sheet(self, ice: Ice, direction: Direction) -> SheetRenderer:
+        """What draws an ice as played to an end; the empty sheet is painted once for each."""
+        if ice is not self._ice:
+            self._ice, self._sheets = ice, {}
+        if direction not in self._sheets:
+            self._sheets[direction] = SheetRenderer(ice, direction)
+        return self._sheets[direction]
+
+
+class Screen(Generic[Clip]):
+    """Shows what happens in an environment, as its render mode asks.
 
     Parameters
     ----------
-    ice : the ice under the lines
-    title : title of the window
+    render_mode : one of `RENDER_MODES`, or None
+    renderer : draws the clips
+    call : how an environment with a render mode is made, for the warning of one without
+
+    Raises
+    ------
+    InputError : an unknown render mode
     """
 
-    def __init__(self, ice: Ice, title: str) -> None:
-        self._ice, self._title = ice, title
-        self._sheets: dict[Direction, SheetRenderer] = {}
+    def __init__(self, render_mode: str | None, renderer: ClipRenderer[Clip], call: str) -> None:
+        if render_mode not in (None, *RENDER_MODES):
+            raise InputError(
+                f"render_mode must be {', '.join(RENDER_MODES)} or None, got {render_mode!r}"
+            )
+        self._mode, self._renderer, self._call = render_mode, renderer, call
+        self._film: list[Clip] = []
         self._window: PictureWindow | None = None
 
-    @property
-    def ice(self) -> Ice:
-        """The ice under the lines; another may be set."""
-        return self._ice
+    def begin(self, clips: Iterable[Clip]) -> None:
+        """Show the beginning of an episode; what was not yet called for is dropped."""
+        self._film = []
+        self.add(clips)
 
-    @ice.setter
-    def ice(self, ice: Ice) -> None:
-        if ice is not self._ice:
-            self._ice, self._sheets = ice, {}
-
-    def sheet(self, direction: Direction) -> SheetRenderer:
-        """What draws the sheet as played to an end; the empty sheet is painted once for each."""
-        if direction not in self._sheets:
-            self._sheets[direction] = SheetRenderer(self._ice, direction)
-        return self._sheets[direction]
-
-    def window(self) -> PictureWindow:
-        """The window, opened at the first call."""
+    def add(self, clips: Iterable[Clip]) -> None:
+        """Show clips in the window, or keep them for a film."""
+        if self._mode == "rgb_array_list":
+            self._film += clips
+        if self._mode != "human":
+            return
         if self._window is None:
-            self._window = PictureWindow(SheetRenderer.size, self._title, FPS)
-        return self._window
+            self._window = PictureWindow(SheetRenderer.size, self._renderer.title, FPS)
+        for clip in clips:
+            for frame in self._renderer.frames(clip, self._renderer.window_speed):
+                if not self._window.is_open:
+                    return
+                self._window.show(frame)
+
+    def render(self, now: Clip) -> Any:
+        """The picture or the film that the render mode asks for; None without one.
+
+        Parameters
+        ----------
+        now : the last throw, or the position where there was none
+        """
+        if self._mode is None:
+            gymnasium.logger.warn(f"render() needs a render_mode: {self._call}")
+        if self._mode == "rgb_array_list":
+            film, self._film = self._film, []
+            return list(self.frames(film, FILM_SPEED))
+        return self._renderer.picture(now) if self._mode == "rgb_array" else None
+
+    def frames(self, clips: Sequence[Clip], speed: float) -> Iterator[Image]:
+        """Clips as one film, picture by picture."""
+        for clip in clips:
+            yield from self._renderer.frames(clip, speed)
 
     def close(self) -> None:
         """Close the window, if there is one."""

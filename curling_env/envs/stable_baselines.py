@@ -17,10 +17,8 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
-from curling_env.envs.game.end_vector_env import CurlingEndVectorEnv
 from curling_env.envs.options import whole_number
-from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
-from curling_env.envs.vector import unmasked
+from curling_env.envs.vector import EnvsTogether
 from curling_env.errors import InputError
 from curling_env.typing import Flags, Floats
 
@@ -73,7 +71,7 @@ class CurlingVecEnv(VecEnv):
         elif options or n_envs is not None:
             raise InputError("give options and n_envs together with a name, not with environments")
         inner = envs.unwrapped
-        if not isinstance(inner, CurlingSheetVectorEnv | CurlingEndVectorEnv):
+        if not isinstance(inner, EnvsTogether):
             raise InputError(f"expected CurlingSheet-v0 or CurlingEnd-v0, got {envs}")
         if inner.metadata["autoreset_mode"] is not AutoresetMode.SAME_STEP:
             raise InputError("make the environments with autoreset_mode='SameStep'")
@@ -136,8 +134,7 @@ class CurlingVecEnv(VecEnv):
 
     def get_attr(self, attr_name: str, indices: EnvIndices = None) -> list[Any]:
         """An attribute of the environments; it is the same for all."""
-        holder = self.sheets if hasattr(self.sheets, attr_name) else self.sheets.single
-        return [getattr(holder, attr_name) for _ in self._get_indices(indices)]
+        return [getattr(self.sheets, attr_name) for _ in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
         """Not possible: the environments share their attributes."""
@@ -146,12 +143,10 @@ class CurlingVecEnv(VecEnv):
     def env_method(
         self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """The result of a method: `action_masks` of each, others of a single environment."""
-        if method_name == "action_masks":
-            masks = self.sheets.action_masks()
-            return [masks[i] for i in self._get_indices(indices)]
-        result = getattr(self.sheets.single, method_name)(*method_args, **method_kwargs)
-        return [result for _ in self._get_indices(indices)]
+        """The result of a method: `action_masks` of each, others of all together."""
+        result = getattr(self.sheets, method_name)(*method_args, **method_kwargs)
+        of_each = method_name == "action_masks"
+        return [result[i] if of_each else result for i in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
         """Whether a wrapper's work is done here: only that of `Monitor`."""
@@ -167,7 +162,7 @@ def _share_out(
     for i in rows:
         if there[i]:
             infos[i][name] = (
-                {key: part[i] for key, part in unmasked(value).items()}
+                {key: part[i] for key, part in value.items() if not key.startswith("_")}
                 if name == "reward_parts"
                 else value[i]
             )

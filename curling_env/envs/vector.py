@@ -1,27 +1,138 @@
-"""What the vector environments share: their arguments, and the form of their `info`."""
+"""Many environments at once in Gymnasium's form: a view of a core with many episodes."""
+
+# Gymnasium leaves the spaces of a VectorEnv partly untyped.
+# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from typing import Any, cast
 
 import numpy as np
-from gymnasium.vector import AutoresetMode
-from gymnasium.vector.utils import iterate
-from numpy.typing import NDArray
+from gymnasium import spaces
+from gymnasium.vector import AutoresetMode, VectorEnv
+from gymnasium.vector.utils import batch_space
 
+from curling_env.envs.core import Core, Episodes, gathered, row_of
 from curling_env.envs.options import brief, is_whole_number, whole_number
 from curling_env.errors import InputError
-from curling_env.typing import Flags
+from curling_env.typing import Flags, Floats
 
 
-def autoreset_mode_of(mode: AutoresetMode | str) -> AutoresetMode:
-    """When an episode that is over begins anew.
+class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
+    """Many episodes, whose throws are simulated together.
 
-    Raises
-    ------
-    InputError : not one of Gymnasium's modes
+    A subclass calls `place` before it reads the options of its core.
     """
+
+    def place(
+        self, num_envs: int, autoreset_mode: AutoresetMode | str, render_mode: str | None
+    ) -> None:
+        """Take the arguments that only vector environments have.
+
+        Raises
+        ------
+        InputError : no number of environments, a mode that Gymnasium has not, or a render mode
+        """
+        self.num_envs = whole_number("num_envs", num_envs, least=1)
+        self.autoreset_mode = _autoreset_mode(autoreset_mode)
+        if render_mode is not None:
+            raise InputError(
+                "many environments at once have no render_mode and are not shown: make a single one"
+            )
+
+    def __init__(
+        self,
+        observation_space: spaces.Space[Any],
+        action_space: spaces.Space[Any],
+        render_mode: str | None,
+    ) -> None:
+        super().__init__(observation_space, action_space, render_mode)
+        self.metadata = {"render_modes": [], "autoreset_mode": self.autoreset_mode}
+        self.observation_space = batch_space(observation_space, self.num_envs)
+        self.action_space = batch_space(action_space, self.num_envs)
+        self._episodes = self.blank(self.num_envs)
+        self._rngs: list[np.random.Generator] = []
+        self._all_rows = np.arange(self.num_envs)
+
+    def reset(
+        self, *, seed: Any = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin all episodes, or some.
+
+        Parameters
+        ----------
+        seed : one for each environment, or the first of consecutive seeds
+        options : those of a single environment, and `reset_mask` (num_envs,) to begin only some
+
+        Raises
+        ------
+        InputError : an option that is unknown or makes no sense
+        """
+        n = self.num_envs
+        seeds = _seeds(seed, n)
+        given: Any = options
+        mask = np.ones(n, dtype=np.bool_)
+        if isinstance(given, Mapping) and "reset_mask" in given:
+            given = dict(cast("Mapping[str, Any]", given))
+            mask = _reset_mask(given.pop("reset_mask"), n)
+        asked = self.asked(given, n)
+        if not self._rngs:
+            self._rngs = [np.random.default_rng() for _ in range(n)]
+            mask[:] = True
+        rows = np.flatnonzero(mask)
+        for i in rows.tolist():
+            if seeds[i] is not None:
+                self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
+        self._episodes = self.begun(self._episodes, rows, self._rngs, asked)
+        info = gathered([(rows, self.reported(self._episodes, rows))], mask)
+        return self.observed(self._episodes), info
+
+    def step(self, actions: Any) -> tuple[Any, Floats, Flags, Flags, dict[str, Any]]:
+        """Make a step in every environment.
+
+        Raises
+        ------
+        InputError : before the first reset, actions that are none, or with the mode "Disabled" an
+            episode that is over
+        """
+        if not self._rngs:
+            raise InputError("call reset() before the first step")
+        n, rows = self.num_envs, self._all_rows
+        actions = np.asarray(actions)
+        if actions.shape != self.action_space.shape:
+            raise InputError(
+                f"expected actions of shape {self.action_space.shape}, got {actions.shape}"
+            )
+        waited = self.are_over(self._episodes)
+        if self.autoreset_mode is AutoresetMode.DISABLED and waited.any():
+            raise InputError(
+                f"the episode of environment {int(np.argmax(waited))} is over; begin it with "
+                "reset(options={'reset_mask': …})"
+            )
+        going, all_rows = np.flatnonzero(~waited), np.ones(n, dtype=np.bool_)
+        rewards, never = np.zeros(n), np.zeros(n, dtype=np.bool_)
+        episodes, rewards[going], parts = self.played(
+            self._episodes, going, self._rngs, actions[going]
+        )
+        self._episodes = self.begun(episodes, np.flatnonzero(waited), self._rngs)
+        over, seen = self.are_over(self._episodes), self.observed(self._episodes)
+        parts = [(rows, self.reported(self._episodes, rows)), *parts]
+        if self.autoreset_mode is not AutoresetMode.SAME_STEP or not over.any():
+            return seen, rewards, over, never, gathered(parts, all_rows)
+        ended = np.flatnonzero(over)
+        final = np.full(n, None, dtype=object)
+        for i in ended.tolist():
+            final[i] = row_of(seen, i)
+        info: dict[str, Any] = {"final_obs": final, "_final_obs": over.copy()}
+        info |= {"final_info": gathered(parts, over), "_final_info": over.copy()}
+        self._episodes = self.begun(self._episodes, ended, self._rngs)
+        parts[0] = (rows, self.reported(self._episodes, rows))
+        info |= gathered(parts[:1], all_rows) | gathered(parts[1:], ~over)
+        return self.observed(self._episodes), rewards, over, never, info
+
+
+def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:
     found = next((m for m in AutoresetMode if mode in (m, m.value)), None)
     if found is None:
         modes = ", ".join(repr(m.value) for m in AutoresetMode)
@@ -29,13 +140,8 @@ def autoreset_mode_of(mode: AutoresetMode | str) -> AutoresetMode:
     return found
 
 
-def seeds_of(seed: Any, count: int) -> list[int | None]:
-    """A seed for each environment.
-
-    Parameters
-    ----------
-    seed : None, the first of consecutive seeds, or one (or None) for each
-    count : number of environments
+def _seeds(seed: Any, count: int) -> list[int | None]:
+    """A seed for each environment: none, consecutive ones, or those given.
 
     Raises
     ------
@@ -57,13 +163,8 @@ def seeds_of(seed: Any, count: int) -> list[int | None]:
     return [None if one is None else whole_number("seed", one, least=0) for one in each]
 
 
-def reset_mask_of(mask: Any, count: int) -> Flags:
-    """The environments that a `reset` begins anew: all by default.
-
-    Raises
-    ------
-    InputError : not a boolean for each environment, one of them True
-    """
+def _reset_mask(mask: Any, count: int) -> Flags:
+    """The environments that a `reset` begins: a boolean for each, one of them True."""
     if mask is None:
         return np.ones(count, dtype=np.bool_)
     mask = np.asarray(mask)
@@ -72,51 +173,3 @@ def reset_mask_of(mask: Any, count: int) -> Flags:
             f"reset_mask must have a boolean for each of {count} environments, one of them True"
         )
     return mask.copy()
-
-
-def masked(facts: Mapping[str, Any], mask: Flags, *, whole: bool = False) -> dict[str, Any]:
-    """Facts in Gymnasium's form: for each name an array over all environments, and a mask.
-
-    Parameters
-    ----------
-    facts : arrays by name, with a row for each environment in the mask; or mappings of such
-    mask : (n,) the environments that the facts belong to
-    whole : whether the arrays hold a row for every environment instead
-    """
-    out: dict[str, Any] = {}
-    for name, value in facts.items():
-        if isinstance(value, Mapping):
-            out[name] = masked(cast("Mapping[str, Any]", value), mask, whole=whole)
-        else:
-            shape = (len(mask), *value.shape[1:])
-            empty = np.empty if value.dtype == object else np.zeros
-            out[name] = empty(shape, dtype=value.dtype)
-            out[name][mask] = value[mask] if whole else value
-        out[f"_{name}"] = mask.copy()
-    return out
-
-
-def objects(values: Sequence[Any]) -> NDArray[Any]:
-    """An array of objects, which may be tuples."""
-    array = np.empty(len(values), dtype=object)
-    for k, value in enumerate(values):
-        array[k] = value
-    return array
-
-
-def unmasked(facts: Mapping[str, Any]) -> dict[str, Any]:
-    """The arrays of facts in Gymnasium's form, without their masks."""
-    return {name: value for name, value in facts.items() if not name.startswith("_")}
-
-
-def rows_of(space: Any, actions: Any, count: int) -> list[Any]:
-    """The action of each environment.
-
-    Raises
-    ------
-    InputError : actions of another shape
-    """
-    shape = np.shape(actions)
-    if shape != space.shape:
-        raise InputError(f"expected actions of shape {space.shape} for {count} ends, got {shape}")
-    return list(iterate(space, np.asarray(actions)))

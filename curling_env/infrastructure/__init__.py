@@ -5,7 +5,6 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "executor": ("ProcessExecutor", "WorkersLostError"),
         "files.kinds": ("FILM_SUFFIXES", "kind_of"),
         "files.schema": ("Document", "FileFormat", "checked", "within"),
         "files.reading": (
@@ -35,5 +34,6 @@ __getattr__, __dir__ = lazy_names(
         "plugins": ("what_hides",),
         "provenance": ("typed",),
         "web_server": ("Certificate", "listening", "serving"),
+        "workers": ("ProcessExecutor", "WorkersLostError"),
     },
 )

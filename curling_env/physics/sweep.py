@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.executor import Executor, SerialExecutor
+from curling_env.infrastructure.workers import Executor
 from curling_env.physics.batch import RELEASE_DTYPE, Rests, release_table, throw_batch
 from curling_env.physics.slides import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release, Skill, skill_named
@@ -151,7 +151,7 @@ def run(
 
     Progress is told in pieces. The arrays have the sweep's shape (ices, seeds, throws).
     """
-    pieces = (executor or SerialExecutor()).map(throw_piece, sweep.pieces())
+    pieces = (executor or Executor()).map(throw_piece, sweep.pieces())
     done = list(with_progress(pieces, "sweep", progress, sweep.piece_count))
     ends: dict[str, Any] = {
         name: np.concatenate([getattr(rests, name) for rests in done]).reshape(sweep.shape)

@@ -15,9 +15,9 @@ from typing import Any
 import cv2
 
 from curling_env.errors import CurlingError, TrackTooShortError
-from curling_env.infrastructure.executor import begin_worker
 from curling_env.infrastructure.files.writing import keep
 from curling_env.infrastructure.provenance import provenance
+from curling_env.infrastructure.workers import begin_worker
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Image
 from curling_env.units import Units

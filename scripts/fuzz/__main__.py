@@ -1,214 +1,241 @@
-"""Fuzz every command: `python -m fuzz --minutes 10` (see `make fuzz`)."""
+"""Fuzz every command: `python -m fuzz --inputs 10000 --seed 0` (see `make fuzz`).
+
+Hypothesis draws the inputs in batches, each from a seed of its own. With a fixed seed they are the
+same every time, and a run that was interrupted goes on after its last batch, unless the code has
+changed. An input that ends uncleanly is kept, made as small as hypothesis can make it.
+"""
 
 from __future__ import annotations
 
 import argparse
+import gc
 import json
 import os
 import random
 import shutil
+import signal
+import subprocess
 import sys
 import tempfile
 import time
+import warnings
 from collections import Counter
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import cv2
-from processes import end_orderly_when_told
+from hypothesis import HealthCheck, Phase, given, settings
+from hypothesis import seed as seeded
 from tqdm import tqdm
 
-from fuzz.documents import strategies
-from fuzz.mutations import damaged
-from fuzz.options import odd_command_line
+from fuzz import app, wire
+from fuzz.good_files import make_good_files
+from fuzz.inputs import KINDS, Input, inputs
+from fuzz.readers import readers
 from fuzz.runs import Ended, run
-from fuzz.special import KINDS, Special, put
-from fuzz.surroundings import SURROUNDINGS
-from fuzz.targets import HEAVY, OPTIONS, Target, lines_of, make_targets
+from fuzz.surroundings import put
+from fuzz.targets import make_targets
+
+BATCH = 100
+"""Inputs that hypothesis draws from one seed."""
+SHRINKING = 20.0
+"""Time in which the first unclean input of a kind is made smaller [s]."""
 
 
 def main() -> int:
     options = argparse.ArgumentParser(prog="fuzz", description=__doc__)
-    options.add_argument("--minutes", type=float, default=10.0)
-    options.add_argument("--inputs", type=int, default=10**9, help="end after so many")
+    options.add_argument("--minutes", type=float, default=1e9, help="end after this time")
+    options.add_argument("--inputs", type=int, default=10**9, help="end after this number")
     options.add_argument("--seed", type=int, default=None, help="fixed: the same inputs again")
     options.add_argument("--light", action="store_true", help="without what takes seconds a run")
     options.add_argument("--only", default="", help="part of a target's name")
-    options.add_argument("--keep", type=Path, default=Path("runs/fuzz"), help="for unclean inputs")
+    options.add_argument("--kinds", nargs="*", default=[], choices=KINDS, help="kinds of faults")
+    options.add_argument("--keep", type=Path, default=Path("../runs/fuzz"), help="for the report")
     chosen = options.parse_args()
-    end_orderly_when_told()
-    seed = chosen.seed if chosen.seed is not None else random.SystemRandom().randrange(2**32)
-    found = fuzz(
-        chosen.minutes,
-        seed,
-        chosen.keep,
-        inputs=chosen.inputs,
-        only=chosen.only,
-        light=chosen.light,
-    )
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what was made is cleared away
+    if chosen.seed is None:
+        chosen.seed = random.SystemRandom().randrange(2**32)
+    found = Fuzzer(chosen).run()
     print(json.dumps(found, indent=2))
     return 1 if found["unclean"] else 0
 
 
-def fuzz(
-    minutes: float,
-    seed: int,
-    keep: Path,
-    *,
-    inputs: int = 10**9,
-    only: str = "",
-    light: bool = False,
-) -> dict[str, Any]:
-    """Run inputs until the time is over.
+class Fuzzer:
+    """Runs inputs and keeps the report.
 
     Parameters
     ----------
-    minutes : time after the good files are made [min]
-    seed : seed of all inputs
-    keep : folder for inputs that ended uncleanly
-    inputs : end after so many
-    only : part of the names of the targets to fuzz
-    light : leave out training and estimation, of which making the good files takes a minute
-
-    Returns
-    -------
-    counts, the worst time [s] and memory [MB], and the unclean ends
+    chosen : the options of `main`
     """
-    os.environ.pop("CURLING_TRACEBACK", None)
-    # Threads do not outlive a fork, nor do the locks that they hold just then.
-    tqdm.monitor_interval = 0
-    cv2.setNumThreads(1)
-    rng = random.Random(seed)
-    place = Path(tempfile.mkdtemp(prefix="curling-fuzz-"))
-    counts: Counter[str] = Counter()
-    unclean: list[dict[str, Any]] = []
-    worst = {"seconds": (0.0, ""), "memory": (0, "")}
-    try:
-        (place / "good").mkdir()
-        targets = make_targets(place / "good", light=light)
-        # A run that is not judged compiles and keeps the kernels that no good file needed.
-        shutil.copytree(place / "good", place / "first")
-        run(["track", "f.mp4", "--scene", "hall.json", "-o", "first.csv"], place / "first", "")
-        end = time.monotonic() + 60 * minutes
-        for tried in _inputs(targets, rng, only, light):
-            if time.monotonic() > end or sum(counts.values()) >= inputs:
-                break
-            folder = place / "run"
-            shutil.rmtree(folder, ignore_errors=True)
-            folder.mkdir()
-            for file, content in tried.files.items():
-                put(folder / file, content)
-            ended, name = run(tried.words, folder, tried.surroundings), tried.name
-            counts[name] += 1
-            for what, value in (("seconds", ended.seconds), ("memory", ended.memory)):
-                if value > worst[what][0]:
-                    worst[what] = (value, name)
-            if ended.faults:
-                unclean.append(_kept(keep, len(unclean), tried, ended))
-                print(json.dumps(unclean[-1]), file=sys.stderr, flush=True)
-            if sum(counts.values()) % 100 == 0:
-                told = f"{sum(counts.values())} inputs, {len(unclean)} unclean"
+
+    def __init__(self, chosen: argparse.Namespace) -> None:
+        os.environ.pop("CURLING_TRACEBACK", None)
+        # Threads do not outlive a fork, nor do the locks that they hold just then.
+        tqdm.monitor_interval = 0
+        cv2.setNumThreads(1)
+        self.chosen = chosen
+        self.place = Path(tempfile.mkdtemp(prefix="curling-fuzz-"))
+        self.report = chosen.keep / f"seed-{chosen.seed}.json"
+
+    def run(self) -> dict[str, Any]:
+        """Run batches until the time or the number of inputs is over, and return the report."""
+        chosen = self.chosen
+        asked = {k: str(v) for k, v in vars(chosen).items() if k not in ("minutes", "inputs")}
+        words = ["git", "describe", "--always", "--dirty", "--abbrev=12"]
+        asked["state"] = subprocess.run(words, capture_output=True, text=True).stdout.strip()
+        found: dict[str, Any] = {"asked": asked, "batches": 0, "seconds": 0.0, "inputs": 0,
+                                 "unclean": 0, "by_target": {}, "ends": []}  # fmt: skip
+        if self.report.exists() and (kept := json.loads(self.report.read_text()))["asked"] == asked:
+            found = kept
+        chosen.keep.mkdir(parents=True, exist_ok=True)
+        try:
+            strategy = self.prepared()
+            end = time.monotonic() + 60 * chosen.minutes
+            while time.monotonic() < end and found["inputs"] < chosen.inputs:
+                begun, batch = time.monotonic(), min(BATCH, chosen.inputs - found["inputs"])
+                counts: Counter[str] = Counter(found["by_target"])
+                unclean: list[tuple[Input, Ended]] = []
+
+                def tried(one: Input) -> None:
+                    counts[one.name] += 1  # noqa: B023
+                    ended = self.tried(one)
+                    if ended.faults:
+                        unclean.append((one, ended))  # noqa: B023
+
+                number = chosen.seed * 10**6 + found["batches"]
+                drawn(strategy, number, batch, tried)
+                for one in unclean:
+                    kind = one[0].name, list(one[1].faults)
+                    if kind not in [(k["target"], k["faults"]) for k in found["ends"]]:
+                        one = self.smaller(strategy, number, batch, one)
+                    found["ends"].append(self.kept(len(found["ends"]), *one))
+                found["by_target"] = dict(counts.most_common())
+                found["inputs"], found["unclean"] = counts.total(), len(found["ends"])
+                found["batches"] += 1
+                found["seconds"] = round(found["seconds"] + time.monotonic() - begun, 1)
+                self.report.write_text(json.dumps(found, indent=1), encoding="utf-8")
+                told = "{inputs} inputs, {unclean} unclean, {seconds} s".format_map(found)
                 print(told, file=sys.stderr, flush=True)
-    finally:
-        shutil.rmtree(place, ignore_errors=True)
-    return {
-        "seed": seed,
-        "inputs": sum(counts.values()),
-        "unclean": len(unclean),
-        "worst_seconds": [round(worst["seconds"][0], 1), worst["seconds"][1]],
-        "worst_megabytes": [round(worst["memory"][0] / 2**20), worst["memory"][1]],
-        "by_target": dict(counts.most_common()),
-        "ends": unclean[:100],
-    }
+        finally:
+            shutil.rmtree(self.place, ignore_errors=True)
+        return found
+
+    def prepared(self) -> Any:
+        """Make the good files, which also compiles what commands need, and the strategy."""
+        folder, light = self.place / "good", self.chosen.light
+        folder.mkdir()
+        good = make_good_files(folder, light=light)
+        sides = wire.sides()
+        self.given = readers() | {
+            f"{side} {k}": lambda path, said=said: said.give(path.read_bytes())
+            for side, messages in sides.items()
+            for k, said in enumerate(messages)
+        }
+        club = app.make_club(self.place / "club", good["t.csv"], good["throws.csv"])
+        asked = app.requests()
+        self.given |= dict.fromkeys(
+            (f"app {k}" for k in range(len(asked))), lambda path: app.answered(club, path)
+        )
+        messages = {side: [said.message for said in of] for side, of in sides.items()}
+        only = self.chosen.only
+        messages = {side: of for side, of in (messages | {"app": asked}).items() if only in side}
+        targets = [k for k in make_targets(good, light=light) if only in k.name]
+        kinds = self.chosen.kinds or [k for k in KINDS if messages or k != "message"]
+        # A run that is not judged compiles and keeps the kernels that no good file needed.
+        run(["track", "f.mp4", "--scene", "hall.json", "-o", "first.csv"], folder)
+        gc.collect()
+        gc.freeze()
+        return inputs(targets, messages, kinds if targets else ["message"])
+
+    def tried(self, one: Input) -> Ended:
+        """Run an input; where it is run again, the second run with the good files must succeed."""
+        folder = self.place / "run"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir()
+        for file, content in one.files.items():
+            put(folder / file, content)
+        words, given = one.words, self.given
+        ended = run(
+            words, folder, one.surroundings, one.variables, given, kill=one.kill, room=one.room
+        )
+        if one.again is None or ended.faults:
+            return ended
+        for file, content in one.again.items():
+            put(folder / file, content)
+        again = run(one.words, folder, given=self.given)
+        faults = [f"again: {fault}" for fault in again.faults]
+        faults += [f"again: status {again.status}"] * (again.status != 0)
+        return replace(again, faults=tuple(faults))
+
+    def smaller(
+        self, strategy: Any, number: int, batch: int, unclean: tuple[Input, Ended]
+    ) -> tuple[Input, Ended]:
+        """Return the smallest input that ends as an unclean one of a batch did."""
+        best, end = unclean, time.monotonic() + SHRINKING
+
+        def still(one: Input) -> None:
+            nonlocal best
+            if one.name == unclean[0].name and time.monotonic() < end:
+                ended = self.tried(one)
+                if ended.faults == unclean[1].faults:
+                    best = one, ended
+                    raise AssertionError
+
+        with suppress(Exception):  # hypothesis may call it flaky when the time is over
+            drawn(strategy, number, batch, still, [Phase.generate, Phase.shrink])
+        return best
+
+    def kept(self, number: int, one: Input, ended: Ended) -> dict[str, Any]:
+        """Keep an input so that it can be run again, and return what became of it."""
+        folder = self.chosen.keep / f"seed-{self.chosen.seed}" / f"{number:03d}"
+        shutil.rmtree(folder, ignore_errors=True)
+        folder.mkdir(parents=True)
+        for file, content in one.files.items():
+            put(folder / file, content if isinstance(content, bytes) else content.encode())
+        told = {"words": one.words, "surroundings": one.surroundings, "variables": one.variables}
+        told |= {"again": one.again is not None}
+        (folder / "command.json").write_text(json.dumps(told))
+        return {
+            "target": one.name,
+            "faults": list(ended.faults),
+            "said": ended.said[-400:],
+            "command": [word[:80] for word in one.words],
+            "folder": str(folder),
+        }
 
 
-@dataclass(frozen=True, kw_only=True)
-class Input:
-    """One run.
+def drawn(
+    strategy: Any,
+    number: int,
+    size: int,
+    tried: Callable[[Input], None],
+    phases: Sequence[Phase] = (Phase.generate,),
+) -> None:
+    """Give the inputs of one batch to a function, in order.
 
     Parameters
     ----------
-    name : the target and the kind of fault
-    words : what follows `curling`
-    files : contents by name
-    surroundings : one of `SURROUNDINGS`; empty for the usual ones
+    number : seed of the batch
+    size : number of inputs
     """
 
-    name: str
-    words: list[str]
-    files: Mapping[str, bytes | Special]
-    surroundings: str = ""
+    @seeded(number)
+    @settings(
+        max_examples=size,
+        database=None,
+        deadline=None,
+        phases=phases,
+        suppress_health_check=list(HealthCheck),  # pyright: ignore[reportArgumentType]
+    )
+    @given(strategy)
+    def draw(one: Input) -> None:
+        tried(one)
 
-
-def _inputs(targets: list[Target], rng: random.Random, only: str, light: bool) -> Iterator[Input]:
-    """Endless inputs of every kind."""
-    good = {key: value for target in targets for key, value in target.files.items()}
-    made = strategies(rng)
-    chosen = [target for target in targets if only in target.name]
-    known = [line.split() for line in lines_of(OPTIONS)]
-    known = [words for words in known if not (light and words[0] in HEAVY)]
-    while True:
-        what = rng.random()
-        if only == "options" or (what < 0.2 and not only):
-            words = odd_command_line(rng.choice(known), rng)
-            named = {Path(word).name for word in words}
-            files = {key: value for key, value in good.items() if key in named}
-            yield Input(name=f"{words[0]} options", words=words, files=files)
-            continue
-        target = rng.choices(chosen, [target.weight for target in chosen])[0]
-        words, name = list(target.arguments), rng.choice(target.damaged)
-        good_file = target.files[name]
-
-        def one(
-            kind: str,
-            content: bytes | Special,
-            surroundings: str = "",
-            *,
-            target: Target = target,
-            words: list[str] = words,
-            name: str = name,
-        ) -> Input:
-            return Input(
-                name=f"{target.name} {kind}".strip(),
-                words=words,
-                files={**target.files, name: content},
-                surroundings=surroundings,
-            )
-
-        if what < 0.25 and name != "q.json":  # which the fuzzer itself reads
-            yield one("special", Special(rng.choice(KINDS)))
-        elif what < 0.3 and words[0] != "read":
-            content = good_file if rng.random() < 0.5 else damaged(good_file, rng)
-            yield one("surroundings", content, rng.choice(list(SURROUNDINGS)))
-        elif what < 0.45 and name in made:
-            yield one("from the schema", next(made[name]))
-        else:
-            yield one("", damaged(good_file, rng))
-
-
-def _kept(keep: Path, number: int, tried: Input, ended: Ended) -> dict[str, Any]:
-    """Keep an input so that it can be run again, and say what became of it."""
-    folder = keep / f"{number:03d}"
-    shutil.rmtree(folder, ignore_errors=True)
-    folder.mkdir(parents=True)
-    for file, content in tried.files.items():
-        if isinstance(content, Special):
-            (folder / f"{file}.special").write_text(content.kind)
-        else:
-            (folder / file).write_bytes(content)
-    told = {"words": tried.words, "surroundings": tried.surroundings}
-    (folder / "command.json").write_text(json.dumps(told))
-    return {
-        "target": tried.name,
-        "faults": list(ended.faults),
-        "status": ended.status,
-        "said": ended.said[-400:],
-        "command": [word[:80] for word in tried.words],
-        "surroundings": tried.surroundings,
-        "folder": str(folder),
-    }
+    with warnings.catch_warnings(action="ignore"):
+        draw()
 
 
 if __name__ == "__main__":

@@ -164,9 +164,31 @@ def _films(folder: Path) -> None:
     camera = json.loads((films / "gantry.truth.json").read_text())["camera"]
     lens = {"camera_matrix": camera["matrix"], "distortion": camera["distortion"]}
     (folder / "cam.json").write_text(json.dumps(lens))
+    (folder / "turned.mp4").write_bytes(_turned(folder / "f.mp4"))
     frames = Film.open(folder / "f.mp4").frame_count
     times = "".join(f"{k / 6}\n" for k in range(frames))
     (folder / "f.mp4.times.csv").write_text(f"t\n{times}")
+
+
+def _turned(film: Path) -> bytes:
+    """A film whose picture changes its size in the middle, as two films one after the other."""
+    import av
+
+    with av.open(str(film)) as container:
+        frames = list(container.decode(video=0))[:40]
+    parts: list[bytes] = []
+    for half, (width, height) in ((frames[:20], (384, 216)), (frames[20:], (216, 384))):
+        part = io.BytesIO()
+        with av.open(part, "w", format="mpegts") as out:
+            stream = out.add_stream("libx264", rate=6)
+            stream.width, stream.height, stream.pix_fmt = width, height, "yuv420p"
+            for frame in half:
+                picture = frame.reformat(width, height, "yuv420p")
+                picture.pts, picture.time_base = frame.pts, frame.time_base
+                out.mux(stream.encode(picture))
+            out.mux(stream.encode(None))
+        parts.append(part.getvalue())
+    return b"".join(parts)
 
 
 def _models(folder: Path) -> None:

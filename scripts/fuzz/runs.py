@@ -1,4 +1,4 @@
-"""One run of `curling` in a process of its own, and whether it ended cleanly.
+"""One run of `curling` in a process of its own, and the verdict on its end.
 
 The process is forked from one that has loaded and compiled everything, so that a run takes
 milliseconds and a hanging or crashing one harms nobody.
@@ -6,49 +6,50 @@ milliseconds and a hanging or crashing one harms nobody.
 
 from __future__ import annotations
 
+import ctypes
 import hashlib
 import os
 import resource
 import signal
 import sys
 import time
+import traceback
 import webbrowser
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
 
-from processes import end_with
+from fuzz.surroundings import SURROUNDINGS
 
-from fuzz.readers import read
-from fuzz.surroundings import surround
-
+PR_SET_PDEATHSIG = 1
+"""Number of the option of Linux's prctl(2)."""
 MAX_SECONDS = 20.0
-"""Processor time that a run may take [s]."""
+"""Longest processor time of a run [s]."""
 PATIENCE = 6.0
-"""Times as much on the clock, because a machine may be busy."""
+"""Longest time on the clock, as a multiple of that, because a machine may be busy."""
 ANSWER = 60.0
-"""How long the local server may take to answer on a busy machine [s]."""
+"""Longest time until the local server answers on a busy machine [s]."""
 MAX_BYTES = 2**30
-"""Memory that a run may take beyond what is loaded anyway [bytes]."""
+"""Maximum memory of a run beyond what is loaded anyway [bytes]."""
 MAX_LINE = 300
 KEPT = (".unfinished/",)
-"""What a refused command keeps of the films before the one that it refused."""
+"""Files that a refused command keeps of the films before the one that it refused, unnamed."""
 LARGE = 2**30
 """Files of this size are made of zeros, on which no disk space is spent [bytes]."""
-UNHEARD = ("all streams closed",)
-"""Surroundings in which nobody could be told why something is refused."""
-UNTOLD = ("stdout piped away", "stdout on a full disk")
-"""Those in which results stand, and only nobody could be told of them."""
+UNHEARD = ("all streams closed", "stdout piped away", "stdout on a full disk")
+"""Surroundings in which a refusal, or the result, cannot be printed."""
 HERE = "{here}"
 """Stands in arguments for the folder of the run."""
+Given = Mapping[str, Callable[[Path], object]]
+"""Functions of Python by name, which are given a file instead of a command."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """How a run ended.
+    """The end of a run.
 
     Parameters
     ----------
@@ -56,7 +57,6 @@ class Ended:
     status : exit status; negative for a signal
     said : what it wrote to stderr
     seconds : time on the clock [s]
-    worked : processor time [s]
     memory : largest resident memory beyond that of the process it was forked from [bytes]
     """
 
@@ -64,46 +64,65 @@ class Ended:
     status: int
     said: str
     seconds: float
-    worked: float
     memory: int
 
 
-def run(arguments: Sequence[str], folder: Path, surroundings: str = "") -> Ended:
+def run(
+    arguments: Sequence[str],
+    folder: Path,
+    surroundings: str = "",
+    variables: Mapping[str, str] | None = None,
+    given: Given | None = None,
+    *,
+    kill: float | None = None,
+    room: int | None = None,
+) -> Ended:
     """Run `curling` in a folder and judge its end.
 
     Parameters
     ----------
-    arguments : what follows `curling`
+    arguments : words after `curling`; after ``read``, the name of a function and its file
     folder : the current folder of the run, with its inputs; other files are results
     surroundings : one of `SURROUNDINGS`; empty for the usual ones
+    variables : environment variables of a Python that is started again; None for a fork
+    given : the functions for ``read``
+    kill : time after which the process is killed, though not its workers [s]
+    room : largest file that it may write, in place of a full disk [bytes]
     """
     before = _content(folder)
-    loaded = _loaded()
+    loaded = _loaded() if variables is None else 0
     begun = time.monotonic()
     parent = os.getpid()
     child = os.fork()
     if child == 0:
-        end_with(parent)
-        _be_curling(arguments, folder, surroundings)
-    status, memory, worked, hung = _await(child)
+        _end_with(parent)
+        if room is not None:
+            resource.setrlimit(resource.RLIMIT_FSIZE, (room, room))
+        _be_curling(arguments, folder, surroundings, variables, given or {})
+    status, memory, worked, hung = _await(child, kill)
     seconds = time.monotonic() - begun
     said = (folder.parent / "stderr").read_text(errors="replace")
     memory = max(0, memory - loaded)
     after = _content(folder)
     faults: list[str] = []
+    if kill is not None and status == -signal.SIGKILL:
+        faults += [] if _ends(child) else ["a worker did not end"]
+        status, after = 0, {name: content for name, content in after.items() if "~" not in name}
     if hung or worked > MAX_SECONDS:
         faults.append("too long")
     if status not in (0, 2) and not hung:
         faults.append(f"status {status}")
     if "Traceback" in said or "mistake of this program" in said:
         faults.append("traceback")
-    if status == 2 and surroundings not in (*UNHEARD, *UNTOLD):
+    if status == 2 and surroundings not in UNHEARD:
         lines = said.splitlines()
         if len(lines) != 1 or not said.startswith("curling: "):
             faults.append(f"{len(lines)} lines")
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
-        left = sorted(n for n in set(after) - set(before) if not any(k in n for k in KEPT))
+        new = sorted(set(after) - set(before))
+        kept = KEPT if room is None else (*KEPT, "films/", "runs/", "found/")
+        left = [name for name in new if name not in said and not any(k in name for k in kept)]
         if left:
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
@@ -113,18 +132,25 @@ def run(arguments: Sequence[str], folder: Path, surroundings: str = "") -> Ended
         faults.append("draft left")
     if memory > MAX_BYTES:
         faults.append(f"{memory / 2**20:.0f} MB")
-    return Ended(
-        faults=tuple(faults),
-        status=status,
-        said=said,
-        seconds=seconds,
-        worked=worked,
-        memory=memory,
-    )
+    return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
 
 
-def _be_curling(arguments: Sequence[str], folder: Path, surroundings: str) -> None:
-    """What the forked process does; it never returns."""
+def _end_with(parent: int) -> None:
+    """Let Linux kill this process when the one that forked it ends, however that ends."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)
+
+
+def _be_curling(
+    arguments: Sequence[str],
+    folder: Path,
+    surroundings: str,
+    variables: Mapping[str, str] | None,
+    given: Given,
+) -> None:
+    """Be the command; never returns."""
     status = 99
     try:
         os.setpgid(0, 0)
@@ -138,32 +164,43 @@ def _be_curling(arguments: Sequence[str], folder: Path, surroundings: str) -> No
             os.dup2(handle, stream)
         sys.stdin, sys.stdout, sys.stderr = (os.fdopen(k, mode) for k, mode in enumerate("rww"))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
-        webbrowser.open = lambda *_: False
         os.environ.pop("CURLING_TRACEBACK", None)
-        from curling_env.commands.cli import main
-
-        if surroundings:
-            surround(surroundings)
         words = [word.replace(HERE, str(folder)) for word in arguments]
-        try:
-            if words[0] == "read":
-                status = read(words[1], Path(words[2]))
-            else:
-                if words[0] == "corners":
-                    _mark_as_asked()
-                status = main(words)
-        except SystemExit as end:
-            status = end.code if isinstance(end.code, int) else 1
-        except BaseException:
-            import traceback
-
-            traceback.print_exc()
-            status = 1
+        if variables is not None:
+            os.environ.update(variables)
+            os.execv(sys.executable, [sys.executable, "-m", "curling", *words])
+        SURROUNDINGS.get(surroundings, lambda: None)()
+        status = _called(words, given)
         for stream in (sys.stdout, sys.stderr):
             with suppress(OSError, ValueError, AttributeError):
                 stream.flush()
     finally:
         os._exit(status)
+
+
+def _called(words: Sequence[str], given: Given) -> int:
+    """Call the command, or the function that is given a file; returns a status."""
+    from curling_env.commands.cli import main
+    from curling_env.errors import CurlingError
+    from curling_env.infrastructure.streams import only_our_words
+
+    webbrowser.open = lambda *_: False
+    try:
+        if words[0] != "read":
+            if words[0] == "corners":
+                _mark_as_asked()
+            return main(list(words))
+        with only_our_words():  # libpng prints its own remarks; a program may let it or not
+            given[words[1]](Path(words[2]))
+    except CurlingError as error:
+        print("curling:", str(error)[:290], file=sys.stderr)
+        return 2
+    except SystemExit as end:
+        return end.code if isinstance(end.code, int) else 1
+    except BaseException:
+        traceback.print_exc()
+        return 1
+    return 0
 
 
 def _mark_as_asked() -> None:
@@ -175,7 +212,7 @@ def _mark_as_asked() -> None:
 
     def wait(self: Any, timeout: float | None = None) -> None:
         at = urlsplit(self.url)
-        asked = Path("q.json").read_bytes() if Path("q.json").exists() else b"{}"
+        asked = Path("q.json").read_bytes() if Path("q.json").is_file() else b"{}"
         for path in ("", "film.json", "still/0", "solve", "save"):
             body = asked if path in ("solve", "save") else None
             line = http.client.HTTPConnection(str(at.hostname), at.port or 0, timeout=ANSWER)
@@ -187,28 +224,39 @@ def _mark_as_asked() -> None:
     AnnotationServer.wait = wait
 
 
-def _await(child: int) -> tuple[int, int, float, bool]:
-    """Status, peak memory and processor time of a child, and whether it had to be killed."""
-    deadline, wait = time.monotonic() + PATIENCE * MAX_SECONDS, 0.002
+def _await(child: int, kill: float | None) -> tuple[int, int, float, bool]:
+    """Return status, peak memory and processor time of a child, and if it had to be killed."""
+    begun, wait, hung = time.monotonic(), 0.001, False
+    deadline = begun + PATIENCE * MAX_SECONDS
     while True:
-        done, status, usage = os.wait4(child, os.WNOHANG)
+        done, status, usage = os.wait4(child, 0 if hung else os.WNOHANG)
         if done:
-            return _told(status, usage, hung=False)
+            worked = usage.ru_utime + usage.ru_stime
+            return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, worked, hung
+        if kill is not None and time.monotonic() > begun + kill:
+            os.kill(child, signal.SIGKILL)
+            kill = None
         if time.monotonic() > deadline:
             os.killpg(child, signal.SIGKILL)
-            _, status, usage = os.wait4(child, 0)
-            return _told(status, usage, hung=True)
+            hung = True
         time.sleep(wait)
-        wait = min(wait * 1.5, 0.1)
+        wait = min(wait * 1.2, 0.05)
 
 
-def _told(status: int, usage: Any, *, hung: bool) -> tuple[int, int, float, bool]:
-    worked = usage.ru_utime + usage.ru_stime
-    return os.waitstatus_to_exitcode(status), usage.ru_maxrss * 1024, worked, hung
+def _ends(group: int) -> bool:
+    """Return whether the processes of a group, whose first was killed, end by themselves."""
+    deadline = time.monotonic() + MAX_SECONDS
+    while time.monotonic() < deadline:
+        try:
+            os.killpg(group, 0)
+        except ProcessLookupError:
+            return True
+        time.sleep(0.02)
+    return False
 
 
 def _content(folder: Path) -> dict[str, str]:
-    """Ordinary files below a folder by name, and what tells whether one has changed."""
+    """Ordinary files below a folder by name, with a digest of each."""
     found = [p for p in sorted(folder.rglob("*")) if p.is_file() and not p.is_symlink()]
     return {str(path.relative_to(folder)): _digest(path) for path in found}
 

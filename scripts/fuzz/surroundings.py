@@ -1,15 +1,12 @@
-"""In what surroundings a command may find itself: closed streams, another language, no home."""
+"""Odd surroundings of a command: closed streams, odd variables, no home, and special files."""
 
 from __future__ import annotations
 
 import os
+import socket
 import sys
 from collections.abc import Callable
-
-
-def surround(kind: str) -> None:
-    """Change the surroundings of this process, which is about to be `curling`."""
-    SURROUNDINGS[kind]()
+from pathlib import Path
 
 
 def _closed(*streams: int) -> Callable[[], None]:
@@ -40,15 +37,10 @@ def _spoken(encoding: str) -> Callable[[], None]:
 
 
 def _piped_away() -> None:
-    """A stdout that nobody reads any more, as behind `| head -1`."""
+    """A stdout without a reader, as behind `| head -1`."""
     reading, writing = os.pipe()
     os.close(reading)
     os.dup2(writing, 1)
-
-
-def _full() -> None:
-    """A stdout on a full disk."""
-    os.dup2(os.open("/dev/full", os.O_WRONLY), 1)
 
 
 SURROUNDINGS: dict[str, Callable[[], object]] = {
@@ -56,7 +48,7 @@ SURROUNDINGS: dict[str, Callable[[], object]] = {
     "stdout closed": _closed(1),
     "all streams closed": _closed(0, 1, 2),
     "stdout piped away": _piped_away,
-    "stdout on a full disk": _full,
+    "stdout on a full disk": lambda: os.dup2(os.open("/dev/full", os.O_WRONLY), 1),
     "ASCII": _spoken("ascii"),
     "Latin-1": _spoken("latin-1"),
     "no home": _variables(HOME=None, XDG_CACHE_HOME=None),
@@ -64,4 +56,64 @@ SURROUNDINGS: dict[str, Callable[[], object]] = {
     "terminal of one column": _variables(COLUMNS="1", LINES="1"),
     "nothing set": os.environ.clear,
 }
-"""By a name that says what is odd about them."""
+"""Changes of a process that is about to be `curling`, by a name that says what is odd."""
+
+ODD_VALUES = ("", "0", "-1", "x", "1e9", "99999999999", "/nonexistent", "/dev/full", "é", "none")
+VARIABLES = (
+    *("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_CACHE_DIR"),
+    *("COLUMNS", "LINES", "TERM", "LANG", "LC_ALL", "TZ"),
+    *("MPLBACKEND", "MPLCONFIGDIR", "HOME", "XDG_CACHE_HOME", "TMPDIR", "NO_COLOR", "FORCE_COLOR"),
+)
+"""Variables that the libraries read when they are loaded: such a run starts Python again.
+
+Those of Python itself, such as PYTHONUTF8, end it before it has read a line of the program.
+"""
+
+
+def _socket(path: Path) -> None:
+    here = Path.cwd()
+    os.chdir(path.parent)  # names of sockets are short
+    try:
+        with socket.socket(socket.AF_UNIX) as made:
+            made.bind(path.name)
+    finally:
+        os.chdir(here)
+
+
+def _linked_to(target: str) -> Callable[[Path], None]:
+    return lambda path: path.symlink_to(target)
+
+
+def _sparse(path: Path) -> None:
+    with path.open("wb") as file:
+        file.truncate(2**40)
+
+
+SPECIAL: dict[str, Callable[[Path], object]] = {
+    "nothing": lambda path: None,
+    "folder": Path.mkdir,
+    "pipe": os.mkfifo,
+    "socket": _socket,
+    "endless zeros": _linked_to("/dev/zero"),
+    "endless noise": _linked_to("/dev/urandom"),
+    "full device": _linked_to("/dev/full"),
+    "nowhere": _linked_to("/dev/null"),
+    "terminal": _linked_to("/dev/tty"),
+    "process's own memory": _linked_to("/proc/self/mem"),
+    "file of the system": _linked_to("/proc/self/environ"),
+    "link to itself": lambda path: path.symlink_to(path.name),
+    "link to nothing": _linked_to("missing/file"),
+    "forbidden": lambda path: (path.write_bytes(b"secret"), path.chmod(0)),
+    "empty": Path.touch,
+    "terabyte of zeros": _sparse,
+}
+"""Things under a file's name that are no files, by their kind."""
+
+
+def put(path: Path, content: bytes | str) -> None:
+    """Write a file, or put the special one of a kind in its place."""
+    path.unlink(missing_ok=True) if not path.is_dir() else path.rmdir()
+    if isinstance(content, bytes):
+        path.write_bytes(content)
+    else:
+        SPECIAL[content](path)

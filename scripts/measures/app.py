@@ -3,31 +3,31 @@
 from __future__ import annotations
 
 import contextlib
+import json
+import os
 import subprocess
 import sys
 import time
 from collections.abc import Iterable
+from itertools import takewhile
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
 
-import mutation
-import newcomer
-import numpy as np
-from release import artefacts, inventory
-from release import pages as release_pages
+from release import bill
+from release.check import PROJECT, ROOT, tracked_files
 from website.__main__ import build
+from website.examples import examples
 
 from agents.commands.page_benchmarks import page_measures
 from curling_env.benchmarks.measures import import_time
-from curling_env.typing import Flags
 from measures import coaching
 
 MEASURES = (
     *("latency", "causes", "athletes", "stones"),
     *("size", "import_of_package", "first_map", "tests", "faults_noticed", "site"),
 )
-MUTANTS, MUTANTS_SEED = 300, 0
+MUTANTS = 300
 EXTRAS = ("train", "app")
 """Extras whose size is recorded."""
 NUMPY = "import time; begun = time.process_time(); import numpy; print(time.process_time() - begun)"
@@ -41,21 +41,21 @@ def latency() -> dict[str, float]:
 
 def size() -> dict[str, float]:
     """Measure the size of an installation on disk, without compiled bytecode [MB]."""
-    rows = inventory.inventory()
-    asked = release_pages.PROJECT["optional-dependencies"]
-    core = release_pages.closure(rows, release_pages.PROJECT["dependencies"])
-    own = 1e-6 * sum((artefacts.ROOT / name).stat().st_size for name in artefacts.tracked_files())
-    extras = {name: release_pages.closure(rows, asked[name]) - core for name in EXTRAS}
+    rows = bill.inventory()
+    asked = PROJECT["optional-dependencies"]
+    core = bill.closure(rows, PROJECT["dependencies"])
+    own = 1e-6 * sum((ROOT / name).stat().st_size for name in tracked_files())
+    extras = {name: bill.closure(rows, asked[name]) - core for name in EXTRAS}
     return {
         "own_mb": own,
         "core_mb": own + _megabytes(rows, core),
         **{f"{name}_mb": _megabytes(rows, added) for name, added in extras.items()},
-        "all_mb": own + _megabytes(rows, {release_pages.key(row) for row in rows}),
+        "all_mb": own + _megabytes(rows, {bill.key(row) for row in rows}),
     }
 
 
 def _megabytes(rows: Iterable[dict[str, Any]], names: set[str]) -> float:
-    return 1e-6 * sum(row["size"] for row in rows if release_pages.key(row) in names)
+    return 1e-6 * sum(row["size"] for row in rows if bill.key(row) in names)
 
 
 def import_of_package() -> dict[str, float]:
@@ -67,9 +67,30 @@ def import_of_package() -> dict[str, float]:
 
 
 def first_map() -> dict[str, float]:
-    """Measure the time from the clone to a first map, by the commands of docs/start.md."""
+    """Measure the time from the clone to a first map, by the commands of docs/start.md.
+
+    Its blocks are run in order in a new folder, up to the first that is not a shell's.
+
+    Raises
+    ------
+    CalledProcessError : a block failed
+    """
+    spent: list[float] = []
+    page = (ROOT / "docs" / "start.md").read_text(encoding="utf-8")
     with TemporaryDirectory() as folder:
-        spent = [block.seconds for block in newcomer.run_page(Path(folder) / "newcomer")]
+        cloned = Path(folder) / "curling-sheet"
+        for example in takewhile(lambda example: example.language == "sh", examples(page)):
+            text = 'curling() { .venv/bin/curling "$@"; }\n' + example.text
+            begun = time.monotonic()
+            subprocess.run(
+                ["bash", "-euo", "pipefail", "-c", text.replace("<this repository>", str(ROOT))],
+                cwd=cloned if cloned.exists() else folder,
+                env={k: v for k, v in os.environ.items() if k != "VIRTUAL_ENV"},
+                stdin=subprocess.DEVNULL,
+                stdout=sys.stderr,
+                check=True,
+            )
+            spent.append(time.monotonic() - begun)
     return {"demo_min": spent[0] / 60, "map_s": sum(spent[1:])}
 
 
@@ -87,33 +108,16 @@ def tests_run(folder: str) -> float:
     """
     words = [sys.executable, "-m", "pytest", "-n", "2", "--dist", "worksteal", "-q", folder]
     begun = time.monotonic()
-    subprocess.run(words, cwd=artefacts.ROOT, check=True, stdout=sys.stderr)
+    subprocess.run(words, cwd=ROOT, check=True, stdout=sys.stderr)
     return time.monotonic() - begun
 
 
 def faults_noticed() -> dict[str, float]:
-    """Measure the share of small faults in the code that the tests notice [%]."""
-    return noticed(MUTANTS, list(mutation.AREAS), ["tests"])
-
-
-def noticed(mutants: int, areas: list[str], folders: list[str]) -> dict[str, float]:
-    """Return the share of drawn mutants that the tests of some folders notice [%].
-
-    Parameters
-    ----------
-    mutants : number of mutants
-    areas : areas of the code
-    folders : folders of the tests
-    """
-    root = artefacts.ROOT
-    drawn = mutation.draw(root, mutants, MUTANTS_SEED, areas)
+    """Measure the share of small faults in the code that the tests notice [%], by area."""
     with TemporaryDirectory() as out:
-        judged = mutation.judge_all(root, Path(out), drawn, tests=folders)
-    found: dict[str, Flags] = {
-        area: np.array([m.verdict != "survived" for m in judged if area in (m.area, "all")])
-        for area in (*areas, "all")
-    }
-    return {area: 100 * float(flags.mean()) for area, flags in found.items()}
+        words = ["make", "-s", "mutants", "JOBS=2", f"MUTANTS=-n {MUTANTS} --out {out}"]
+        done = subprocess.run(words, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(done.stdout.splitlines()[-1])
 
 
 def site() -> dict[str, float]:

@@ -1,10 +1,10 @@
 """Build the project, install it where nothing else is, and try it: `make release-check`.
 
 Each line of the end is one environment: ``ok``, ``FAILED`` with the reason, or ``not checked`` with
-what is missing here. Only failures make the exit status 1. What each step said is in runs/release.
+what is missing here. Only failures make the exit status 1. The output of each is in runs/release.
 
-Interpreters are looked for by name (python3.12) and among pyenv's; `--python` names others. PyTorch
-is taken in the version of constraints.txt alone, because each other one is gigabytes to load.
+Interpreters are looked for by name (python3.12) and among pyenv's. PyTorch is taken in the version
+of constraints.txt alone, because each other one is gigabytes to load.
 """
 
 from __future__ import annotations
@@ -15,80 +15,19 @@ import re
 import shutil
 import subprocess
 import sys
+import tarfile
 import tomllib
-from collections.abc import Callable
-from dataclasses import dataclass
+import zipfile
+from collections.abc import Iterable
 from pathlib import Path
-from typing import NamedTuple
 
-from release.artefacts import ROOT, build, faults_of
-
+ROOT = Path(__file__).parents[2]
 PYTHONS = ("3.11", "3.12", "3.13")
 SMOKE = Path(__file__).with_name("smoke.py")
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
 NOT_TRIED = ("dev", "docs")
 """Extras for those who work on the project: `make setup` installs them, with everything else."""
-
-
-class Line(NamedTuple):
-    """What became of one environment."""
-
-    name: str
-    state: str
-    said: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Workplace:
-    """Where environments are made, and what is installed into them.
-
-    Parameters
-    ----------
-    folder : for environments and logs
-    wheel, sdist : the project as it would be released
-    keep : whether environments stay
-    """
-
-    folder: Path
-    wheel: Path
-    sdist: Path
-    keep: bool = False
-
-    def tried(self, name: str, python: str, packages: list[str], checks: list[list[str]]) -> Line:
-        """Make an environment, install packages, and run the checks of smoke.py in it.
-
-        Parameters
-        ----------
-        name : name of the environment
-        python : its interpreter
-        packages : what is installed, as words for `uv pip install`
-        checks : arguments of smoke.py, for each check
-        """
-        place, log = self.folder / name, self.folder / f"{name}.log"
-        inside, empty = place / "bin" / "python", self.folder / f"{name}.files"
-        shutil.rmtree(empty, ignore_errors=True)
-        empty.mkdir()
-        steps: list[list[str]] = [
-            [*UV, "venv", "--quiet", "--clear", "--python", python, str(place)],
-            [*UV, "pip", "install", "--quiet", "--python", str(inside), *FINDING, *packages],
-            [*UV, "pip", "check", "--python", str(inside)],
-            *([str(inside), "-I", str(SMOKE), *words] for words in checks),
-        ]
-        with log.open("w", encoding="utf-8") as file:
-            for step in steps:
-                file.write(f"$ {' '.join(step)}\n")
-                file.flush()
-                done = subprocess.run(
-                    step, cwd=empty, env=ENVIRONMENT, stdout=file, stderr=subprocess.STDOUT
-                )
-                if done.returncode:
-                    return Line(name, "FAILED", f"{_last_line(log)} (see {log})")
-        if not self.keep:
-            shutil.rmtree(place)
-            shutil.rmtree(empty)
-        return Line(name, "ok", f"{len(checks)} check{'s' * (len(checks) > 1)}")
-
-
+PACKAGES = ("curling_env", "friction_estimation", "agents")
 UV = [sys.executable, "-m", "uv"]
 FINDING = [f"--find-links={folder}" for folder in os.environ.get("PIP_FIND_LINKS", "").split()]
 ENVIRONMENT = {
@@ -100,140 +39,136 @@ ENVIRONMENT = {
 
 def main() -> None:
     options = argparse.ArgumentParser(prog="release", description=__doc__)
-    options.add_argument("--python", action="append", default=[], help="a further interpreter")
     options.add_argument("--only", action="append", help="name of a check, as the end shows it")
-    options.add_argument("--keep", action="store_true", help="keep the environments")
-    given = options.parse_args()
+    only = options.parse_args().only
     folder = ROOT / "runs" / "release"
     shutil.rmtree(folder, ignore_errors=True)
     (folder / "dist").mkdir(parents=True)
-    print("building the sdist, and the wheel from it", flush=True)
-    wheel, sdist = build(folder / "dist")
-    faults = faults_of(wheel, sdist)
-    lines = [Line("content", "FAILED", fault) for fault in faults] or [Line("content", "ok")]
-    place = Workplace(folder=folder, wheel=wheel, sdist=sdist, keep=given.keep)
-    found = interpreters(given.python)
-    for name, run in plan(place, found).items():
-        if given.only and name not in given.only:
+    words = [*UV, "build", "--quiet", *FINDING, "--out-dir", str(folder / "dist"), str(ROOT)]
+    subprocess.run(words, check=True, env=ENVIRONMENT)
+    (wheel,), (sdist,) = (list((folder / "dist").glob(name)) for name in ("*.whl", "*.tar.gz"))
+    ends = {"content": "; ".join(faults_of(wheel, sdist))}
+    for name, (python, packages, checks) in plan(folder, wheel, sdist).items():
+        if only and name not in only:
             continue
-        lines.append(run())
-        print(_row(lines[-1]), flush=True)
-    print("\n" + "\n".join(map(_row, lines)))
-    count = {state: sum(line.state == state for line in lines) for state in STATES}
-    print(", ".join(f"{number} {state}" for state, number in count.items()))
-    sys.exit(1 if count["FAILED"] else 0)
+        ends[name] = tried(folder, name, python, packages, checks) if python else MISSING
+        print(f"{name:16} {ends[name] or 'ok'}", flush=True)
+    print("\n" + "\n".join(f"{name:16} {end or 'ok'}" for name, end in ends.items()))
+    sys.exit(any(end not in ("", MISSING) for end in ends.values()))
 
 
-STATES = ("ok", "FAILED", "not checked")
+MISSING = "not checked  there is no such Python on this machine"
+Check = tuple[str | None, list[str], list[list[str]]]
+"""Interpreter, words for `uv pip install`, and words for smoke.py of each check."""
 
 
-def plan(place: Workplace, found: dict[str, str | None]) -> dict[str, Callable[[], Line]]:
-    """Every check by its name.
-
-    Parameters
-    ----------
-    place : where they are made
-    found : interpreters by version; None where there is none here
-    """
+def plan(folder: Path, wheel: Path, sdist: Path) -> dict[str, Check]:
+    """Return every check by its name."""
     core, film = ["core", PROJECT["version"]], ["film"]
-    checks: dict[str, Callable[[], Line]] = {}
-    for version, python in found.items():
-        name = f"python{version}"
-        checks[name] = (
-            _missing(name)
-            if python is None
-            else _later(place, name, python, [str(place.wheel)], [core, film])
-        )
-    version, python = next(((v, p) for v, p in found.items() if p), ("", None))
-    if python is None:
-        return checks
-    checks["sdist"] = _later(place, "sdist", python, [str(place.sdist)], [core])
-    checks["oldest"] = lambda: _oldest(place, version, python, [core, film])
-    pinned = f"torch=={_locked('torch')}"
-    for extra in PROJECT["optional-dependencies"]:
-        if extra in NOT_TRIED:
-            continue
-        wanted = [f"{place.wheel}[{extra}]"]
-        if any("torch" in asked for asked in PROJECT["optional-dependencies"][extra]):
-            wanted.append(pinned)
-        checks[extra] = _later(place, extra, python, wanted, [[extra]])
+    found = {version: interpreter(version) for version in PYTHONS}
+    checks: dict[str, Check] = {
+        f"python{version}": (python, [str(wheel)], [core, film])
+        for version, python in found.items()
+    }
+    first = next((python for python in found.values() if python), None)
+    checks["sdist"] = first, [str(sdist)], [core]
+    oldest = folder / "oldest.txt"
+    checks["oldest"] = first, [str(wheel), "--requirement", str(oldest)], [core, film]
+    if first is not None:
+        words = [*UV, "pip", "compile", "--quiet", "--resolution", "lowest-direct", *FINDING]
+        words += ["--python", first, "pyproject.toml", "--output-file", str(oldest)]
+        subprocess.run(words, cwd=ROOT, env=ENVIRONMENT, check=True)
+    for extra, asked in PROJECT["optional-dependencies"].items():
+        pinned = [locked("torch")] if any("torch" in package for package in asked) else []
+        if extra not in NOT_TRIED:
+            checks[extra] = first, [f"{wheel}[{extra}]", *pinned], [[extra]]
     return checks
 
 
-def interpreters(others: list[str]) -> dict[str, str | None]:
-    """Interpreters by version: those that users may have, and further ones."""
-    found = {version: _interpreter(version) for version in PYTHONS}
-    for python in others:
-        if (version := _version_of(python)) is None:
-            raise SystemExit(f"{python} is no Python that runs")
-        found[version] = python
-    return found
+def tried(
+    folder: Path, name: str, python: str, packages: list[str], checks: list[list[str]]
+) -> str:
+    """Make an environment, install packages, and run the checks of smoke.py in it.
+
+    Returns
+    -------
+    the reason of a failure; nothing after success
+    """
+    place, log = folder / name, folder / f"{name}.log"
+    inside, empty = str(place / "bin" / "python"), folder / f"{name}.files"
+    empty.mkdir()
+    steps = [
+        [*UV, "venv", "--quiet", "--python", python, str(place)],
+        [*UV, "pip", "install", "--quiet", "--python", inside, *FINDING, *packages],
+        [*UV, "pip", "check", "--python", inside],
+        *([inside, "-I", str(SMOKE), *words] for words in checks),
+    ]
+    with log.open("w", encoding="utf-8") as file:
+        for step in steps:
+            print("$", *step, file=file, flush=True)
+            done = subprocess.run(step, cwd=empty, env=ENVIRONMENT, stdout=file, stderr=file)
+            if done.returncode:
+                rows = log.read_text(encoding="utf-8").split("\n")
+                return f"FAILED  {next(filter(None, map(str.strip, rows[::-1])))[:300]} (see {log})"
+    shutil.rmtree(place)
+    shutil.rmtree(empty)
+    return ""
 
 
-def _interpreter(version: str) -> str | None:
-    """An interpreter of a version on this machine, or None."""
+def interpreter(version: str) -> str | None:
+    """Return an interpreter of a version on this machine that runs, or None."""
     name = f"python{version}"
     pyenv = Path(os.environ.get("PYENV_ROOT", Path.home() / ".pyenv"))
     there = [shutil.which(name), *map(str, pyenv.glob(f"versions/{version}.*/bin/{name}"))]
-    return next((python for python in there if python and _version_of(python) == version), None)
+    for python in filter(None, there):
+        if subprocess.run([python, "--version"], capture_output=True).returncode == 0:
+            return python
+    return None
 
 
-def _version_of(python: str) -> str | None:
-    """The version of an interpreter; None where it does not run."""
-    words = [python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
-    try:
-        done = subprocess.run(words, capture_output=True, text=True)
-    except OSError:
-        return None
-    return done.stdout.strip() if done.returncode == 0 else None
-
-
-def _oldest(place: Workplace, version: str, python: str, checks: list[list[str]]) -> Line:
-    """The oldest versions that pyproject.toml allows of what it names itself."""
-    listed = place.folder / "oldest.txt"
-    words = [*UV, "pip", "compile", "--quiet", "--no-header", "--no-annotate", *FINDING]
-    words += ["--resolution", "lowest-direct", "--python-version", version]
-    words += ["pyproject.toml", "--output-file", str(listed)]
-    done = subprocess.run(words, cwd=ROOT, env=ENVIRONMENT, capture_output=True, text=True)
-    if done.returncode:
-        return Line("oldest", "FAILED", done.stderr.strip()[:300])
-    packages = [str(place.wheel), "--requirement", str(listed)]
-    line = place.tried("oldest", python, packages, checks)
-    return line._replace(said=f"{line.said} with {_versions(listed)}")
-
-
-def _versions(listed: Path) -> str:
-    """What stands in the file of versions, of the packages that the project names itself."""
-    named = {re.split(r"[^\w.-]", asked, maxsplit=1)[0] for asked in PROJECT["dependencies"]}
-    rows = (row.split("==") for row in listed.read_text(encoding="utf-8").splitlines())
-    return ", ".join(f"{row[0]} {row[1]}" for row in rows if row[0] in named)
-
-
-def _later(
-    place: Workplace, name: str, python: str, packages: list[str], checks: list[list[str]]
-) -> Callable[[], Line]:
-    return lambda: place.tried(name, python, packages, checks)
-
-
-def _missing(name: str) -> Callable[[], Line]:
-    return lambda: Line(name, "not checked", f"there is no {name} on this machine")
-
-
-def _locked(name: str) -> str:
-    """The version of a package in constraints.txt."""
+def locked(name: str) -> str:
+    """Return a package with its version in constraints.txt."""
     text = (ROOT / "constraints.txt").read_text(encoding="utf-8")
-    found = re.search(rf"(?m)^{name}==([^ ;\\]+)", text)
+    found = re.search(rf"(?m)^{name}==[^ ;\\]+", text)
     assert found is not None, f"constraints.txt has no {name}"
-    return found[1]
+    return found[0]
 
 
-def _last_line(log: Path) -> str:
-    rows = [row.strip() for row in log.read_text(encoding="utf-8").splitlines() if row.strip()]
-    return rows[-1][:300]
+# --- content --------------------------------------------------------------------------------------
 
 
-def _row(line: Line) -> str:
-    return f"{line.name:16} {line.state:12} {line.said}".rstrip()
+def tracked_files() -> list[str]:
+    """Return the files of the packages that git has: everything that must be in the wheel."""
+    words = ["git", "ls-files", "-z", *PACKAGES, "curling.py"]
+    listed = subprocess.run(words, cwd=ROOT, check=True, capture_output=True, text=True).stdout
+    return sorted(name for name in listed.split("\0") if name)
+
+
+def faults_of(wheel: Path, sdist: Path) -> list[str]:
+    """Return what is wrong with the content of both files, one line each."""
+    with zipfile.ZipFile(wheel) as archive, tarfile.open(sdist) as packed:
+        names = archive.namelist()
+        in_sdist = [name.partition("/")[2] for name in packed.getnames()]
+    needed = [*tracked_files(), "pyproject.toml", "README.md", "LICENSE", "PKG-INFO"]
+    missing = sorted(set(needed) - set(in_sdist))
+    return wheel_faults(names, tracked_files()) + [f"the sdist lacks {name}" for name in missing]
+
+
+def wheel_faults(names: Iterable[str], wanted: Iterable[str]) -> list[str]:
+    """Return what is wrong with the content of a wheel, one line each.
+
+    Parameters
+    ----------
+    names : files in the wheel
+    wanted : files of the repository that belong into it
+    """
+    installed = {name for name in names if ".dist-info/" not in name}
+    expected = {*wanted, *(f"{package}/py.typed" for package in PACKAGES)}
+    faults = [f"the wheel lacks {name}" for name in sorted(expected - installed)]
+    faults += [f"the wheel has {name}, which git does not" for name in sorted(installed - expected)]
+    if not any(name.endswith(".dist-info/licenses/LICENSE") for name in names):
+        faults.append("the wheel lacks its licence")
+    return faults
 
 
 if __name__ == "__main__":

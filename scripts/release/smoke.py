@@ -102,16 +102,6 @@ def game() -> None:
     curling_env.curling_v0.env().reset(seed=1)
 
 
-def ray() -> None:
-    importlib.import_module("curling_env.infrastructure.executor")
-    importlib.import_module("ray")
-
-
-def rllib() -> None:
-    importlib.import_module("ray.rllib.algorithms.ppo")
-    importlib.import_module("agents.learning.rllib")
-
-
 def parquet() -> None:
     from curling_env.infrastructure.files.storage import write_table
 
@@ -119,29 +109,23 @@ def parquet() -> None:
     assert importlib.import_module("pyarrow.parquet").read_table("t.parquet").num_rows == 3
 
 
-def digital_curling() -> None:
-    importlib.import_module("agents.digital_curling.dc4.application")
-    importlib.import_module("agents.digital_curling.dc4.web_host")
-
-
-def app() -> None:
-    importlib.import_module("agents.app.application")
-    importlib.import_module("agents.app.serve")
-
-
-def science() -> None:
-    from friction_estimation.discovery.posterior_file import can_write_posterior
-
-    assert can_write_posterior()
-    for name in ("h5netcdf", "h5py"):
-        importlib.import_module(name)
-
-
-def offline() -> None:
-    importlib.import_module("agents.playing.offline_data")
-    importlib.import_module("minari")
+IMPORTED = {
+    "ray": ("curling_env.infrastructure.ray_cluster",),
+    "rllib": ("ray.rllib.algorithms.ppo", "agents.learning.rllib"),
+    "digital-curling": ("agents.digital_curling.dc4.application",
+                        "agents.digital_curling.dc4.web_host"),
+    "app": ("agents.app.application", "agents.app.serve"),
+    "science": ("h5netcdf", "h5py", "friction_estimation.discovery.posterior_file"),
+    "offline": ("minari", "agents.playing.offline_data"),
+}  # fmt: skip
+"""Extra -> modules that need it."""
+TRIED = {"core": core, "film": film, "train": train, "viewer": viewer, "game": game,
+         "parquet": parquet}  # fmt: skip
 
 
 if __name__ == "__main__":
     what, *given = sys.argv[1:]
-    globals()[what.replace("-", "_")](*given)
+    for module in IMPORTED.get(what, ()):
+        importlib.import_module(module)
+    if what not in IMPORTED:
+        TRIED[what](*given)

@@ -1,17 +1,11 @@
-"""Build the site, offline and without a warning, or serve what was built.
-
-cd scripts
-python -m website ../site
-python -m website ../site --serve
-"""
+"""Build the site, offline and without a warning: `cd scripts && python -m website ../site`."""
 
 from __future__ import annotations
 
 import argparse
-import contextlib
-import functools
-import http.server
+import re
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 ROOT = Path(__file__).parents[2]
@@ -19,12 +13,9 @@ KEPT = ROOT / "runs/website"
 
 
 def main() -> int:
-    options = argparse.ArgumentParser(prog="website", description="Build the site, or serve it.")
+    options = argparse.ArgumentParser(prog="website", description=__doc__)
     options.add_argument("folder", type=Path, help="where the site goes")
-    options.add_argument("--serve", action="store_true", help="show what was built")
-    options.add_argument("--port", type=int, default=8000)
-    given = options.parse_args()
-    return serve(given.folder, given.port) if given.serve else build(given.folder)
+    return build(options.parse_args().folder)
 
 
 def build(folder: Path, kept: Path = KEPT) -> int:
@@ -37,7 +28,6 @@ def build(folder: Path, kept: Path = KEPT) -> int:
     """
     from sphinx.cmd.build import build_main
 
-    from website.assets import remote_assets
     from website.pages import gather
 
     sources = kept / "pages"
@@ -53,14 +43,19 @@ def build(folder: Path, kept: Path = KEPT) -> int:
     return status
 
 
-def serve(folder: Path, port: int) -> int:
-    """Serve a built site to this machine only, until interrupted."""
-    handler = functools.partial(http.server.SimpleHTTPRequestHandler, directory=str(folder))
-    with http.server.ThreadingHTTPServer(("127.0.0.1", port), handler) as server:
-        print(f"http://127.0.0.1:{port}/ (ends with Ctrl+C)")
-        with contextlib.suppress(KeyboardInterrupt):
-            server.serve_forever()
-    return 0
+_LOADED = re.compile(
+    r"""<(?:script|img|iframe|source|video|audio)\b[^>]*\ssrc=["'](?:https?:)?//[^"']+"""
+    r"""|<link\b(?=[^>]*rel=["'](?:stylesheet|preload|icon|preconnect))[^>]*href=["'](?:https?:)?//[^"']+"""
+    r"""|(?:url\(|@import)\s*["']?(?:https?:)?//[^"')]+""",
+    re.IGNORECASE,
+)
+
+
+def remote_assets(site: Path) -> Iterator[str]:
+    """Yield each page or style that loads a script, picture, font or style from another host."""
+    for path in sorted({*site.rglob("*.html"), *site.rglob("*.css")}):
+        for found in _LOADED.findall(path.read_text(encoding="utf-8")):
+            yield f"{path.relative_to(site)}: {found}"
 
 
 if __name__ == "__main__":

@@ -6,7 +6,7 @@ import contextlib
 import importlib.metadata
 import io
 import os
-from collections.abc import Iterator
+from unittest import mock
 
 from curling_env.commands.cli import COMMAND_GROUP, main
 
@@ -38,7 +38,7 @@ def pages() -> dict[str, str]:
 def help_of(*words: str) -> str:
     """What `curling WORDS --help` prints."""
     shown = io.StringIO()
-    with _columns(80), contextlib.redirect_stdout(shown):
+    with mock.patch.dict(os.environ, COLUMNS="80"), contextlib.redirect_stdout(shown):
         assert main([*words, "--help"]) == 0
     return shown.getvalue().rstrip()
 
@@ -61,16 +61,3 @@ def _summary(text: str) -> str:
     said = text.split("\n\n", 2)[1]
     sentence = " ".join(line.strip() for line in said.splitlines())
     return sentence.split(". ")[0].rstrip(".") + "."
-
-
-@contextlib.contextmanager
-def _columns(width: int) -> Iterator[None]:
-    before = os.environ.get("COLUMNS")
-    os.environ["COLUMNS"] = str(width)
-    try:
-        yield
-    finally:
-        if before is None:
-            del os.environ["COLUMNS"]
-        else:
-            os.environ["COLUMNS"] = before

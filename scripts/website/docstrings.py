@@ -7,8 +7,11 @@ from typing import Any
 
 from sphinx.application import Sphinx
 
-_SECTION = re.compile(r"^(Parameters|Returns|Yields|Raises|Source|Attributes|Notes)$")
-_ENTRY = re.compile(r"^(\*{0,2}[\w, .*]+?) : (.*)$")
+_SECTION = re.compile(
+    r"^(Parameters|Returns|Yields|Raises|Source|Attributes|Notes)\n-{3,}\n", re.MULTILINE
+)
+_ENTRY = re.compile(r"^(\*{0,2}[\w, .*]+?) : (.*(?:\n[ ]+.*)*)", re.MULTILINE)
+_LABELS = {"Parameters": "param", "Attributes": "param", "Raises": "raises"}
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -22,65 +25,37 @@ def _process(*given: Any) -> None:
 
 
 def field_list(lines: list[str]) -> list[str]:
-    """A docstring in reStructuredText.
+    """Return a docstring in reStructuredText.
 
     Parameters
     ----------
     lines : without its indentation
     """
-    before, sections = _split(lines)
-    out = _paragraphs(before)
-    for title, body in sections:
-        out += ["", *_fields(title, body)]
+    before, *sections = _SECTION.split("\n".join(lines))
+    out = _paragraphs(before.split("\n"))
+    for title, body in zip(sections[::2], sections[1::2], strict=True):
+        out.append("")
+        if title in _LABELS:
+            out += [
+                f":{_LABELS[title]} {_names(name)}: {_escaped(_joined(words))}"
+                for name, words in _ENTRY.findall(body)
+            ]
+        else:
+            label = ":returns:" if title in ("Returns", "Yields") else f"**{title}.**"
+            out.append(f"{label} {_escaped(_joined(body))}")
     return [*out, ""]
 
 
-def _split(lines: list[str]) -> tuple[list[str], list[tuple[str, list[str]]]]:
-    before: list[str] = []
-    sections: list[tuple[str, list[str]]] = []
-    at = 0
-    while at < len(lines):
-        rule = lines[at + 1] if at + 1 < len(lines) else ""
-        if _SECTION.match(lines[at]) and re.match(r"^-{3,}$", rule):
-            sections.append((lines[at], []))
-            at += 2
-            continue
-        (sections[-1][1] if sections else before).append(lines[at])
-        at += 1
-    return before, sections
-
-
-def _fields(title: str, body: list[str]) -> list[str]:
-    if title in ("Parameters", "Attributes", "Raises"):
-        label = "raises" if title == "Raises" else "param"
-        return [f":{label} {_names(name)}: {_escaped(words)}" for name, words in _entries(body)]
-    words = _escaped(_joined(body))
-    if title in ("Returns", "Yields"):
-        return [f":returns: {words}"]
-    return [f"**{title}.** {words}"]
+def _joined(text: str) -> str:
+    return " ".join(text.split())
 
 
 def _names(names: str) -> str:
     return names.replace("*", r"\*").replace(", ", r",\ ")
 
 
-def _entries(body: list[str]) -> list[tuple[str, str]]:
-    entries: list[tuple[str, list[str]]] = []
-    for line in body:
-        found = _ENTRY.match(line)
-        if found:
-            entries.append((found[1], [found[2]]))
-        elif entries:
-            entries[-1][1].append(line)
-    return [(name, _joined(words)) for name, words in entries]
-
-
-def _joined(lines: list[str]) -> str:
-    return " ".join(line.strip() for line in lines if line.strip())
-
-
 def _paragraphs(lines: list[str]) -> list[str]:
-    """Plain text as it stands; what is indented below a colon is an example."""
+    """Keep plain text as it stands; what is indented below a colon is an example."""
     out: list[str] = []
     literal = False
     for at, line in enumerate(lines):
@@ -95,7 +70,7 @@ def _paragraphs(lines: list[str]) -> list[str]:
 
 
 def _escaped(text: str) -> str:
-    """Text without meaning for reStructuredText, except what stands in backticks."""
+    """Return a line without meaning for reStructuredText, except what stands in backticks."""
     parts = re.split(r"(``.*?``|`.*?`)", text)
     return "".join(
         part if part.startswith("`") else re.sub(r"([*|_\\])", r"\\\1", part) for part in parts

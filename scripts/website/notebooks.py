@@ -2,30 +2,21 @@
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 
 INDEX = "notebooks/README.md"
 
 
 def pages(docs: Path) -> dict[str, str]:
-    """A page for each notebook of docs/notebooks, by its name."""
+    """Return a page for each notebook of docs/notebooks, by its name."""
     return {
         f"notebooks/{path.stem}.md": page(path) for path in sorted(docs.glob("notebooks/*.ipynb"))
     }
 
 
 def page(path: Path) -> str:
-    """A notebook as Markdown, with the file itself to take away below its title."""
-    parts: list[str] = []
-    for cell in json.loads(path.read_text(encoding="utf-8"))["cells"]:
-        text = "".join(cell["source"])
-        parts.append(text if cell["cell_type"] == "markdown" else f"```python\n{text}\n```")
-    title, _, rest = parts[0].partition("\n")
-    parts[0] = f"{title}\n\n{{download}}`The notebook <{path.name}>`\n{rest}"
-    return "\n\n".join(parts) + "\n"
+    """Return a notebook as Markdown, with the file itself to take away below its title."""
+    from nbconvert import MarkdownExporter
 
-
-def linked(index: str) -> str:
-    """The list of notebooks with links to their pages."""
-    return index.replace(".ipynb)", ".md)")
+    title, _, rest = MarkdownExporter().from_filename(str(path))[0].strip().partition("\n")
+    return f"{title}\n\n{{download}}`The notebook <{path.name}>`\n{rest}\n"

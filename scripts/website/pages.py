@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import posixpath
 import re
 import shutil
-from collections.abc import Container
 from pathlib import Path
 
 from website import commands, effects, notebooks, observations, python_api
@@ -17,7 +15,6 @@ ROOT_PAGES = {
 }
 """Documents of the repository's root -> their place on the site."""
 ELSEWHERE = {**ROOT_PAGES, "README.md": "index.md"}
-_PERHAPS = re.compile(r"^([\w./-]+)\?\n", re.MULTILINE)
 _LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 _DATE = re.compile(r"\| (\d{4}-\d\d-\d\d) (?=\|)")
 _PER_CENT = re.compile(r"(?<=\d) %")
@@ -60,23 +57,11 @@ def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
         texts[name] = relinked((root / source).read_text(encoding="utf-8"), name, below="")
     texts["decisions/README.md"] += _hidden_contents("[a-z]*")
     if notebooks.INDEX in texts:
-        index = notebooks.linked(texts[notebooks.INDEX])
+        index = texts[notebooks.INDEX].replace(".ipynb)", ".md)")
         texts[notebooks.INDEX] = index + _hidden_contents("[0-9]*")
     texts |= notebooks.pages(docs)
     texts |= {**commands.pages(), **effects.pages(), **python_api.pages()}
-    whole = {name: with_whole_cells(text) for name, text in texts.items()}
-    return {name: with_what_exists(text, name, whole) for name, text in whole.items()}, copied
-
-
-def with_what_exists(text: str, name: str, names: Container[str]) -> str:
-    """A page whose list of contents asks for ``PAGE?`` gets that page if there is one."""
-    here = posixpath.dirname(name)
-
-    def kept(asked: re.Match[str]) -> str:
-        page = posixpath.normpath(posixpath.join(here, f"{asked[1]}.md"))
-        return f"{asked[1]}\n" if page in names else ""
-
-    return _PERHAPS.sub(kept, text)
+    return {name: with_whole_cells(text) for name, text in texts.items()}, copied
 
 
 def relinked(text: str, name: str, *, below: str) -> str:

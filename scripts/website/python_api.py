@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import importlib
-import inspect
 import types
-from typing import Any
 
 PACKAGES = {
     "curling_env": "the sheet, its ice, the physics, the rules, and the environments",
@@ -15,52 +13,36 @@ PACKAGES = {
     "curling_env.physics.effects": "the catalogue of effects, and their cards",
     "curling_env.game": "players, calls, and games on ice",
 }
+INDEX = """# Python
+
+The names that the packages offer at their top are public, and change by the rules of
+[versions](../../versioning.md). Positions are in metres, times in seconds, angles in radians;
+[files](../../files.md) explains the frames.
+
+{listed}
+
+```{{toctree}}
+:hidden:
+
+{names}
+```
+"""
 
 
 def pages() -> dict[str, str]:
-    """A page in reStructuredText for each package, which autodoc fills."""
+    """Return a page in reStructuredText for each package, which autodoc fills, and their list."""
+    listed = "\n".join(f"- [`{name}`]({name}.rst): {words}" for name, words in PACKAGES.items())
+    index = INDEX.format(listed=listed, names="\n".join(PACKAGES))
     texts = {f"reference/python/{name}.rst": page(name) for name in PACKAGES}
-    listed = [f"- [`{name}`]({name}.rst): {words}" for name, words in PACKAGES.items()]
-    texts["reference/python/index.md"] = "\n".join(
-        [
-            "# Python",
-            "",
-            "The names that the packages offer at their top are public, and change by the rules of"
-            " [versions](../../versioning.md). Positions are in metres, times in seconds, angles in"
-            " radians; [files](../../files.md) explains the frames.",
-            "",
-            *listed,
-            "",
-            "```{toctree}",
-            ":hidden:",
-            "",
-            *PACKAGES,
-            "```",
-            "",
-        ]
-    )
-    return texts
+    return {**texts, "reference/python/index.md": index}
 
 
 def page(package: str) -> str:
+    """Return the page of a package; autodoc finds its functions and classes, but no constants."""
     module = importlib.import_module(package)
-    lines = [package, "=" * len(package), "", f".. automodule:: {package}", "   :no-members:", ""]
-    lines += [f".. currentmodule:: {package}", ""]
-    for name in sorted(module.__all__, key=str.lower):
+    lines = [package, "=" * len(package), "", f".. automodule:: {package}", "   :members:", ""]
+    for name in module.__all__:
         value = getattr(module, name)
-        kind = _kind(value)
-        if kind:
-            lines += [f".. {kind}:: {package}.{name}", *_options(value), ""]
+        if not callable(value) and not isinstance(value, types.ModuleType):
+            lines += [f".. autodata:: {package}.{name}", ""]
     return "\n".join(lines)
-
-
-def _kind(value: Any) -> str:
-    if inspect.isclass(value):
-        return "autoclass"
-    if callable(value) and hasattr(value, "__name__"):
-        return "autofunction"
-    return "" if isinstance(value, types.ModuleType) else "autodata"
-
-
-def _options(value: Any) -> list[str]:
-    return ["   :members:"] if inspect.isclass(value) else []

@@ -6,9 +6,10 @@ import json
 import re
 
 import pytest
-from website import assets, commands, effects, equations, notebooks
+from website import commands, effects, equations, notebooks
+from website.__main__ import remote_assets
 from website.docstrings import field_list
-from website.pages import relinked, with_what_exists, with_whole_cells
+from website.pages import relinked, with_whole_cells
 
 from curling_env.physics import catalogue
 
@@ -27,13 +28,6 @@ from curling_env.physics import catalogue
 )  # fmt: skip
 def test_links_lead_to_where_documents_stand_on_the_site(name, below, link, there):
     assert relinked(f"see [it]({link}).", name, below=below) == f"see [it]({there})."
-
-
-def test_contents_list_what_there_is():
-    text = "```{toctree}\nresults\nvalidation?\n../schemas/index?\n```\n"
-    names = {"reference/validation.md", "reference/results.md"}
-    kept = with_what_exists(text, "reference/index.md", names)
-    assert kept == "```{toctree}\nresults\nvalidation\n```\n"
 
 
 def test_dates_and_percentages_in_tables_are_not_broken():
@@ -77,12 +71,12 @@ def test_a_docstring_becomes_fields():
 def test_what_would_be_loaded_from_elsewhere_is_found(tmp_path):
     page = '<a href="https://example.org">there</a><script src="_static/a.js"></script>'
     (tmp_path / "good.html").write_text(page)
-    assert list(assets.remote_assets(tmp_path)) == []
+    assert list(remote_assets(tmp_path)) == []
     (tmp_path / "bad.html").write_text('<script async src="//cdn.example.org/x.js"></script>')
     (tmp_path / "bad.css").write_text("@import 'https://fonts.example.org/a.css';")
     (tmp_path / "worse.html").write_text('<link href="https://a.org/b.css" rel="stylesheet">')
-    found = [where.split(":")[0] for where in assets.remote_assets(tmp_path)]
-    assert found == ["bad.html", "worse.html", "bad.css"]
+    found = [where.split(":")[0] for where in remote_assets(tmp_path)]
+    assert found == ["bad.css", "bad.html", "worse.html"]
 
 
 def test_the_help_of_a_command_is_its_page():
@@ -122,14 +116,13 @@ def test_an_equation_is_divided_at_wide_spaces_where_that_breaks_nothing():
 
 
 def test_a_notebook_is_a_page_of_its_text_and_code(tmp_path):
-    cells = [
-        {"cell_type": "markdown", "source": ["# Title\n", "\n", "Words."]},
-        {"cell_type": "code", "source": ["x = 1\n", "x + 1"]},
-    ]
+    cell = {"metadata": {}, "source": ["# Title\n", "\n", "Words."]}
+    code = {"metadata": {}, "source": ["x = 1\n", "x + 1"], "outputs": [], "execution_count": None}
+    cells = [cell | {"cell_type": "markdown"}, code | {"cell_type": "code"}]
+    about = {"metadata": {"language_info": {"name": "python"}}, "nbformat": 4, "nbformat_minor": 4}
     (tmp_path / "notebooks").mkdir()
-    (tmp_path / "notebooks" / "1-a.ipynb").write_text(json.dumps({"cells": cells}))
+    (tmp_path / "notebooks" / "1-a.ipynb").write_text(json.dumps({"cells": cells, **about}))
     ((name, text),) = notebooks.pages(tmp_path).items()
     assert name == "notebooks/1-a.md"
     assert text.startswith("# Title\n\n{download}`The notebook <1-a.ipynb>`\n\nWords.")
     assert text.endswith("```python\nx = 1\nx + 1\n```\n")
-    assert notebooks.linked("[a](1-a.ipynb)") == "[a](1-a.md)"

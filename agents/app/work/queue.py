@@ -165,7 +165,7 @@ class WorkQueue:
 
 def _work(folder: Path, number: int) -> None:
     """What the process of a job does."""
-    from curling_env.infrastructure.executor import begin_worker
+    from curling_env.infrastructure.workers import begin_worker
 
     begin_worker()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's

@@ -19,7 +19,7 @@ from agents.playing.search.ice_error import ice_error
 from agents.playing.search.networks import network_for
 from agents.playing.search.positions import MAX_POINTS, EndSimulator, position_of
 from agents.playing.search.value_network import skill_feature
-from curling_env.envs.game.shots import SHOTS, ShotActions, mask_of
+from curling_env.envs.game.shots import SHOTS, ShotActions
 from curling_env.game import PlayerView
 from curling_env.ice import Ice
 from curling_env.physics.aim import Aim
@@ -109,7 +109,7 @@ class ShotValues:
 
     def _throws(self, view: PlayerView) -> tuple[Indices, Floats]:
         """Which shots there are (m,), and the throw of each (m, 3)."""
-        mask = mask_of(self._shots, view)
+        mask = self._shots.mask(view)
         assert mask is not None
         there = np.flatnonzero(mask)
         throws = (self._shots.call_of(shot, view).throw for shot in there.tolist())

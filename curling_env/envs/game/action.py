@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -10,7 +10,7 @@ import numpy as np
 from gymnasium import spaces
 from numpy.typing import ArrayLike
 
-from curling_env.envs.options import brief, floats_from
+from curling_env.envs.options import brief, floats_from, one_of
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.game.players import Call, Player, PlayerView
@@ -89,13 +89,9 @@ class GameAction:
     """
 
     def __init__(self, throws: ThrowRange, sweeping: Sweeping, choices: Choices = "rule") -> None:
-        if sweeping not in ("none", "scripted", "action"):
-            raise InputError(f"sweeping must be 'none', 'scripted' or 'action', got {sweeping!r}")
-        if choices not in ("rule", "action"):
-            raise InputError(f"choices must be 'rule' or 'action', got {choices!r}")
         self.throws = throws
-        self.choices: Choices = choices
-        self.sweeping = sweeping
+        self.choices: Choices = one_of("choices", choices, ("rule", "action"))
+        self.sweeping: Sweeping = one_of("sweeping", sweeping, ("none", "scripted", "action"))
         self.size = 3 + 2 * (sweeping == "action") + 4 * (choices == "action")
 
     @property
@@ -113,33 +109,22 @@ class GameAction:
         ------
         InputError : not the right number of finite numbers
         """
-        numbers = self._numbers(action)
-        throw = self.throws.throw_of(numbers[:3])
-        if self.sweeping != "action":
-            return Call(throw=throw)
-        begin, length = (LONGEST_SWEEP * (np.clip(numbers[3:5], -1, 1) + 1) / 2).tolist()
-        return Call(throw=throw, sweep=(begin, begin + length))
+        return self.calls_of([action])[0]
 
-    def calls_of(self, actions: Sequence[ArrayLike]) -> list[Call]:
-        """What `call_of` makes of each of many actions, in less time.
-
-        Raises
-        ------
-        InputError : an action that is not the right number of finite numbers
-        """
-        numbers = np.asarray(actions, dtype=np.float64)
-        if numbers.shape != (len(actions), self.size) or not np.isfinite(numbers).all():
-            return [self.call_of(action) for action in actions]
-        throws = [
-            Throw(speed=speed, angle=angle, spin=spin)
-            for speed, angle, spin in self.throws.numbers_of(numbers[:, :3]).tolist()
-        ]
-        if self.sweeping != "action":
-            return [Call(throw=throw) for throw in throws]
-        swept = (LONGEST_SWEEP * (np.clip(numbers[:, 3:5], -1, 1) + 1) / 2).tolist()
+    def calls_of(
+        self, actions: Sequence[ArrayLike], view: Callable[[int], PlayerView] | None = None
+    ) -> list[Call]:
+        """The calls that many actions mean, as by `call_of`."""
+        numbers = self._numbers(actions, count=len(actions))
+        sweeps: list[Any] = [None] * len(numbers)
+        if self.sweeping == "action":
+            begin, length = (LONGEST_SWEEP * (np.clip(numbers[:, 3:5], -1, 1) + 1) / 2).T
+            sweeps = list(zip(begin.tolist(), (begin + length).tolist(), strict=True))
         return [
-            Call(throw=throw, sweep=(begin, begin + length))
-            for throw, (begin, length) in zip(throws, swept, strict=True)
+            Call(throw=Throw(speed=speed, angle=angle, spin=spin), sweep=sweep)
+            for (speed, angle, spin), sweep in zip(
+                self.throws.numbers_of(numbers[:, :3]).tolist(), sweeps, strict=True
+            )
         ]
 
     def decisions_of(self, action: ArrayLike) -> TeamDecisions | None:
@@ -151,7 +136,7 @@ class GameAction:
         """
         if self.choices == "rule":
             return None
-        put_back, side, first, concede = self._numbers(action)[-4:].tolist()
+        put_back, side, first, concede = self._numbers([action], count=1)[0, -4:].tolist()
         power_play: Side | None = None
         if abs(side) > 1 / 3:
             power_play = "left" if side < 0 else "right"
@@ -162,11 +147,11 @@ class GameAction:
             concede=concede > CONCEDE_ABOVE,
         )
 
-    def _numbers(self, action: ArrayLike) -> Floats:
+    def _numbers(self, actions: Sequence[ArrayLike], *, count: int) -> Floats:
         wanted = f"an action must be {self.size} finite numbers in [-1, 1]"
-        given = floats_from(wanted, action)
-        if given.shape != (self.size,) or not np.isfinite(given).all():
-            raise InputError(f"{wanted}, got {brief(action)}")
+        given = floats_from(wanted, actions)
+        if given.shape != (count, self.size) or not np.isfinite(given).all():
+            raise InputError(f"{wanted}, got {brief(actions[0] if count == 1 else actions)}")
         return given
 
     def action_of(self, call: Call, decisions: TeamDecisions | None = None) -> Singles:

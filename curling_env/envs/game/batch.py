@@ -1,27 +1,110 @@
-"""Deliveries in many ends as arrays, and what is told of each."""
+"""Deliveries in many ends, simulated together where they share an ice that does not wear.
+
+Before stones touch, ends are those that the engine plays, to a tenth of a millimetre; contacts
+multiply what is left. Shots have no contacts and no paths.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
+from curling_env.envs.field import Field, releases_of
+from curling_env.envs.game.core import DIRECTION
+from curling_env.envs.game.end_core import End, PlayOneByOne
 from curling_env.game.players import Call, SweepInterval
 from curling_env.game.rules.delivery import Ruling
-from curling_env.game.rules.game import End
+from curling_env.game.rules.game import End as GameEnd
+from curling_env.game.rules.game import deliver
 from curling_env.game.rules.teams import STONES_PER_TEAM
-from curling_env.game.simulator import GameSimulator, PlayedShot, direction_of
-from curling_env.physics.batch import RELEASE_DTYPE, Positions
-from curling_env.physics.engine import Outcome, Status, StoneState, is_hogged, left_by_the_side
+from curling_env.game.simulator import GameSimulator, PlayedShot, result_of_places
+from curling_env.game.state import GameState
+from curling_env.physics.batch import Positions
+from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.sheet import TEE_Y
-from curling_env.throw import Delivery, Throw, velocity_of
+from curling_env.throw import Throw
 from curling_env.typing import Flags, Floats
 
-DIRECTION = direction_of(0)
-"""The end played to in the first end of a game."""
+_PLAY_ALONE = PlayOneByOne(paths=False)
+
+
+def play_together(
+    ends: Sequence[End], calls: Sequence[Call]
+) -> Sequence[tuple[GameState, PlayedShot]]:
+    """Play one delivery in each of some ends, in all of which the same team throws.
+
+    Where stones wear the ice, or every game has its own set of stones, no two ends share an ice:
+    they are played one after another by the engine.
+
+    Raises
+    ------
+    InputError : ice on which a stone never stops
+    """
+    out: list[tuple[GameState, PlayedShot] | None] = [None] * len(ends)
+    alike: dict[int, list[int]] = {}
+    for k, end in enumerate(ends):
+        simulator = end.ice.simulator
+        lonely = simulator.ice_wears or simulator.ice_evolution.stone_spread
+        alike.setdefault(-1 if lonely else id(end.ice), []).append(k)
+    for key, some in alike.items():
+        play = _PLAY_ALONE if key == -1 else _play_on_one_ice
+        played = play([ends[k] for k in some], [calls[k] for k in some])
+        for k, one in zip(some, played, strict=True):
+            out[k] = one
+    return [one for one in out if one is not None]
+
+
+def _play_on_one_ice(
+    ends_now: Sequence[End], calls: Sequence[Call]
+) -> Sequence[tuple[GameState, PlayedShot]]:
+    ice = ends_now[0].ice
+    simulator, states = ice.simulator, [end.state for end in ends_now]
+    ends = [end for state in states if (end := state.game.end) is not None]
+    places, names, identifiers, columns = lying_in(ends)
+    thrown = simulator.with_execution_errors(
+        [call.throw for call in calls], [simulator.skills[end.to_throw] for end in ends], states
+    )
+    sweeps = sweeps_of(simulator, calls, thrown)
+    numbers = [(own[-1], s.clock, s.throws) for own, s in zip(identifiers, states, strict=True)]
+    throws = np.hstack([thrown, numbers, sweeps])
+    releases = releases_of(throws, DIRECTION, simulator.delivery)
+    after = ice.field.play(places, names, releases, DIRECTION)
+    xy = after.xy - np.array([0.0, TEE_Y])
+    last = xy[:, -1].tolist()
+    apart = after.xy[:, :-1] != places
+    moved = (apart[..., 0] | apart[..., 1]) & ~np.isnan(places[..., 0])
+    new: list[dict[int, list[float]]] = [{} for _ in ends]
+    touched: list[list[int]] = np.argwhere(moved).tolist()
+    for (row, column), place in zip(touched, xy[:, :-1][moved].tolist(), strict=True):
+        new[row][columns[row].index(column)] = place
+    met: list[bool] = (after.collisions > 0).tolist()
+    together = Deliveries(thrown, sweeps, after, moved, ice.field)
+    played: list[tuple[GameState, PlayedShot]] = []
+    for row, (whole, call, end) in enumerate(zip(ends_now, calls, ends, strict=True)):
+        result = result_of_places(end, new[row], last[row], met[row])
+        chosen: list[bool] = []
+        game, ruling = deliver(whole.state.game, result, put_back=_put_back(whole, chosen))
+        shot = BatchShot(
+            Facts(together, row, end, identifiers[row], columns[row], call, ruling, any(chosen))
+        )
+        played.append((simulator.after(whole.state, game), shot))
+    return played
+
+
+def _put_back(whole: End, chosen: list[bool]) -> Callable[[Ruling], bool]:
+    """The decision after a tick, which is added to `chosen`."""
+
+    def put_back(ruling: Ruling) -> bool:
+        state = whole.state
+        other = state.game.end.to_throw.other if state.game.end is not None else None
+        view = whole.ice.simulator.view(state, other)
+        chosen.append(whole.decider.puts_back(view, ruling))
+        return chosen[-1]
+
+    return put_back
 
 
 class Lying(NamedTuple):
@@ -44,7 +127,7 @@ class Lying(NamedTuple):
     columns: list[list[int]]
 
 
-def lying_in(ends: Sequence[End]) -> Lying:
+def lying_in(ends: Sequence[GameEnd]) -> Lying:
     """The stones that lie in many ends."""
     identifiers = [
         [STONES_PER_TEAM * team + number for team, number, _, _ in end.stones] for end in ends
@@ -83,25 +166,6 @@ def sweeps_of(
     ]
 
 
-def release_table_of(throws: Floats, delivery: Delivery) -> NDArray[Any]:
-    """Releases, of RELEASE_DTYPE.
-
-    Parameters
-    ----------
-    throws : (n, 9) rows of offset, speed, angle, spin, stone, clock, order, begin and end of
-        sweeping
-    delivery : where throws begin
-    """
-    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
-    vx, vy = velocity_of(speed, angle, DIRECTION)
-    given = {"x": x, "y": -delivery.line_y, "vx": vx, "vy": vy, "omega": spin, "stone": stone}
-    given |= {"clock": clock, "order": order, "sweep_start": begin, "sweep_end": until}
-    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-    for name, values in given.items():
-        releases[name] = values
-    return releases
-
-
 class Deliveries(NamedTuple):
     """Deliveries in many ends that were simulated together.
 
@@ -111,16 +175,14 @@ class Deliveries(NamedTuple):
     sweeps : when each stone was swept
     after : the positions afterwards
     moved : (n, k) whether something touched the stone of each column
-    bounds : the edges of play, sheet frame
-    radius : radius of a stone [m]
+    field : what simulated them
     """
 
     thrown: Floats
     sweeps: Sequence[SweepInterval]
     after: Positions
     moved: Flags
-    bounds: Floats
-    radius: float
+    field: Field
 
 
 class Facts(NamedTuple):
@@ -140,7 +202,7 @@ class Facts(NamedTuple):
 
     deliveries: Deliveries
     row: int
-    end: End
+    end: GameEnd
     identifiers: list[int]
     columns: list[int]
     call: Call
@@ -155,7 +217,8 @@ class BatchShot(PlayedShot):
     """
 
     def __init__(self, facts: Facts) -> None:
-        vars(self)["_facts"] = facts
+        parts = vars(self)
+        parts["_facts"], parts["team"], parts["ruling"] = facts, facts.end.to_throw, facts.ruling
 
     def __getattr__(self, name: str) -> Any:
         if "_facts" not in vars(self):
@@ -184,33 +247,29 @@ def _parts_of(facts: Facts) -> dict[str, Any]:
     return {
         "end": end.number,
         "number": end.delivered,
-        "team": end.to_throw,
         "stone": facts.identifiers[-1],
         "call": facts.call,
         "thrown": Throw(speed=speed, angle=angle, spin=spin, x=x),
         "sweep": deliveries.sweeps[row],
         "direction": DIRECTION,
         "outcome": _outcome(facts),
-        "ruling": facts.ruling,
         "put_back": facts.put_back,
     }
 
 
 def _outcome(facts: Facts) -> Outcome:
     deliveries, row, columns = facts.deliveries, facts.row, [*facts.columns, -1]
-    after = deliveries.after
-    stones: list[StoneState] = []
-    status: list[Status] = []
-    ended, lie = after.last[row, columns].tolist(), after.xy[row, columns].tolist()
-    for identifier, (x, y), place in zip(facts.identifiers, ended, lie, strict=True):
-        stones.append(StoneState(x=x, y=y, stone=identifier))
-        gone = place[0] != place[0]
-        by_side = gone and left_by_the_side(x, y, deliveries.bounds)
-        status.append(Status.OUT_SIDE if by_side else Status.OUT_BACK if gone else Status.REST)
-    struck, time = bool(after.collisions[row]), float(after.time[row])
-    hogged = is_hogged(stones[-1].y, DIRECTION, deliveries.radius)
-    if status[-1] is Status.REST and not struck and hogged:
-        status[-1] = Status.HOGGED
+    after, time = deliveries.after, float(deliveries.after.time[row])
+    status: list[str] = deliveries.field.statuses(after, DIRECTION)[row, columns].tolist()
+    last: list[list[float]] = after.last[row, columns].tolist()
     moved: list[bool] = deliveries.moved[row, facts.columns].tolist()
-    ends = tuple(time if one else 0.0 for one in (*moved, True))
-    return Outcome(stones=tuple(stones), status=tuple(status), time=time, ends=ends, contacts=())
+    return Outcome(
+        stones=tuple(
+            StoneState(x=x, y=y, stone=identifier)
+            for identifier, (x, y) in zip(facts.identifiers, last, strict=True)
+        ),
+        status=tuple(map(Status, status)),
+        time=time,
+        ends=tuple(time if one else 0.0 for one in (*moved, True)),
+        contacts=(),
+    )

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from typing import Any, ClassVar, cast
 
-import gymnasium
+import numpy as np
 from gymnasium import spaces
 from gymnasium.utils import seeding
 from numpy.typing import ArrayLike
@@ -20,44 +20,53 @@ from pettingzoo.utils.conversions import (  # pyright: ignore[reportMissingTypeS
     turn_based_aec_to_parallel_wrapper,
 )
 
+from curling_env.envs.core import row_of
 from curling_env.envs.game.action import Choices, FollowsDecisions, Sweeping, TeamDecisions
-from curling_env.envs.game.observation import GameObservation, ObservationKind
-from curling_env.envs.game.potential import potential_from
-from curling_env.envs.game.rendering import Delivered, GameRenderer
-from curling_env.envs.game.reward import GameRewardWeights, concession_parts, reward_parts
-from curling_env.envs.game.table import (
+from curling_env.envs.game.core import (
     DeliveryOption,
     EvolutionOption,
-    GameTable,
+    GameCore,
     RulesOption,
     SkillOption,
+    checked_power_play,
+    score_of,
+)
+from curling_env.envs.game.observation import GameObservation, ObservationKind
+from curling_env.envs.game.rendering import GameClip, GameRenderer, check_paths, clips_of
+from curling_env.envs.game.reward import (
+    GameRewardParts,
+    GameRewardWeights,
+    concession_parts,
+    reward_parts,
 )
 from curling_env.envs.ices import IceOption
-from curling_env.envs.options import brief, dataclass_from, one_of, rules_from, whole_number
-from curling_env.envs.rendering import FILM_SPEED, FPS, RENDER_MODES, check_render_mode
+from curling_env.envs.options import brief, rules_from, whole_number
+from curling_env.envs.rendering import FPS, RENDER_MODES, Screen
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameSimulator, GameState, PlayedShot
 from curling_env.game.rules import Team, concede, may_concede
 from curling_env.game.simulator import direction_of
 from curling_env.infrastructure.keywords import knows_its_options
-from curling_env.sheet import Direction
 from curling_env.typing import Image, Singles
 
 MOST_EXTRA_ENDS = 20
 """Extra ends of a level game after which it is truncated: two teams may blank ends for ever."""
+TEAMS = {team.label: team for team in Team}
 
 
-def env(**settings: Any) -> TurnBasedGame:
+def env(**settings: Any) -> wrappers.OrderEnforcingWrapper[str, Any, Any]:
     """A game between two agents, with the order of calls checked.
 
     Parameters
     ----------
     settings : options of `raw_env`
     """
-    return TurnBasedGame(raw_env(**settings))
+    return wrappers.OrderEnforcingWrapper(raw_env(**settings))
 
 
-def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> ParallelGame:
+def parallel_env(
+    *, max_cycles: int | None = None, **settings: Any
+) -> turn_based_aec_to_parallel_wrapper[str, Any, Any]:
     """The same game as a parallel environment; the action of the team not to throw is ignored.
 
     Parameters
@@ -65,34 +74,49 @@ def parallel_env(*, max_cycles: int | None = None, **settings: Any) -> ParallelG
     max_cycles : number of deliveries after which the game is truncated; None for no limit
     settings : options of `raw_env`
     """
-    return ParallelGame(raw_env(max_throws=max_cycles, **settings))
+    return turn_based_aec_to_parallel_wrapper(raw_env(max_throws=max_cycles, **settings))
 
 
-class TurnBasedGame(wrappers.OrderEnforcingWrapper[str, Any, Any]):
-    """The game, with the order of calls checked."""
+class CallableState(GameState):
+    """A game to keep and to go on from, which when called returns PettingZoo's array of it."""
 
-    def state(self) -> Singles:
-        """All observations of the game as one array in `state_space`, whoever throws.
+    __slots__ = ("seen",)
+    seen: GameObservation
 
-        ``unwrapped.state`` is the game itself, to keep and to go on from.
+    @classmethod
+    def of(cls, state: GameState, seen: GameObservation) -> CallableState:
+        """A state as one that may be called.
+
+        Parameters
+        ----------
+        state : the game
+        seen : makes the array: flat observations on the ice of the game as it is known
         """
-        game = self.unwrapped
-        assert isinstance(game, raw_env)
-        return game.as_array()
+        if isinstance(state, cls) and getattr(state, "seen", None) is seen:
+            return state
+        game = cls(
+            game=state.game,
+            seed=state.seed,
+            throws=state.throws,
+            clock=state.clock,
+            wear=state.wear,
+        )
+        object.__setattr__(game, "seen", seen)  # frozen
+        return game
+
+    def __call__(self) -> Singles:
+        """All observations of the game, in `state_space`: the home team's flat observation."""
+        return row_of(self.seen.observe([self], Team.HOME, end_played_to(self)), 0)
 
 
-class ParallelGame(turn_based_aec_to_parallel_wrapper[str, Any, Any]):
-    """The game with the actions of both teams at every step."""
-
-    def state(self) -> Singles:
-        """All observations of the game as one array in `state_space`, whoever throws."""
-        game = self.unwrapped
-        assert isinstance(game, raw_env)
-        return game.as_array()
+def end_played_to(state: GameState) -> Any:
+    """The end of the sheet played to; between ends that of the last."""
+    game = state.game
+    return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
 
 @knows_its_options("curling_v0")
-class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
+class raw_env(GameCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     """A game of curling.
 
     Parameters
@@ -162,8 +186,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         max_throws: int | None = None,
         render_mode: str | None = None,
     ) -> None:
-        super().__init__()
-        check_render_mode(render_mode)
+        AECEnv.__init__(self)  # pyright: ignore[reportUnknownMemberType]
         for name, limit in (("ends", ends), ("max_cycles", max_cycles), ("max_throws", max_throws)):
             if limit is not None:
                 whole_number(name, limit, least=1)
@@ -171,7 +194,8 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         pair = (skill, skill) if alike else tuple(cast("Sequence[SkillOption]", skill))
         if len(pair) != 2:
             raise InputError(f"skill must be one for both teams or a pair, got {brief(skill)}")
-        self.table = GameTable(
+        GameCore.__init__(
+            self,
             ice=ice,
             known_ice=known_ice,
             ices=ices,
@@ -181,38 +205,42 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             sweeping=sweeping,
             delivery=delivery,
             choices=choices,
-            observation=observation,
             actions=actions,
+            observation=observation,
+            weights=weights,
+            potential=potential,
         )
-        self.action = self.table.action
-        self.weights = dataclass_from(
-            GameRewardWeights, "weights", GameRewardWeights() if weights is None else weights
-        )
-        self.potential = potential_from(potential)
-        self._flat = GameObservation("flat", self.observation.known, self.simulator.lines)
+        self._ice = self.usual
+        usual = self.usual.observation
+        self._flat = GameObservation("flat", usual.known, usual.lines)
         self.state_space = self._flat.space
         self.render_mode = render_mode
-        self.possible_agents = [team.label for team in Team]
+        self.possible_agents = list(TEAMS)
         self.agents: list[str] = []
         limits = [limit for limit in (max_throws, 2 * max_cycles if max_cycles else None) if limit]
         self._max_throws = min(limits, default=None)
-        self._spaces = {label: self.observation.space for label in self.possible_agents}
-        self._actions = {label: self.action.space for label in self.possible_agents}
+        space: Any = usual.space
+        if self.has_masks:
+            size = (cast("spaces.Discrete", self.action.space).n,)
+            masks = spaces.Box(0, 1, size, dtype=np.int8)
+            space = spaces.Dict({"observation": space, "action_mask": masks})
+        self._spaces: dict[str, Any] = {label: space for label in TEAMS}
+        self._actions: dict[str, Any] = {label: self.action.space for label in TEAMS}
         self._state: GameState | None = None
         self._thrown = 0
-        self._last: PlayedShot | None = None
-        self._film: list[Delivered] = []
-        self._renderer = GameRenderer(self.simulator.known_ice, "curling_v0")
+        self._shots: tuple[PlayedShot, ...] = ()
+        call = "curling_v0.env(render_mode='rgb_array')"
+        self._screen = Screen(render_mode, GameRenderer("curling_v0"), call)
 
     @property
     def simulator(self) -> GameSimulator:
         """What plays the throws, on the ice of this game."""
-        return self.table.simulator
+        return self._ice.simulator
 
     @property
     def observation(self) -> GameObservation:
         """What makes the observations, on the ice of this game as it is known."""
-        return self.table.observation
+        return self._ice.observation
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
         """The space of a team's observations; the same object at every call."""
@@ -223,11 +251,11 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         return self._actions[agent]
 
     @property
-    def state(self) -> GameState:  # pyright: ignore[reportIncompatibleMethodOverride]
+    def state(self) -> CallableState:  # pyright: ignore[reportIncompatibleMethodOverride]
         """The game at this moment, frozen; set it to go on from another.
 
-        PettingZoo's own method of this name belongs to the environments that `env` and
-        `parallel_env` make; here the array is `as_array`.
+        Called as PettingZoo's method, ``state()``, it is all observations as one array in
+        `state_space`.
 
         Raises
         ------
@@ -235,36 +263,17 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         """
         if self._state is None:
             raise InputError("call reset() before the first step")
-        return self._state
+        self._flat = self._flat.on(self.observation.known)
+        state = self._state = CallableState.of(self._state, self._flat)
+        return state
 
     @state.setter
     def state(self, state: GameState) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
-        self._go_on_from(state)
-
-    def as_array(self) -> Singles:
-        """All observations of the game, in `state_space`: the home team's flat observation."""
-        flat = self._flat if self._flat.known is self.observation.known else None
-        if flat is None:
-            flat = self._flat = self._flat.on(self.observation.known)
-        return self._observed(flat, Team.HOME)
-
-    def _go_on_from(self, state: Any) -> None:
-        if not isinstance(state, GameState):
-            raise InputError(f"state must be a GameState, as env.unwrapped.state, got {state!r}")
-        if state.game.rules != self.simulator.rules:
-            raise InputError("a state must be of a game by this environment's rules")
-        if state.game.end is None and not state.game.is_over:
-            state = self.simulator.begin_end(state)
-        self._state, self._last = state, None
-        self._begin()
+        self._begin(self.checked_state(state))
 
     def call_of(self, action: ArrayLike) -> Call:
         """The call an action means."""
         return self.action.call_of(action, self.simulator.view(self.state))
-
-    def action_of(self, call: Call) -> Singles:
-        """The action that means a call; clipped where it is out of range."""
-        return self.action.action_of(call)
 
     def reset(self, seed: int | None = None, options: dict[str, Any] | None = None) -> None:
         """Begin a game."""
@@ -272,143 +281,104 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
             given = None if seed is None else whole_number("seed", seed, least=0)
             self._rng, _ = seeding.np_random(given)
         options = dict(options or {})
-        self.table.draw(self._rng, self.table.ices.given(options))
-        self._renderer.ice = self.simulator.known_ice
+        self._ice = self.ices.draw(self._rng, self.ices.given(options))
         if "state" in options:
-            self._go_on_from(options["state"])
+            self._begin(self.checked_state(options["state"]))
             return
-        if options.get("power_play") is not None:
-            one_of("power_play", options["power_play"], ("left", "right"))
+        power_play = checked_power_play(options.get("power_play"))
         label = options.get("last_stone") or self.possible_agents[int(self._rng.integers(2))]
-        if label not in self.possible_agents:
+        if label not in TEAMS:
             raise InputError(f"last_stone must be 'home' or 'away', got {label!r}")
-        new = self.simulator.new_game(
-            int(self._rng.integers(2**31)), last_stone=Team(self.possible_agents.index(label))
-        )
-        self._state = self.simulator.begin_end(
-            new,
-            power_play=options.get("power_play"),
-            throw_first=bool(options.get("throw_first", False)),
-        )
-        self._last = None
-        self._begin()
+        new = self.simulator.new_game(int(self._rng.integers(2**31)), last_stone=TEAMS[label])
+        throw_first = bool(options.get("throw_first", False))
+        self._begin(self.simulator.begin_end(new, power_play=power_play, throw_first=throw_first))
 
-    def _begin(self) -> None:
+    def _begin(self, state: GameState) -> None:
         """Set PettingZoo's attributes at the beginning, or where a state was put back."""
-        over = self.state.game.is_over
-        self._shown = self.state
-        self._thrown = 0
-        self._film, self._last_step = [], []
+        if state.game.end is None and not state.game.is_over:
+            state = self.simulator.begin_end(state)
+        self._state = state
+        self._thrown, self._shots, self._states = 0, (), (state,)
         self._decisions = [TeamDecisions(), TeamDecisions()]
-        if self.render_mode == "human":
-            self._renderer.show_position(self.state)
-        self.agents = list(self.possible_agents)
-        self.rewards = dict.fromkeys(self.agents, 0.0)
-        self._cumulative_rewards = dict.fromkeys(self.agents, 0.0)
-        self.terminations = dict.fromkeys(self.agents, over)
-        self.truncations = dict.fromkeys(self.agents, False)
-        self.infos: dict[str, dict[str, Any]] = {label: {} for label in self.agents}
-        self._tell_masks()
-        self.agent_selection = self._to_act()
-
-    def _tell_masks(self) -> None:
-        """Put `action_mask` into the infos, where actions are shots."""
-        for label in self.agents:
-            team = Team(self.possible_agents.index(label))
-            self.infos[label] |= self.table.mask(self.simulator.view(self.state, team))
-
-    def _to_act(self) -> str:
-        end = self.state.game.end
-        return self.agents[0] if end is None else end.to_throw.label
+        self._screen.begin(self._clips())
+        self.agents = list(TEAMS)
+        self.rewards = dict.fromkeys(TEAMS, 0.0)
+        self._cumulative_rewards = dict.fromkeys(TEAMS, 0.0)
+        self.terminations = dict.fromkeys(TEAMS, state.game.is_over)
+        self.truncations = dict.fromkeys(TEAMS, False)
+        self.infos: dict[str, dict[str, Any]] = {label: self._masks(label) for label in TEAMS}
+        end = state.game.end
+        self.agent_selection = self.agents[0] if end is None else end.to_throw.label
 
     def step(self, action: Any) -> None:
         """Deliver a stone."""
-        if self._state is None:
-            raise InputError("call reset() before the first step")
-        agent = self.agent_selection
+        before, agent = self.state, self.agent_selection
         if self.terminations[agent] or self.truncations[agent]:
             self._was_dead_step(action)
             return
-        before = self.state
-        paths = self.render_mode is not None
+        thrower = TEAMS[agent]
         call = self.action.call_of(action, self.simulator.view(before))
-        decisions = self.action.decisions_of(action)
-        thrower = Team(self.possible_agents.index(agent))
-        self._decisions[thrower] = decisions or TeamDecisions()
-        if self._decisions[thrower].concede and may_concede(before.game, thrower):
-            self._concede(thrower)
-            return
-        chooser = FollowsDecisions(self._decisions[thrower.other])
-        after, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
-        self._shown = after
-        if self.render_mode == "human":
-            self._renderer.show(before, after, shot)
-        self._last_step = [(before, after, shot)] if paths else []
-        if self.render_mode == "rgb_array_list":
-            self._film.append((before, after, shot))
-        self._thrown += 1
+        decisions = self.action.decisions_of(action) or TeamDecisions()
+        self._decisions[thrower] = decisions
         self._cumulative_rewards[agent] = 0.0
-        played, over = after.game, after.game.is_over
-        if after.game.end is None and not over:
-            after = self.simulator.begin_end_as(
-                after, FollowsDecisions(self._decisions[after.game.last_stone])
-            )
-        for label in self.agents:
-            team = Team(self.possible_agents.index(label))
-            parts = reward_parts(before.game, played, shot.team, shot.ruling, team)
-            if self.potential:
-                held = self.potential.value(before.game, team)
-                parts = replace(parts, potential=self.potential.rise(held, after.game, team))
-            self.rewards[label] = self.weights.total(parts)
-            self.infos[label] = {"shot": shot, "reward_parts": parts.as_dict()}
-        self._state, self._last = after, shot
-        truncated = not over and self._is_too_long(len(played.line_score))
-        self._tell_masks()
-        self.terminations = dict.fromkeys(self.agents, over)
-        self.truncations = dict.fromkeys(self.agents, truncated)
-        self.agent_selection = self._to_act() if not over else shot.team.other.label
+        if decisions.concede and may_concede(before.game, thrower):
+            self._shots, self._state = (), replace(before, game=concede(before.game, thrower))
+            parts = {team: concession_parts(thrower, team) for team in Team}
+        else:
+            parts = self._deliver(before, call)
+        after = self.state.game
+        self.rewards, self.infos = {}, {}
+        for label, team in TEAMS.items():
+            held = self.value(before.game, team)
+            earned = self.with_potential(parts[team], held, after, team)
+            self.rewards[label] = self.weights.total(earned)
+            self.infos[label] = {"shots": self._shots, "reward_parts": earned.as_dict()}
+            if len(after.line_score) > len(before.game.line_score):
+                self.infos[label]["score"] = score_of(after, team)
+            self.infos[label] |= self._masks(label)
+        too_long = not after.is_over and self._is_too_long()
+        self.terminations = dict.fromkeys(self.agents, after.is_over)
+        self.truncations = dict.fromkeys(self.agents, too_long)
+        end = after.end
+        self.agent_selection = thrower.other.label if end is None else end.to_throw.label
         self._accumulate_rewards()
 
-    def _is_too_long(self, ends: int) -> bool:
-        """Whether a game has reached its number of deliveries, or goes on and on without points."""
+    def _deliver(self, before: GameState, call: Call) -> dict[Team, GameRewardParts]:
+        """Play a delivery, and begin the next end after the last stone of one."""
+        end = before.game.end
+        assert end is not None
+        chooser = FollowsDecisions(self._decisions[end.to_throw.other])
+        paths = self.render_mode is not None
+        after, shot = self.simulator.play(before, call, opponent=chooser, paths=paths)
+        self._shots, self._states = (shot,), (before, after)
+        self._screen.add(self._clips())
+        self._thrown += 1
+        self._state, game = after, after.game
+        if game.end is None and not game.is_over:
+            decides = FollowsDecisions(self._decisions[game.last_stone])
+            self._state = self.simulator.begin_end_as(after, decides)
+        return {
+            team: reward_parts(before.game, game, shot.team, shot.ruling, team) for team in Team
+        }
+
+    def _is_too_long(self) -> bool:
+        """True for a game with all its deliveries, or of too many ends without a winner."""
         if self._max_throws is not None and self._thrown >= self._max_throws:
             return True
-        return ends >= self.simulator.rules.ends + MOST_EXTRA_ENDS
-
-    def _concede(self, team: Team) -> None:
-        """End the game: the other team has won."""
-        before = self.state.game
-        self._state = replace(self.state, game=concede(before, team))
-        self._cumulative_rewards[team.label] = 0.0
-        for label in self.agents:
-            whose = Team(self.possible_agents.index(label))
-            parts = concession_parts(team, whose)
-            if self.potential:
-                parts = replace(parts, potential=-self.potential.value(before, whose))
-            self.rewards[label] = self.weights.total(parts)
-            self.infos[label] = {"reward_parts": parts.as_dict()}
-        self.terminations = dict.fromkeys(self.agents, True)
-        self.agent_selection = team.other.label
-        self._accumulate_rewards()
+        return len(self.state.game.line_score) >= self.simulator.rules.ends + MOST_EXTRA_ENDS
 
     def observe(self, agent: str) -> Any:
-        """What a team sees."""
-        return self._observed(self.observation, Team(self.possible_agents.index(agent)))
-
-    def _observed(self, observation: GameObservation, team: Team) -> Any:
+        """What a team observes; where actions are shots, with its `action_mask`."""
         state = self.state
-        return observation.observe(
-            state.game,
-            team,
-            self._end_played_to(),
-            clock=state.clock,
-            throws=state.throws,
-            wear=state.wear,
-        )
+        seen = self.observation.observe([state], TEAMS[agent], end_played_to(state))
+        observation = row_of(seen, 0)
+        return {"observation": observation, **self._masks(agent)} if self.has_masks else observation
 
-    def _end_played_to(self) -> Direction:
-        game = self.state.game
-        return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
+    def _masks(self, agent: str) -> dict[str, Any]:
+        """`action_mask`, the shots that a team has, where actions are shots."""
+        if not self.has_masks:
+            return {}
+        return {"action_mask": self.mask(self.simulator.view(self.state, TEAMS[agent]))}
 
     def render(self) -> Any:
         """The sheet from above as an RGB picture, with the paths of the last delivery on it.
@@ -416,17 +386,7 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         With the render mode ``rgb_array_list``, the pictures of a film of the deliveries since the
         last call, at `metadata["render_fps"]` a second and four times as fast as they were.
         """
-        if self.render_mode is None:
-            gymnasium.logger.warn(
-                "render() needs a render_mode: curling_v0.env(render_mode='rgb_array')"
-            )
-        if self.render_mode == "rgb_array_list":
-            film = list(self._renderer.film(self._film, self._shown, FILM_SPEED, self._last))
-            self._film = []
-            return film
-        if self.render_mode != "rgb_array":
-            return None
-        return self._renderer.picture(self._shown, self._last)
+        return self._screen.render(self._clips()[-1])
 
     def frames(self, speed: float = 1.0) -> Iterator[Image]:
         """The last delivery as a film: pictures at `metadata["render_fps"]`.
@@ -439,10 +399,12 @@ class raw_env(AECEnv[str, Any, Any]):  # the names are PettingZoo's
         ------
         InputError : the environment has no render mode, and so has kept no paths
         """
-        if self.render_mode is None:
-            raise InputError("a film needs a render_mode: render_mode='rgb_array'")
-        yield from self._renderer.film(self._last_step, self._shown, speed)
+        check_paths(self.render_mode)
+        yield from self._screen.frames(self._clips(), speed)
 
     def close(self) -> None:
         """Close the window, if there is one."""
-        self._renderer.close()
+        self._screen.close()
+
+    def _clips(self) -> list[GameClip]:
+        return clips_of(self.simulator.known_ice, self._states, self._shots)

@@ -13,6 +13,7 @@ from typing import Any, Literal
 import numpy as np
 from gymnasium import spaces
 
+from curling_env.envs.core import row_of
 from curling_env.envs.known_ice import (
     LINEAR,
     KnownIce,
@@ -21,8 +22,8 @@ from curling_env.envs.known_ice import (
     told,
     wear_names,
 )
+from curling_env.envs.options import one_of
 from curling_env.envs.sheet.observation import LENGTH_SCALE
-from curling_env.errors import InputError
 from curling_env.game import GameState, PlayerView
 from curling_env.game.rules.game import Game
 from curling_env.game.rules.lines import BACK_LINE, HOG_LINE, Lines
@@ -79,9 +80,7 @@ class GameObservation:
     """
 
     def __init__(self, kind: ObservationKind, known: KnownIce, lines: Lines) -> None:
-        if kind not in ("flat", "dict", "planes"):
-            raise InputError(f"observation must be 'flat', 'dict' or 'planes', got {kind!r}")
-        self.kind: ObservationKind = kind
+        self.kind: ObservationKind = one_of("observation", kind, ("flat", "dict", "planes"))
         self.lines = lines
         self.known = known
         of_stones = known.of_stones(range(SLOTS))
@@ -97,8 +96,8 @@ class GameObservation:
             self._fixed = {d: self._fixed_planes(d) for d in Direction}
 
     def on(self, known: KnownIce) -> GameObservation:
-        """The same observations on another ice."""
-        return GameObservation(self.kind, known, self.lines)
+        """The same observations on an ice; these for the same ice."""
+        return self if known is self.known else GameObservation(self.kind, known, self.lines)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -132,100 +131,69 @@ class GameObservation:
         )
 
     def of_view(self, view: PlayerView) -> Any:
-        """What a player sees before it calls, as an observation: for policies as players."""
-        return self.observe(
-            view.game,
-            view.team,
-            view.direction,
-            clock=view.clock,
-            throws=view.entropy[1],
-            wear=view.wear,
-        )
+        """The observation of a player before it calls: for policies as players."""
+        state = GameState(game=view.game, throws=view.entropy[1], clock=view.clock, wear=view.wear)
+        return row_of(self.observe([state], view.team, view.direction), 0)
 
-    def observe(
-        self,
-        game: Game,
-        team: Team,
-        direction: Direction,
-        *,
-        clock: float = 0.0,
-        throws: int = 0,
-        wear: Floats | None = None,
-    ) -> Any:
-        """What a team sees of a game.
+    def observe(self, states: Sequence[GameState], team: Team, direction: Direction) -> Any:
+        """The observations of games, each in play, between ends or over.
 
         Parameters
         ----------
-        game : a game in play, between ends or over
+        states : n games
         team : the team that observes
         direction : the end played to
-        clock : time since the first delivery of the game [s]
-        throws : number of throws since then
-        wear : (rows, columns) logarithm of each cell's friction over what it was then
+
+        Returns
+        -------
+        one array (n, …), or a dictionary of such
         """
-        context = _context(game, team, clock, throws)
-        ice = self._ice(team, direction, wear)
+        games = [state.game for state in states]
+        context = np.array([_context(state, team) for state in states], dtype=np.float32)
+        ice = self._ice([state.wear for state in states], team, direction)
         if self.kind == "planes":
-            planes = self._planes(game, team, direction)
-            return {"planes": planes, "numbers": np.concatenate([context, ice])}
-        stones = self._stones(game, team)
+            numbers = np.concatenate([context, ice], axis=1)
+            return {"planes": self._planes(games, team, direction), "numbers": numbers}
+        stones = self._stones(games, team)
         if self.kind == "dict":
-            return {"context": context, "ice": ice.copy(), "stones": stones}
-        return np.concatenate([context, ice, stones.ravel()])
+            return {"context": context, "ice": ice, "stones": stones}
+        return np.concatenate([context, ice, stones.reshape(len(games), -1)], axis=1)
 
-    def observe_many(
-        self, states: Sequence[GameState], team: Team, direction: Direction
-    ) -> Singles | None:
-        """Flat observations of many games on ice that has not worn, (n, size), in less time.
+    def _ice(self, wears: Sequence[Floats | None], team: Team, direction: Direction) -> Singles:
+        """Ice features, (n, m): the initial ice, its wear, the factors of each stone."""
+        features, of_stones = self.known.features(direction), self._of_stones[team]
+        if (direction, team) not in self._new_ice:
+            unworn = self.known.wear(None, direction)
+            self._new_ice[direction, team] = np.concatenate([features, unworn, of_stones])
+        out = np.empty((len(wears), self._ice_size), dtype=np.float32)
+        out[:] = self._new_ice[direction, team]
+        for row, wear in enumerate(wears):
+            if wear is not None:
+                out[row, len(features) : -len(of_stones)] = self.known.wear(wear, direction)
+        return out
 
-        None where observations are not flat, or ice has worn.
-        """
-        if self.kind != "flat" or any(state.wear is not None for state in states):
-            return None
-        ice = self._ice(team, direction, None)
-        out = np.zeros((len(states), len(CONTEXT) + len(ice) + 3 * SLOTS), dtype=np.float32)
-        out[:, : len(CONTEXT)] = [
-            _context_of(state.game, team, state.clock, state.throws) for state in states
-        ]
-        out[:, len(CONTEXT) : -3 * SLOTS] = ice
-        lying = [() if state.game.end is None else state.game.end.stones for state in states]
+    def _stones(self, games: Sequence[Game], team: Team) -> Singles:
+        """Presence, x and y of every stone, (n, 16, 3); own stones first, by number."""
+        out = np.zeros((len(games), SLOTS, 3), dtype=np.float32)
+        lying = [() if game.end is None else game.end.stones for game in games]
         numbers = [value for stones in lying for stone in stones for value in stone]
         if numbers:
             whose, number, x, y = np.array(numbers, dtype=np.float64).reshape(-1, 4).T
-            rows = np.repeat(np.arange(len(states)), [len(stones) for stones in lying])
+            rows = np.repeat(np.arange(len(games)), [len(stones) for stones in lying])
             slots = (number + STONES_PER_TEAM * (whose != team)).astype(np.intp)
-            of_stones = out[:, -3 * SLOTS :].reshape(len(states), SLOTS, 3)
-            of_stones[rows, slots, 0] = 1.0
-            of_stones[rows, slots, 1] = x / (self.lines.width / 2)
-            of_stones[rows, slots, 2] = np.maximum(y / LENGTH_SCALE, -1.0)
+            out[rows, slots, 0] = 1.0
+            out[rows, slots, 1] = x / (self.lines.width / 2)
+            out[rows, slots, 2] = np.maximum(y / LENGTH_SCALE, -1.0)
         return out
 
-    def _ice(self, team: Team, direction: Direction, wear: Floats | None) -> Singles:
-        """What is told of the ice: as it was, as it has worn, and of each stone."""
-        new = self._new_ice.get((direction, team)) if wear is None else None
-        if new is None:
-            worn = self.known.wear(wear, direction)
-            new = np.concatenate([self.known.features(direction), worn, self._of_stones[team]])
-            if wear is None:
-                self._new_ice[direction, team] = new
-        return new
-
-    def _stones(self, game: Game, team: Team) -> Singles:
-        """Presence, x and y of every stone, (16, 3); own stones first, by number."""
-        out = np.zeros((SLOTS, 3), dtype=np.float32)
-        half = self.lines.width / 2
-        for whose, number, x, y in () if game.end is None else game.end.stones:
-            slot = number if whose is team else STONES_PER_TEAM + number
-            out[slot] = 1.0, x / half, max(y / LENGTH_SCALE, -1.0)
-        return out
-
-    def _planes(self, game: Game, team: Team, direction: Direction) -> Singles:
-        out = np.zeros((len(PLANES), *self._x.shape), dtype=np.float32)
-        out[2:4] = self._fixed[direction]
-        radius = game.lines.stone_radius
-        for whose, _, x, y in () if game.end is None else game.end.stones:
-            covered = (self._x - x) ** 2 + (self._y - y) ** 2 <= radius**2
-            out[0 if whose is team else 1][covered] = 1.0
+    def _planes(self, games: Sequence[Game], team: Team, direction: Direction) -> Singles:
+        out = np.zeros((len(games), len(PLANES), *self._x.shape), dtype=np.float32)
+        out[:, 2:4] = self._fixed[direction]
+        for row, game in enumerate(games):
+            radius = game.lines.stone_radius
+            for whose, _, x, y in () if game.end is None else game.end.stones:
+                covered = (self._x - x) ** 2 + (self._y - y) ** 2 <= radius**2
+                out[row, 0 if whose is team else 1][covered] = 1.0
         return out
 
     def _fixed_planes(self, direction: Direction) -> Singles:
@@ -243,13 +211,9 @@ def _ice_names() -> tuple[str, ...]:
     return (*ice_names(), *wear_names(), *each)
 
 
-def _context(game: Game, team: Team, clock: float, throws: int) -> Singles:
+def _context(state: GameState, team: Team) -> list[float]:
     """The numbers named in `CONTEXT`."""
-    return np.array(_context_of(game, team, clock, throws), dtype=np.float32)
-
-
-def _context_of(game: Game, team: Team, clock: float, throws: int) -> list[float]:
-    """The numbers named in `CONTEXT`, as Python's."""
+    game = state.game
     end, rules = game.end, game.rules
     delivered = rules.deliveries if end is None else end.delivered
     own_left = 0
@@ -268,8 +232,8 @@ def _context_of(game: Game, team: Team, clock: float, throws: int) -> list[float
         float(delivered < protected),
         float(rules.power_play and team not in game.power_plays),
         float(rules.power_play and team.other not in game.power_plays),
-        _pressed(clock / CLOCK_SCALE),
-        _pressed(throws / THROWS_SCALE),
+        _pressed(state.clock / CLOCK_SCALE),
+        _pressed(state.throws / THROWS_SCALE),
     ]
 
 

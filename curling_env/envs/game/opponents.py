@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from curling_env.envs.game.table import GameTable
+from curling_env.envs.game.core import GameCore
 from curling_env.envs.options import brief
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
@@ -52,19 +52,19 @@ class PolicyPlayer(Player):
     Parameters
     ----------
     policy : turns an observation into an action
-    table : what the observations and actions are of
+    core : what the observations and actions are of
     """
 
     name = "policy"
 
-    def __init__(self, policy: Callable[[Any], Any], table: GameTable) -> None:
+    def __init__(self, policy: Callable[[Any], Any], core: GameCore) -> None:
         self._policy = policy
-        self._table = table
+        self._core = core
 
     def call(self, view: PlayerView) -> Call:
         """What the policy's action means."""
-        seen = self._table.observation_of(view.ice).of_view(view)
-        return self._table.action.call_of(self._policy(seen), view)
+        seen = self._core.observation_of(view)
+        return self._core.action.call_of(self._policy(seen), view)
 
 
 class Opponents(list[Player]):
@@ -75,15 +75,15 @@ class Opponents(list[Player]):
     Parameters
     ----------
     given : one opponent, or a list of them
-    table : what their observations and actions are of
+    core : what their observations and actions are of
 
     Raises
     ------
     InputError : something else, or none
     """
 
-    def __init__(self, given: Any, table: GameTable) -> None:
-        self._table = table
+    def __init__(self, given: Any, core: GameCore) -> None:
+        self._core = core
         super().__init__()
         is_one = isinstance(given, str | Player) or not isinstance(given, Iterable)
         several: list[Any] = [given] if is_one else list(cast("Iterable[Any]", given))
@@ -105,6 +105,6 @@ class Opponents(list[Player]):
             return player_named(given)
         policy = policy_of(given)
         if policy is not None:
-            return PolicyPlayer(policy, self._table)
+            return PolicyPlayer(policy, self._core)
         names = ", ".join(player_names())
         raise InputError(f"opponent must be {ACCEPTED % names}, got {brief(given)}")

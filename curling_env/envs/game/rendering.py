@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 
-from curling_env.envs.rendering import FPS, EnvRenderer, signed
+from curling_env.envs.rendering import FPS, ClipRenderer, signed
+from curling_env.errors import InputError
 from curling_env.game import GameState, PlayedShot
 from curling_env.game.rules import Game, count
 from curling_env.game.rules.delivery import Fault
 from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
 from curling_env.game.simulator import direction_of, state_on_sheet
+from curling_env.ice import Ice
 from curling_env.render import RED, YELLOW, DrawnScene, drawn_stones, playback_frames
 from curling_env.render.canvas import Colour
 from curling_env.sheet import Direction
 from curling_env.typing import Floats, Image
 
-Delivered = tuple[GameState, GameState, PlayedShot]
-"""A delivery: the game before and after it, and the shot."""
 PLAYBACK_SPEED = 4.0
 """How many times faster than it happened a window shows a delivery."""
 RULED_FRAMES = FPS // 2
@@ -29,6 +30,15 @@ FAULT_TEXT = {
     Fault.NO_TICK: "ticked too early",
     Fault.EARLY_TAKEOUT: "takeout too early: put back",
 }
+
+
+class GameClip(NamedTuple):
+    """A delivery with the game before and after it, or a position, in which `shot` is None."""
+
+    ice: Ice
+    before: GameState
+    after: GameState
+    shot: PlayedShot | None
 
 
 def colour_of(stone: int) -> Colour:
@@ -89,61 +99,72 @@ def scene_of(game: Game, direction: Direction, shot: PlayedShot | None) -> Drawn
     )
 
 
-class GameRenderer(EnvRenderer):
-    """Draws a game."""
+class GameRenderer(ClipRenderer[GameClip]):
+    """Draws a game.
 
-    def picture(self, state: GameState, shot: PlayedShot | None) -> Image:
+    Parameters
+    ----------
+    title : title of the window
+    """
+
+    def __init__(self, title: str) -> None:
+        super().__init__()
+        self.title, self.window_speed = title, PLAYBACK_SPEED
+
+    def picture(self, clip: GameClip) -> Image:
         """The game after a delivery, (720, 1280, 3) RGB."""
-        direction = _direction(state, shot)
-        return self.sheet(direction).draw(scene_of(state.game, direction, shot))
+        direction = _direction(clip.after, clip.shot)
+        scene = scene_of(clip.after.game, direction, clip.shot)
+        return self.sheet(clip.ice, direction).draw(scene)
 
-    def frames(
-        self, before: GameState, after: GameState, shot: PlayedShot, speed: float
-    ) -> Iterator[Image]:
+    def frames(self, clip: GameClip, speed: float) -> Iterator[Image]:
         """A delivery as a film, `speed` times as fast as it was, then the stones as they lie."""
-        end = before.game.end
-        lying = [] if end is None else [state_on_sheet(s, shot.direction) for s in end.stones]
-        scene = DrawnScene(
-            title=f"End {shot.end + 1}   {score_text(before.game)}",
-            facts=facts_of(before.game, shot),
-        )
+        ruled, shot = self.picture(clip), clip.shot
+        if shot is None:
+            yield ruled
+            return
+        game = clip.before.game
+        lying = [] if game.end is None else [
+            state_on_sheet(stone, shot.direction) for stone in game.end.stones
+        ]  # fmt: skip
         yield from playback_frames(
-            self.sheet(shot.direction),
-            scene,
+            self.sheet(clip.ice, shot.direction),
+            DrawnScene(
+                title=f"End {shot.end + 1}   {score_text(game)}", facts=facts_of(game, shot)
+            ),
             lying,
             shot.outcome,
             colour_of,
             fps=FPS,
             speed=speed,
         )
-        ruled = self.picture(after, shot)
         for _ in range(RULED_FRAMES):
             yield ruled
 
-    def film(
-        self,
-        deliveries: Sequence[Delivered],
-        state: GameState,
-        speed: float,
-        last: PlayedShot | None = None,
-    ) -> Iterator[Image]:
-        """Deliveries as a film; where there are none, one picture of the game after the last."""
-        if not deliveries:
-            yield self.picture(state, last)
-        for before, after, shot in deliveries:
-            yield from self.frames(before, after, shot, speed)
 
-    def show(self, before: GameState, after: GameState, shot: PlayedShot) -> None:
-        """In the window: a delivery as it happened, then the stones as they lie."""
-        window = self.window()
-        for frame in self.frames(before, after, shot, PLAYBACK_SPEED):
-            if not window.is_open:
-                return
-            window.show(frame)
+def clips_of(ice: Ice, states: Sequence[GameState], shots: Sequence[PlayedShot]) -> list[GameClip]:
+    """Deliveries as clips; where there are none, the position.
 
-    def show_position(self, state: GameState) -> None:
-        """In the window: the stones as they lie."""
-        self.window().show(self.picture(state, None))
+    Parameters
+    ----------
+    ice : the ice under the lines
+    states : the game before each delivery, and after the last
+    shots : the deliveries
+    """
+    if len(states) == 1:
+        return [GameClip(ice, states[0], states[0], None)]
+    return [GameClip(ice, *one) for one in zip(states, states[1:], shots, strict=False)]
+
+
+def check_paths(render_mode: str | None) -> None:
+    """Refuse a film where paths were not kept.
+
+    Raises
+    ------
+    InputError : there is no render mode
+    """
+    if render_mode is None:
+        raise InputError("a film needs a render_mode: render_mode='rgb_array'")
 
 
 def _direction(state: GameState, shot: PlayedShot | None) -> Direction:

@@ -6,6 +6,7 @@ package would. A mask tells which shots there are in a position.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -129,6 +130,15 @@ class ShotActions:
             raise InputError("a shot needs an end in play")
         return self._aiming.shot(view, SHOTS[int(number)])
 
+    def calls_of(
+        self, actions: Sequence[Any], view: Callable[[int], PlayerView] | None = None
+    ) -> list[Call]:
+        """The calls for many shots; `view` returns what the team sees that takes the k-th."""
+        return [
+            self.call_of(action, None if view is None else view(k))
+            for k, action in enumerate(actions)
+        ]
+
     def decisions_of(self, action: Any) -> None:
         """None: shots decide nothing else."""
         return None
@@ -139,17 +149,15 @@ class ShotActions:
             "a throw has no number among shots; make the environment with actions='throws'"
         )
 
-    def mask(self, stones: Stones, team: Team, *, last: bool) -> NDArray[np.int8]:
-        """Which shots there are, (n,): 1 or 0.
-
-        Parameters
-        ----------
-        stones : the stones that lie
-        team : the team that throws
-        last : whether it is the last stone of the end, before which no guard is worth anything
-        """
-        lying = _by_index(stones, team)
-        places = np.array([(stone.x, stone.y) for stone in stones]).reshape(-1, 2)
+    def mask(self, view: PlayerView) -> NDArray[np.int8]:
+        """The shots that a team has, (n,): 1 or 0; all where no end is in play."""
+        end = view.game.end
+        if end is None:
+            return np.ones(len(SHOTS), dtype=np.int8)
+        # Before the last stone of the end no guard is worth anything.
+        last = end.delivered >= view.game.rules.deliveries - 1
+        lying = _by_index(end.stones, view.team)
+        places = np.array([(stone.x, stone.y) for stone in end.stones]).reshape(-1, 2)
         return np.array([_is_there(shot, lying, places, last) for shot in SHOTS], dtype=np.int8)
 
 
@@ -207,28 +215,3 @@ class _Aiming(AimingPlayer):
         spin = view.delivery.spin if x >= 0 else -view.delivery.spin
         throw = self.aim(view).draw(x, y, spin)
         return None if throw is None else Call(throw=throw, shot=name)
-
-
-def mask_of(actions: Any, view: PlayerView) -> NDArray[np.int8] | None:
-    """The mask of the shots that a team has; None where actions are throws."""
-    end = view.game.end
-    if not isinstance(actions, ShotActions):
-        return None
-    if end is None:
-        return np.ones(len(SHOTS), dtype=np.int8)
-    last = end.delivered >= view.game.rules.deliveries - 1
-    return actions.mask(end.stones, view.team, last=last)
-
-
-def checked_actions(actions: Any, sweeping: str, choices: str) -> str:
-    """Which actions an environment has: "throws" or "shots".
-
-    Raises
-    ------
-    InputError : something else, or shots together with sweeping or choices in the action
-    """
-    if actions not in ("throws", "shots"):
-        raise InputError(f"actions must be 'throws' or 'shots', got {actions!r}")
-    if actions == "shots" and "action" in (sweeping, choices):
-        raise InputError("shots have no sweeping and no choices; those are for actions='throws'")
-    return str(actions)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -57,12 +58,12 @@ class ThrowRange:
                     f"got {low:g} to {high:g}"
                 )
 
-    @property
+    @cached_property
     def middle(self) -> Floats:
         """Speed, angle and spin of the action (0, 0, 0), (3,)."""
         return np.array([sum(self.speed), sum(self.angle), sum(self.spin)]) / 2
 
-    @property
+    @cached_property
     def half(self) -> Floats:
         """Half the width of the ranges of speed, angle and spin, (3,)."""
         low, high = np.array([self.speed, self.angle, self.spin]).T
@@ -75,22 +76,25 @@ class ThrowRange:
         ------
         InputError : not three finite numbers
         """
-        given = floats_from(AN_ACTION, action)
-        if given.shape != (3,):
-            raise InputError(f"{AN_ACTION}, got {brief(action)}")
-        speed, angle, spin = self.numbers_of(given).tolist()
+        speed, angle, spin = self.numbers_of([action], count=1)[0].tolist()
         return Throw(speed=speed, angle=angle, spin=spin)
 
-    def numbers_of(self, actions: ArrayLike) -> Floats:
+    def numbers_of(self, actions: Any, *, count: int | None = None) -> Floats:
         """Speed, angle and spin that actions (..., 3) mean; beyond ±1 they are taken as ±1.
+
+        Parameters
+        ----------
+        actions : the actions, in an array or a sequence
+        count : how many they must be; None for an array of any shape
 
         Raises
         ------
         InputError : not three finite numbers each
         """
         given = floats_from(AN_ACTION, actions)
-        if given.ndim == 0 or given.shape[-1] != 3 or not np.isfinite(given).all():
-            raise InputError(f"{AN_ACTION}, got {brief(actions)}")
+        is_right = given.shape[-1:] == (3,) if count is None else given.shape == (count, 3)
+        if not (is_right and np.isfinite(given).all()):
+            raise InputError(f"{AN_ACTION}, got {brief(actions[0] if count == 1 else actions)}")
         return self.middle + self.half * np.minimum(np.maximum(given, -1.0), 1.0)
 
     def action_of(self, throw: Throw) -> Singles:

@@ -7,15 +7,14 @@ serves towards the other. `names` says what each number is.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.envs.known_ice import BANDS, LANES, ice_features, ice_names, stone_names
+from curling_env.envs.known_ice import ice_names, stone_names
 from curling_env.sheet import HOG_TO_TEE
 from curling_env.typing import Floats, Singles
-
-__all__ = ["BANDS", "LANES", "LENGTH_SCALE", "SheetObservation", "ice_features"]
 
 LENGTH_SCALE = HOG_TO_TEE + 0.6
 """Distance along the sheet that counts as 1 [m]: from the tee to just before the hog line."""
@@ -50,9 +49,17 @@ class SheetObservation:
             *(f"stone {k + 1} {what}" for k in range(self.slots) for what in ("team", "x", "y")),
         )
 
+    @cached_property
+    def _of_a_stone(self) -> int:
+        return len(stone_names())
+
+    @cached_property
+    def _scale(self) -> Floats:
+        return np.array([self.width / 2, LENGTH_SCALE])
+
     def scaled(self, xy: ArrayLike) -> Floats:
         """Positions (..., 2) in the delivery frame [m] on the scale of the observation."""
-        return np.asarray(xy, dtype=np.float64) / np.array([self.width / 2, LENGTH_SCALE])
+        return np.asarray(xy, dtype=np.float64) / self._scale
 
     def vector(
         self,
@@ -61,10 +68,10 @@ class SheetObservation:
         throws_left: ArrayLike,
         clock: ArrayLike,
         known: Singles,
-        next_stone: Singles,
+        next_stone: Singles | None,
         stones: Floats,
         own: ArrayLike,
-        of_stones: Singles,
+        of_stones: Singles | None,
     ) -> Singles:
         """The observation of one sheet, or of many with leading dimensions (...).
 
@@ -74,32 +81,36 @@ class SheetObservation:
         throws_left : (...) share of the episode's throws still to come
         clock : (...) time since the episode began [s]
         known : (..., m) what is known of the ice, from `KnownIce.features`
-        next_stone : (..., b) what is known of the stone to be thrown, from `KnownIce.of_stones`
+        next_stone : (..., b) what is known of the stone to be thrown, from `KnownIce.of_stones`;
+            None for usual stones
         stones : (..., k, 2) at most `slots` stones, delivery frame [m]; NaN where there is none
         own : (..., k) for each stone, whether it is the agent's
-        of_stones : (..., k, b) what is known of each stone
+        of_stones : (..., k, b) what is known of each stone; None for usual stones
 
         Returns
         -------
         (..., n) within ±1, in the order of `names`
         """
-        one, ice = next_stone.shape[-1], known.shape[-1]
+        one, ice = self._of_a_stone, known.shape[-1]
         own_numbers = 4 + one + ice
         first = own_numbers + one * self.slots
         out = np.zeros((*known.shape[:-1], first + 3 * self.slots), dtype=np.float32)
         out[..., :2] = self.scaled(target)
         out[..., 2] = throws_left
         out[..., 3] = np.asarray(clock) / CLOCK_SCALE
-        out[..., 4 : 4 + one] = next_stone
+        if next_stone is not None:
+            out[..., 4 : 4 + one] = next_stone
         out[..., 4 + one : own_numbers] = known
-        count = stones.shape[-2]
-        if count:
-            shape, absent = known.shape[:-1], np.isnan(stones[..., 0])
-            told = np.where(absent[..., None], 0.0, of_stones).reshape(*shape, one * count)
-            out[..., own_numbers : own_numbers + one * count] = told
+        there = ~np.isnan(stones[..., 0])
+        if there.any():
+            shape, count = known.shape[:-1], stones.shape[-2]
+            if of_stones is not None:
+                told = np.where(there[..., None], of_stones, 0.0).reshape(*shape, one * count)
+                out[..., own_numbers : own_numbers + one * count] = told
             seen = np.empty((*stones.shape[:-1], 3))
             seen[..., 0] = np.where(own, 1.0, -1.0)
             seen[..., 1:] = self.scaled(stones)
-            seen[absent] = 0.0
+            seen[~there] = 0.0
             out[..., first : first + 3 * count] = seen.reshape(*shape, 3 * count)
-        return np.clip(out, -1.0, 1.0, out=out)
+        np.maximum(out, -1.0, out=out)
+        return np.minimum(out, 1.0, out=out)

@@ -5,13 +5,14 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
-from curling_env.envs.rendering import FPS, EnvRenderer, signed
+from curling_env.envs.rendering import FPS, ClipRenderer, signed
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
-from curling_env.physics.engine import Outcome, Status, StoneState
+from curling_env.physics.engine import Status, StoneState
 from curling_env.render import (
     RED,
     YELLOW,
@@ -22,11 +23,8 @@ from curling_env.render import (
 )
 from curling_env.render.canvas import Colour
 from curling_env.sheet import Direction, to_sheet
-from curling_env.throw import Throw
 from curling_env.typing import Floats, Image
 
-PLAYBACK_SPEED = 8.0
-"""How many times faster than it happened a window shows a throw; a draw takes 25 s."""
 STATUS_TEXT = {
     Status.REST: "at rest",
     Status.OUT_SIDE: "out, side line",
@@ -36,46 +34,29 @@ STATUS_TEXT = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class LastThrow:
-    """The last throw of an episode.
-
-    Parameters
-    ----------
-    throw : the throw as it left the hand
-    before : stones on the sheet before it
-    outcome : what happened, with trajectories
-    distance_m : distance from the target to where the stone ended [m]
-    success : whether the task was done
-    """
-
-    throw: Throw
-    before: tuple[StoneState, ...]
-    outcome: Outcome
-    distance_m: float
-    success: bool
-
-
-@dataclass(frozen=True, kw_only=True)
 class Shown:
     """What there is to show of an episode.
 
     Parameters
     ----------
+    ice : the ice thrown on
     task : name of the task
     direction : the end played to
     target : (2,) where the delivered stone should end, delivery frame [m]
-    stones : stones on the sheet
+    before, stones : stones on the sheet before the last throw, and now
     throw_number, throws : number of the throw, from 1, and throws in the episode
-    last : the last throw; None before the first
+    last : the `info` of the last throw; None before the first
     """
 
+    ice: Ice
     task: str
     direction: Direction
     target: Floats
+    before: tuple[StoneState, ...]
     stones: tuple[StoneState, ...]
     throw_number: int
     throws: int
-    last: LastThrow | None
+    last: dict[str, Any] | None
 
     def scene(self, *, at_rest: bool = True) -> DrawnScene:
         """The stones and the target, and in words the last throw.
@@ -88,7 +69,7 @@ class Shown:
         number = f"throw {self.throw_number} of {self.throws}" if self.throws > 1 else "throw"
         facts: list[tuple[str, str]] = []
         if self.last is not None:
-            throw, outcome = self.last.throw, self.last.outcome
+            throw, outcome = self.last["throw"], self.last["outcome"]
             facts = [
                 ("Speed", f"{throw.speed:.2f} m/s"),
                 ("Line", signed(np.degrees(throw.angle), "°")),
@@ -96,11 +77,11 @@ class Shown:
             ]
             came_of_it = [
                 ("Time", f"{outcome.time:.1f} s"),
-                ("From target", f"{self.last.distance_m:.2f} m"),
+                ("From target", f"{self.last['distance_m']:.2f} m"),
                 ("Result", STATUS_TEXT[outcome.delivered_status]),
                 (
                     self.task.replace("_", " ").capitalize(),
-                    "made" if self.last.success else "missed",
+                    "made" if self.last["success"] else "missed",
                 ),
             ]
             facts += came_of_it if at_rest else []
@@ -112,46 +93,34 @@ class Shown:
         )
 
 
-class SheetEnvRenderer(EnvRenderer):
-    """Draws the sheet of a `CurlingSheet-v0`.
+class SheetRenderer(ClipRenderer[Shown]):
+    """Draws `CurlingSheet-v0`."""
 
-    Parameters
-    ----------
-    ice : the ice under the lines
-    """
+    title = "CurlingSheet-v0"
+    window_speed = 8.0  # a draw takes 25 s
 
-    def __init__(self, ice: Ice) -> None:
-        super().__init__(ice, "CurlingSheet-v0")
-
-    def picture(self, shown: Shown) -> Image:
+    def picture(self, clip: Shown) -> Image:
         """The sheet with the path of the last throw, (720, 1280, 3) RGB."""
-        scene, last = shown.scene(), shown.last
-        if last is not None:
-            scene = scene_at(scene, last.before, last.outcome, math.inf, _handle_colour)
-        return self.sheet(shown.direction).draw(scene)
+        scene = clip.scene()
+        if clip.last is not None:
+            scene = scene_at(scene, clip.before, clip.last["outcome"], math.inf, _handle_colour)
+        return self.sheet(clip.ice, clip.direction).draw(scene)
 
-    def frames(self, shown: Shown, speed: float) -> Iterator[Image]:
+    def frames(self, clip: Shown, speed: float) -> Iterator[Image]:
         """The last throw as a film, `speed` times as fast as it happened."""
-        sheet, last = self.sheet(shown.direction), shown.last
-        if last is None:
-            yield sheet.draw(shown.scene())
+        if clip.last is None:
+            yield self.picture(clip)
             return
         yield from playback_frames(
-            sheet,
-            shown.scene(at_rest=False),
-            last.before,
-            last.outcome,
+            self.sheet(clip.ice, clip.direction),
+            clip.scene(at_rest=False),
+            clip.before,
+            clip.last["outcome"],
             _handle_colour,
             fps=FPS,
             speed=speed,
-            scene_at_rest=shown.scene(),
+            scene_at_rest=clip.scene(),
         )
-
-    def show(self, shown: Shown) -> None:
-        """In the window: the last throw as it happened, or the sheet before the first."""
-        window = self.window()
-        for frame in self.frames(shown, PLAYBACK_SPEED):
-            window.show(frame)
 
 
 def _handle_colour(stone: int) -> Colour:

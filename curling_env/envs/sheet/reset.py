@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from math import hypot
 from typing import Any, Literal, NamedTuple
 
@@ -87,9 +88,9 @@ class ResetDistribution:
         others = self.stones if isinstance(self.stones, int) else len(self.stones)
         return others + self.task.has_target_stone
 
-    @property
+    @cached_property
     def is_fixed(self) -> bool:
-        """Whether every episode begins in the same state."""
+        """True if every episode begins in the same state."""
         no_random_stones = self.stones == 0 if isinstance(self.stones, int) else True
         return self.direction is not None and self.goal is not None and no_random_stones
 

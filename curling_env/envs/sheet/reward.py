@@ -166,7 +166,7 @@ def judge(landing: Landing, success: Any) -> Verdict:
     success : (...) whether the task was done
     """
     distance_m, in_house, in_play = landing.distance_m, landing.in_house, landing.in_play
-    pushed = np.minimum(np.nan_to_num(landing.pushed) / HOUSE_RADIUS, 0.5)
+    pushed: Floats = landing.pushed / HOUSE_RADIUS
     return Verdict(
         distance_m=distance_m,
         in_house=in_house,
@@ -176,7 +176,7 @@ def judge(landing: Landing, success: Any) -> Verdict:
             precision=np.where(in_play, np.exp(-distance_m / PRECISION_LENGTH), 0.0),
             in_house=in_house * 1.0,
             out_of_play=in_play * 1.0 - 1.0,
-            removed=np.where(landing.is_out, 1.0, pushed),
+            removed=np.where(np.isnan(pushed), landing.is_out, np.minimum(pushed, 0.5)),
             success=success * 1.0,
         ),
     )

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
+from curling_env.errors import InputError
 from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import (
@@ -32,6 +33,10 @@ class SteadyFilm:
     Parameters
     ----------
     film : as it was taken
+
+    Raises
+    ------
+    InputError : no frame of the sample can be decoded without damage
     """
 
     def __init__(self, film: Film) -> None:
@@ -39,6 +44,8 @@ class SteadyFilm:
         self.film = film
         self._count = sample_size(film.size)
         sample = film.sample(self._count)
+        if not sample:
+            raise InputError("no frame can be decoded without damage", source=film.path)
         self._deflicker = deflicker_for(sample)
         # One by one, so that no frame of a large film is held twice.
         if self._deflicker is not None:

@@ -267,7 +267,7 @@ def test_on_random_ices_a_policy_sees_no_more_than_it_is_told() -> None:
         sheets.seed(0)
         seen = sheets.reset()
         assert len({tuple(row[3:]) for row in seen.tolist()}) == (1 if alike else 2)
-        throws = [group.sheets.single.throw_range for group in sheets.groups]
+        throws = [group.sheets.throw_range for group in sheets.groups]
         assert throws[0] == throws[1]
 
 

@@ -146,12 +146,12 @@ def test_many_ices_want_a_range_of_throws_that_tells_nothing():
 
 def test_a_draw_to_the_target_counts_as_a_success():
     envs = sheets(target=(0.0, 0.0))
-    single = envs.sheets.single
+    inner = envs.sheets
     envs.seed(0)
     envs.reset()
-    aim = Aim(single.ice, Direction.AWAY).draw(0.0, 0.0, 1.5)
+    aim = Aim(inner.ice, Direction.AWAY).draw(0.0, 0.0, 1.5)
     assert aim is not None
-    actions = np.tile(single.action_of(aim), (N, 1))
+    actions = np.tile(inner.action_of(aim), (N, 1))
     actions[1::2, 0] = -1.0  # dies at the hog line
     infos = envs.step(actions)[3]
     assert [info["is_success"] for info in infos] == [True, False] * (N // 2)

@@ -51,12 +51,10 @@ def test_an_episode_that_is_not_finished_is_filmed_as_far_as_it_went(tmp_path):
 
 @pytest.mark.parametrize("name", ["CurlingSheet-v0", "CurlingEnd-v0", "curling_v0"])
 def test_a_list_of_pictures_shows_what_happened_since_the_last(name, monkeypatch):
-    monkeypatch.setattr("curling_env.envs.sheet.env.FILM_SPEED", 100.0)
-    monkeypatch.setattr("curling_env.envs.game.end_env.FILM_SPEED", 100.0)
+    monkeypatch.setattr("curling_env.envs.rendering.FILM_SPEED", 100.0)
     if name == "curling_v0":
         pytest.importorskip("pettingzoo")
         game = curling_env.curling_v0
-        monkeypatch.setattr("curling_env.envs.game.curling_v0.FILM_SPEED", 100.0)
         env = game.env(render_mode="rgb_array_list")
     else:
         env = gym.make(name, render_mode="rgb_array_list", disable_env_checker=True)

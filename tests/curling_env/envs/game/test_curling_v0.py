@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -17,6 +19,7 @@ from pettingzoo.test import (
     seed_test,
     state_test,
 )
+from pettingzoo.utils.wrappers import OrderEnforcingWrapper
 
 import curling_env
 from curling_env.envs import GameRewardWeights, TeamDecisions
@@ -32,8 +35,10 @@ curling_v0 = curling_env.curling_v0
 pytestmark = pytest.mark.filterwarnings("ignore:We recommend agents to be named")
 
 
-def test_api():
-    api_test(curling_v0.env(ends=2), num_cycles=70)
+@pytest.mark.parametrize("actions", ["throws", "shots"])
+def test_api(actions):
+    api_test(curling_v0.env(ends=2, actions=actions), num_cycles=70)
+    parallel_api_test(curling_v0.parallel_env(ends=1, actions=actions), num_cycles=40)
 
 
 def test_seeds():
@@ -56,10 +61,6 @@ def test_a_game_of_blank_ends_is_truncated(monkeypatch):
         game.step(None if over or truncated else action)
     assert not game.agents
     assert len(game.unwrapped.state.game.line_score) == 2
-
-
-def test_parallel_api():
-    parallel_api_test(curling_v0.parallel_env(ends=1), num_cycles=40)
 
 
 def test_render(monkeypatch):
@@ -128,7 +129,12 @@ def test_states():
     state_test(curling_v0.env(ends=1), curling_v0.parallel_env(ends=1), num_cycles=20)
 
 
-@pytest.mark.parametrize("make", [curling_v0.env, curling_v0.parallel_env])
+def checked(**settings):
+    """The game in PettingZoo's own wrapper."""
+    return OrderEnforcingWrapper(curling_v0.raw_env(**settings))
+
+
+@pytest.mark.parametrize("make", [curling_v0.env, checked, curling_v0.parallel_env])
 def test_the_state_is_an_array_to_call_and_a_game_to_keep(make):
     env = make(ends=1, observation="planes")
     env.reset(seed=0)
@@ -140,6 +146,29 @@ def test_the_state_is_an_array_to_call_and_a_game_to_keep(make):
     assert not np.array_equal(env.state(), seen)
     game.state = kept
     assert np.array_equal(env.state(), seen)
+    game.state = pickle.loads(pickle.dumps(kept))
+    assert np.array_equal(env.state(), seen)
+    game.state = replace(kept, seed=kept.seed + 1)
+    assert game.state.seed == kept.seed + 1
+    assert np.array_equal(env.state(), seen)
+
+
+def test_infos_have_the_names_that_an_end_against_an_opponent_has():
+    env = curling_v0.env(ends=1, skill="none", actions="shots")
+    env.reset(seed=0)
+    assert set(env.infos["home"]) == {"action_mask"}
+    names = []
+    while not env.terminations["home"]:
+        thrower = env.agent_selection
+        env.step(0)
+        names.append(set(env.infos["away"]))
+        (shot,) = env.infos["home"]["shots"]
+        assert shot.team.label == thrower
+    assert names[:-1] == [{"shots", "reward_parts", "action_mask"}] * 15
+    assert names[-1] == {"shots", "reward_parts", "action_mask", "score"}
+    home, away = env.unwrapped.state.game.score
+    assert env.infos["home"]["score"] == (home, away)
+    assert env.infos["away"]["score"] == (away, home)
 
 
 # --- choices as part of the action ----------------------------------------------------------------
@@ -158,7 +187,7 @@ def ticked(put_back):
         tick = Call(throw=aim.through(off, -3.0, weight, 1.5))
         # The decision of the home team is not asked after its own tick.
         env.step(env.action.action_of(tick, TeamDecisions(put_back=not put_back)))
-        shot = env.infos["home"]["shot"]
+        shot = env.infos["home"]["shots"][0]
         if shot.ruling.fault is Fault.NO_TICK:
             return before, env.state, shot
         env.state = before

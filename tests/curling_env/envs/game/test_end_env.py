@@ -134,8 +134,8 @@ def test_the_agent_sees_the_known_ice_and_throws_on_the_true_one():
     call = Call(throw=Throw(speed=2.1, spin=1.5))
     rests = []
     for env in (heavy, light):
-        env.step(env.action_of(call))
-        rests.append(env._shots[0].outcome.delivered.y)
+        *_, info = env.step(env.action_of(call))
+        rests.append(info["shots"][0].outcome.delivered.y)
     assert abs(rests[0] - rests[1]) > 0.05
 
 
@@ -145,8 +145,8 @@ def test_sweeping_carries_a_stone_farther():
     for sweep in (None, (2.0, 20.0)):
         env.reset(seed=0)
         throw = Throw(speed=1.9, spin=1.5)
-        env.step(env.action_of(Call(throw=throw, sweep=sweep)))
-        rests.append(env._shots[0].outcome.delivered.y)
+        *_, info = env.step(env.action_of(Call(throw=throw, sweep=sweep)))
+        rests.append(info["shots"][0].outcome.delivered.y)
     assert rests[1] > rests[0] + 0.5
 
 
@@ -269,8 +269,7 @@ def test_no_fact_that_decides_is_kept_from_the_agent(fact, kind):
     assert state.game.power_plays == ()
     seen = []
     for one in (state, FACTS[fact](state)):
-        env._state = one
-        seen.append(flat(env._observe()))
+        seen.append(flat(env.reset(options={"state": one})[0]))
     assert not np.array_equal(*seen)
 
 
@@ -297,13 +296,13 @@ def test_a_policy_plays_as_an_opponent_what_it_sees_as_the_agent_would():
             return np.float32([-0.2, 0.1, 0.5]), None
 
     env = make(opponent=Learner(), hammer="own", skill="none")
-    env.reset(seed=0)
+    _, info = env.reset(seed=0)
     ((seen, is_best),) = met
     assert is_best
     assert seen in env.observation_space
     told = dict(zip(env.observation.names, seen, strict=True))
     assert (told["stones delivered"], told["hammer"]) == (0.0, -1.0)
-    assert env._shots[0].thrown == env.call_of(np.float32([-0.2, 0.1, 0.5])).throw
+    assert info["shots"][0].thrown == env.call_of(np.float32([-0.2, 0.1, 0.5])).throw
 
 
 def test_past_selves_join_the_opponents_and_each_episode_draws_one():

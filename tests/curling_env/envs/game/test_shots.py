@@ -99,15 +99,30 @@ def test_many_ends_have_shots_and_masks_too(mode):
     np.testing.assert_array_equal(many.unwrapped.action_masks(), info["action_mask"])
 
 
-def test_the_two_team_game_has_shots_and_masks():
+@pytest.mark.parametrize("kind", ["flat", "dict", "planes"])
+def test_the_two_team_game_has_shots_and_masks(kind):
+    """Masks are in the observation, where PettingZoo's own games have them, and in the infos."""
     pytest.importorskip("pettingzoo")
-    env = curling_env.curling_v0.env(actions="shots", ends=1)
+    plain = curling_env.curling_v0.env(observation=kind, ends=1)
+    env = curling_env.curling_v0.env(actions="shots", observation=kind, ends=1)
     env.reset(seed=0)
+    plain.reset(seed=0)
+    space = env.observation_space("home")
+    assert space["observation"] == plain.observation_space("home")
+    assert space["action_mask"] == gym.spaces.Box(0, 1, (len(SHOTS),), np.int8)
+    first, expected = env.observe("home")["observation"], plain.observe("home")
+    if kind == "flat":
+        first, expected = {"": first}, {"": expected}
+    for name in expected:
+        np.testing.assert_array_equal(first[name], expected[name])
     env.action_space("home").seed(0)
     for agent in env.agent_iter():
-        *_, terminated, truncated, info = env.last()
+        seen, _, terminated, truncated, info = env.last()
+        assert seen in space
+        assert seen["action_mask"].dtype == np.int8
+        np.testing.assert_array_equal(seen["action_mask"], info["action_mask"])
         over = terminated or truncated
-        env.step(None if over else env.action_space(agent).sample(info["action_mask"]))
+        env.step(None if over else env.action_space(agent).sample(seen["action_mask"]))
     assert env.unwrapped.state.game.is_over or env.unwrapped.state.game.end is None
 
 

@@ -51,7 +51,7 @@ def test_sheets_go_through_a_curriculum():
         sheets = gymnasium.make_vec("CurlingSheet-v0", num_envs=4, autoreset_mode=mode)
         many = VectorCurriculumWrapper(sheets, Curriculum(step=0.5, window=4))
         many.reset(seed=0)
-        on_button = many.unwrapped.single.action_of(AIM.draw(0.0, 0.0, SPIN))
+        on_button = many.unwrapped.action_of(AIM.draw(0.0, 0.0, SPIN))
         many.step(np.tile(on_button, (4, 1)))
         assert many.unwrapped.level == many.progress.level == 0.5
     with pytest.raises(InputError, match="CurlingSheet-v0"):

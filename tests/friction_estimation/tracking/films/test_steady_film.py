@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from fractions import Fraction
 
 import av
@@ -9,7 +10,9 @@ import cv2
 import numpy as np
 import pytest
 
+from curling_env.errors import InputError
 from friction_estimation.film import Film
+from friction_estimation.film.writer import film_writer
 from friction_estimation.tracking.films.steady_film import SteadyFilm, sample_size
 
 
@@ -27,6 +30,16 @@ def test_large_frames_are_fewer(size, count):
     assert sample_size(size) == count
     # A median needs several, and memory has an end.
     assert count * 3 * size[0] * size[1] < 450e6
+
+
+def test_a_film_of_which_no_frame_is_whole_is_refused(tmp_path):
+    with film_writer(tmp_path / "f.mp4", (64, 48), 10.0) as writer:
+        for _ in range(5):
+            writer.write(np.zeros((48, 64, 3), np.uint8))
+    film = Film.open(tmp_path / "f.mp4")
+    assert SteadyFilm(film).sample
+    with pytest.raises(InputError, match=r"f\.mp4.*no frame can be decoded without damage"):
+        SteadyFilm(replace(film, size=(64, 50)))  # frames of another size count as damaged
 
 
 def test_pictures_of_another_size_are_left_out(tmp_path):

@@ -1,0 +1,123 @@
+"""An ice on which many throws are simulated together, as the vector environments do."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.batch import RELEASE_DTYPE, BatchEngine, Positions, throw_batch
+from curling_env.physics.engine import Status, is_hogged, left_by_the_side
+from curling_env.physics.slides import SlideEnd, play_bounds
+from curling_env.physics.tuning import QUICK_TOLERANCE
+from curling_env.sheet import Direction
+from curling_env.throw import Delivery, velocity_of
+from curling_env.typing import Floats, Integers
+
+
+def releases_of(throws: Floats, direction: int | Integers, delivery: Delivery) -> NDArray[Any]:
+    """Releases of throws, of RELEASE_DTYPE.
+
+    Parameters
+    ----------
+    throws : (n, 9) rows of offset, speed, angle, spin, identifier, clock, order, begin and end of
+        sweeping
+    direction : the end played to, 1 or -1; one for all throws or (n,)
+    delivery : where throws begin
+    """
+    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
+    vx, vy = velocity_of(speed, angle, direction)
+    columns = {"x": direction * x, "y": -direction * delivery.line_y, "vx": vx, "vy": vy}
+    columns |= {"omega": spin, "stone": stone, "clock": clock, "order": order}
+    columns |= {"sweep_start": begin, "sweep_end": until}
+    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
+    for name, values in columns.items():
+        releases[name] = values
+    return releases
+
+
+class Field:
+    """Plays many throws towards one end, as exactly as the engine of a single environment.
+
+    Parameters
+    ----------
+    ice : the ice thrown on
+    """
+
+    def __init__(self, ice: Ice) -> None:
+        self.ice = ice
+
+    @cached_property
+    def _engine(self) -> BatchEngine:
+        return BatchEngine(self.ice, tolerance=QUICK_TOLERANCE)
+
+    @cached_property
+    def _bounds(self) -> dict[int, Floats]:
+        return {int(end): play_bounds(self.ice, end) for end in Direction}
+
+    def play(
+        self,
+        stones: Floats,
+        identifiers: Sequence[int],
+        releases: NDArray[Any],
+        direction: int,
+        *,
+        alone: bool = False,
+    ) -> Positions:
+        """The positions after throws.
+
+        Parameters
+        ----------
+        stones : (n, k, 2) the stones before, sheet frame; NaN where there is none [m]
+        identifiers : (k,) of these stones
+        releases : (n,) from `releases_of`
+        direction : the end played to, 1 or -1
+        alone : whether no stones lie; what happens among stones need then not be compiled
+
+        Raises
+        ------
+        InputError : stones outside the lines or in one place, or ice on which one never stops
+        """
+        bounds = self._bounds[direction]
+        if alone:
+            after = _alone(self.ice, releases, bounds)
+        else:
+            after = self._engine.play(stones, releases, identity=identifiers, bounds=bounds)
+        if (after.collisions < 0).any():
+            raise InputError("a stone never stops on this ice; check its friction and slope")
+        return after
+
+    def statuses(self, after: Positions, direction: int) -> NDArray[np.str_]:
+        """The `Status` of each stone by its name, (n, k + 1), the delivered one last.
+
+        Parameters
+        ----------
+        after : the positions after throws; stones that were never there count as out
+        direction : the end played to
+        """
+        x, y = after.last[..., 0], after.last[..., 1]
+        by_side = left_by_the_side(x, y, self._bounds[direction])
+        out = np.where(by_side, Status.OUT_SIDE.value, Status.OUT_BACK.value)
+        status = np.where(np.isnan(after.xy[..., 0]), out, Status.REST.value)
+        hogged = is_hogged(y[:, -1], direction, self.ice.stone.radius) & (after.collisions == 0)
+        status[(status[:, -1] == Status.REST.value) & hogged, -1] = Status.HOGGED.value
+        return status
+
+
+def _alone(ice: Ice, releases: NDArray[Any], bounds: Floats) -> Positions:
+    """The positions after throws on empty ice."""
+    alone = throw_batch(ice, releases, bounds=bounds)
+    last = np.stack([alone.x, alone.y], axis=-1)[:, None]
+    gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]
+    return Positions(
+        xy=np.where(gone[..., None], np.nan, last),
+        last=last,
+        theta=np.where(gone, np.nan, alone.theta[:, None]),
+        time=alone.time,
+        collisions=np.where(alone.end == SlideEnd.NEVER_STOPS, -1, 0).astype(np.int32),
+    )

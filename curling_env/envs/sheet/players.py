@@ -1,0 +1,180 @@
+"""What simulates the throws of `CurlingSheet-v0`: the engine one by one, or the batch together."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from curling_env.envs.field import Field, releases_of
+from curling_env.envs.known_ice import KnownIce
+from curling_env.envs.sheet.reset import FIRST_OWN_STONE
+from curling_env.ice import Ice
+from curling_env.physics.engine import (
+    Engine,
+    Outcome,
+    Status,
+    StoneState,
+)
+from curling_env.physics.tuning import QUICK_TOLERANCE
+from curling_env.sheet import Direction
+from curling_env.throw import Delivery, Throw
+from curling_env.typing import Floats, Integers
+
+
+class Surface(Field):
+    """The ice of an episode, with what plays on it and what is known of it.
+
+    Parameters
+    ----------
+    ice : the ice thrown on
+    known : the ice as the agent knows it
+    identifiers : of the stones, by their slots
+    """
+
+    def __init__(self, ice: Ice, known: KnownIce, identifiers: Sequence[int]) -> None:
+        super().__init__(ice)
+        self.known = known
+        told = known.of_stones(identifiers)
+        self.of_stones = np.concatenate([told, np.zeros_like(told[:1])])
+        """(slots + 1, k) what is known of each stone, and of none."""
+
+    @cached_property
+    def engine(self) -> Engine:
+        """What plays single throws."""
+        return Engine(self.ice, tolerance=QUICK_TOLERANCE)
+
+
+class Throws(NamedTuple):
+    """Throws about to be made on n sheets.
+
+    Parameters
+    ----------
+    throws : as they leave the hand
+    numbers : (n, 3) their speeds, angles and spins [m/s, rad, rad/s]
+    surfaces : the ice of each
+    stones : (n, k, 3) place and heading of the stones before, sheet frame; NaN where there is none
+    identifiers : (k,) of these stones
+    direction : (n,) the end played to, 1 or -1
+    order : (n,) number of the throw in its episode
+    clock : (n,) time since the episode began [s]
+    delivery : where throws begin
+    """
+
+    throws: Sequence[Throw]
+    numbers: Floats
+    surfaces: Sequence[Surface]
+    stones: Floats
+    identifiers: Sequence[int]
+    direction: Integers
+    order: Integers
+    clock: Floats
+    delivery: Delivery
+
+
+class Flown(NamedTuple):
+    """Outcomes of throws on n sheets.
+
+    Parameters
+    ----------
+    stones : (n, k + 1, 3) place and heading of the stones in play, the delivered one last; else NaN
+    last : (n, 2) where the delivered stone ended, in play or not, sheet frame [m]
+    status : (n,) `Status` of the delivered stone, by its name
+    time : (n,) time until all stones rest [s]
+    records : for `info`, by name one for each throw
+    """
+
+    stones: Floats
+    last: Floats
+    status: NDArray[np.str_]
+    time: Floats
+    records: dict[str, list[Any]]
+
+
+ThrowPlayer = Callable[[Throws], Flown]
+
+
+class PlayOneByOne:
+    """The engine, which solves contacts by pymunk and keeps trajectories.
+
+    Parameters
+    ----------
+    fps : samples a second of the trajectories
+    """
+
+    def __init__(self, fps: float) -> None:
+        self._fps = fps
+
+    def __call__(self, throws: Throws) -> Flown:
+        n, k = throws.stones.shape[:2]
+        stones, last = np.full((n, k + 1, 3), np.nan), np.empty((n, 2))
+        outcomes: list[Outcome] = []
+        for row in range(n):
+            outcome, slots = self._play(throws, row)
+            for slot, stone, status in zip(slots, outcome.stones, outcome.status, strict=True):
+                if status.in_play:
+                    stones[row, slot] = stone.x, stone.y, stone.theta
+            last[row] = outcome.delivered.x, outcome.delivered.y
+            outcomes.append(outcome)
+        return Flown(
+            stones=stones,
+            last=last,
+            status=np.array([one.delivered_status.value for one in outcomes]),
+            time=np.array([one.time for one in outcomes]),
+            records={
+                "outcome": outcomes,
+                "trajectory": [one.trajectories[-1] for one in outcomes],
+            },
+        )
+
+    def _play(self, throws: Throws, row: int) -> tuple[Outcome, list[int]]:
+        """The outcome of one throw, and the slots of its stones."""
+        there = [(k, *place) for k, place in enumerate(throws.stones[row].tolist())]
+        there = [(k, x, y, theta) for k, x, y, theta in there if x == x]  # not NaN
+        order = int(throws.order[row])
+        outcome = throws.surfaces[row].engine.play(
+            throws.throws[row].release(
+                Direction(int(throws.direction[row])),
+                stone=FIRST_OWN_STONE + order,
+                clock=float(throws.clock[row]),
+                order=order,
+                delivery=throws.delivery,
+            ),
+            [
+                StoneState(x=x, y=y, theta=theta, stone=throws.identifiers[k])
+                for k, x, y, theta in there
+            ],
+            fps=self._fps,
+            throw=order,
+        )
+        return outcome, [*(k for k, *_ in there), len(throws.identifiers)]
+
+
+def play_together(throws: Throws) -> Flown:
+    """Simulate throws together where they share an ice and a direction, without trajectories.
+
+    Raises
+    ------
+    InputError : stones outside the lines or in one place, or ice on which one never stops
+    """
+    n, k = throws.stones.shape[:2]
+    stones, last = np.empty((n, k + 1, 3)), np.empty((n, 2))
+    status, time = np.empty(n, dtype=f"U{max(map(len, Status))}"), np.empty(n)
+    table = np.zeros((n, 9))
+    table[:, 1:4], table[:, 4] = throws.numbers, FIRST_OWN_STONE + throws.order
+    table[:, 5], table[:, 6] = throws.clock, throws.order
+    releases = releases_of(table, throws.direction, throws.delivery)
+    alike: dict[tuple[Surface, int], list[int]] = {}
+    for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
+        alike.setdefault(key, []).append(row)
+    for (surface, end), rows in alike.items():
+        before, names = throws.stones[rows, :, :2], throws.identifiers
+        after = surface.play(before, names, releases[rows], end, alone=k == 0)
+        stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
+        last[rows], time[rows] = after.last[:, -1], after.time
+        status[rows] = surface.statuses(after, end)[:, -1]
+    stones[status != Status.REST.value, -1] = np.nan
+    return Flown(stones=stones, last=last, status=status, time=time, records={})

@@ -1,0 +1,138 @@
+"""A single environment in Gymnasium's form: a view of a core with one episode."""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Iterator, Sequence
+from typing import Any
+
+import gymnasium
+import numpy as np
+from gymnasium import spaces
+
+from curling_env.envs.core import Core, Episodes, alone, row_of
+from curling_env.envs.options import whole_number
+from curling_env.envs.rendering import FPS, RENDER_MODES, ClipRenderer, Screen
+from curling_env.errors import InputError
+from curling_env.typing import Image
+
+ROW = np.zeros(1, dtype=np.intp)
+"""The index of the only episode."""
+
+
+class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
+    """One episode at a time.
+
+    Parameters
+    ----------
+    observation_space, action_space : the spaces
+    render_mode : one of `RENDER_MODES`, or None
+
+    Raises
+    ------
+    InputError : an unknown render mode
+    """
+
+    metadata: dict[str, Any] = {"render_modes": list(RENDER_MODES), "render_fps": FPS}  # noqa: RUF012
+    title: str
+    """The name by which the environment is made."""
+
+    def __init__(
+        self,
+        observation_space: spaces.Space[Any],
+        action_space: spaces.Space[Any],
+        render_mode: str | None,
+    ) -> None:
+        super().__init__(observation_space, action_space, render_mode)
+        self.observation_space, self.action_space = observation_space, action_space
+        call = f"gym.make({self.title!r}, render_mode='rgb_array')"
+        self._screen: Screen[Any] = Screen(render_mode, self._renderer(), call)
+        self._episodes = self.blank(1)
+        self._was_reset = False
+        # The episode before the last step, and the step's `info`; None after a reset.
+        self._last: tuple[Episodes, dict[str, Any] | None] = self._episodes, None
+
+    def reset(
+        self, *, seed: int | None = None, options: dict[str, Any] | None = None
+    ) -> tuple[Any, dict[str, Any]]:
+        """Begin an episode.
+
+        Parameters
+        ----------
+        seed : seed of all that is random
+        options : see the environment
+
+        Raises
+        ------
+        InputError : a seed that is none, or an option that is unknown or makes no sense
+        """
+        super().reset(seed=None if seed is None else whole_number("seed", seed, least=0))
+        asked = self.asked(options, 1)
+        self._episodes = self.begun(self._episodes, ROW, [self.np_random], asked)
+        self._was_reset = True
+        self._last = self._episodes, None
+        if self.render_mode is not None:
+            self._screen.begin(self._clips())
+        return self._observe(), alone([(ROW, self.reported(self._episodes, ROW))])
+
+    def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
+        """Make a step.
+
+        Raises
+        ------
+        InputError : before the first reset, after the end of the episode, or an action that is none
+        """
+        self._check_begun()
+        if self.are_over(self._episodes)[0]:
+            raise InputError("the episode is over; call reset()")
+        before = self._episodes
+        episodes, rewards, parts = self.played(before, ROW, [self.np_random], [action])
+        self._episodes = episodes
+        info = alone([(ROW, self.reported(episodes, ROW)), *parts])
+        self._last = before, info
+        if self.render_mode is not None:
+            self._screen.add(self._clips())
+        over = bool(self.are_over(episodes)[0])
+        return self._observe(), float(rewards[0]), over, False, info
+
+    def render(self) -> Any:
+        """The sheet from above as an RGB picture, with the paths of the last throw on it.
+
+        With the render mode ``rgb_array_list``, the pictures of a film of what has happened since
+        the last call, at `metadata["render_fps"]` a second and four times as fast as it was.
+        """
+        return self._screen.render(self._clips()[-1])
+
+    def frames(self, speed: float = 1.0) -> Iterator[Image]:
+        """The last step as a film: pictures at `metadata["render_fps"]`.
+
+        Parameters
+        ----------
+        speed : how many times faster than it happened it is shown
+
+        Raises
+        ------
+        InputError : paths were not kept, because the environment has no render mode
+        """
+        yield from self._screen.frames(self._clips(), speed)
+
+    def close(self) -> None:
+        """Close the window, if there is one."""
+        self._screen.close()
+
+    # --- the parts ------------------------------------------------------------------------------
+
+    @abstractmethod
+    def _renderer(self) -> ClipRenderer[Any]:
+        """What draws the clips of this environment."""
+
+    @abstractmethod
+    def _clips(self) -> Sequence[Any]:
+        """The throws of the last reset or step, or the position where there were none."""
+
+    def _check_begun(self) -> None:
+        if not self._was_reset:
+            raise InputError("call reset() before the first step")
+
+    def _observe(self) -> Any:
+        return row_of(self.observed(self._episodes), 0)
