@@ -131,16 +131,15 @@ class ActiveEffect:
     common: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
     def __post_init__(self) -> None:
-        for kind, values in (("parameters", self.parameters), ("sigma", self.sigma)):
+        for kind, values, low in (
+            ("parameters", self.parameters, -MAX_PARAMETER),
+            ("sigma", self.sigma, 0.0),
+        ):
             for key, value in values.items():
-                if not abs(value) <= MAX_PARAMETER:
+                if not low <= value <= MAX_PARAMETER:
                     raise InputError(
-                        f"effect {self.name}: {kind}.{key} must be a finite number of at most "
-                        f"{MAX_PARAMETER:g}, got {value}"
-                    )
-                if kind == "sigma" and value < 0:
-                    raise InputError(
-                        f"effect {self.name}: sigma.{key} must be at least 0, got {value:g}"
+                        f"effect {self.name}: {kind}.{key} must be at least {low:g} and at most "
+                        f"{MAX_PARAMETER:g}, got {value:g}"
                     )
         for key in self.believed:
             if key not in self.parameters:

@@ -8,7 +8,6 @@ and no number of connections holds more than a few threads.
 from __future__ import annotations
 
 import socket
-from collections.abc import Collection
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from threading import BoundedSemaphore
@@ -46,8 +45,8 @@ class LocalServer(ThreadingHTTPServer):
     ----------
     handler : answers requests; derives from `LocalHandler`
     port : 0 takes any free one
-    address : where it listens
-    hosts : further names, without a port, by which it may be called
+    host : the address by which it is called; any other than this machine's own opens it to the
+        network
 
     Raises
     ------
@@ -62,12 +61,11 @@ class LocalServer(ThreadingHTTPServer):
         handler: type[LocalHandler],
         port: int = 0,
         *,
-        address: str = ADDRESS,
-        hosts: Collection[str] = (),
+        host: str = ADDRESS,
     ) -> None:
         self._free = BoundedSemaphore(MAX_CONNECTIONS)
-        super().__init__((address, port), handler)
-        names = {ADDRESS, "localhost", address, *hosts}
+        super().__init__((ADDRESS if host == ADDRESS else "0.0.0.0", port), handler)
+        names = {ADDRESS, "localhost", host}
         self.own_hosts = frozenset(f"{name}:{self.server_address[1]}" for name in names)
 
     def process_request(self, request: Any, client_address: Any) -> None:

@@ -96,16 +96,6 @@ class Canvas:
         self.image[v0:v1, u0:u1] = colour
 
 
-def tint(image: Image, colours: Floats) -> None:
-    """Multiply an image in place by colours (height, width, 3) in 0–1, as dye in ice does."""
-    image[:] = np.round(image * colours).astype(np.uint8)
-
-
-def blank(width: int, height: int, colour: Colour) -> Image:
-    """A picture of one colour."""
-    return np.full((height, width, 3), colour, dtype=np.uint8)
-
-
 @lru_cache(maxsize=16)
 def _font(size: int, bold: bool) -> Any:
     import matplotlib

@@ -59,8 +59,7 @@ class AnnotationServer:
         self._secret = secrets.token_urlsafe(16)
         self._host = network_address() if share else ADDRESS
         try:
-            everywhere = {"address": "0.0.0.0", "hosts": [self._host]} if share else {}
-            self._server = LocalServer(_handler(self), port, **everywhere)
+            self._server = LocalServer(_handler(self), port, host=self._host)
         except OSError as error:
             raise OutputError(f"port {port} cannot be used: {error.strerror}") from error
 
