@@ -88,22 +88,16 @@ class Sheet:
     cell_size: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in ("length", "width", "cell_size"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"sheet {name} must be a positive length in metres, got {value}")
-        if self.length < 2 * BACK_LINE_Y or self.width < 2 * HOUSE_RADIUS:
+        least = 2 * BACK_LINE_Y, 2 * HOUSE_RADIUS
+        if not (least[0] <= self.length <= MAX_LENGTH and least[1] <= self.width <= MAX_LENGTH):
             raise InputError(
-                f"a sheet must hold both houses: at least {2 * BACK_LINE_Y:.2f} × "
-                f"{2 * HOUSE_RADIUS:.2f} m, got {self.length} × {self.width} m"
+                f"a sheet must hold both houses, at least {least[0]:.2f} × {least[1]:.2f} m, and be "
+                f"at most {MAX_LENGTH:g} m long and wide, got {self.length} × {self.width} m"
             )
-        if self.length > MAX_LENGTH or self.width > MAX_LENGTH:
+        if not 0 < self.cell_size <= self.width:
             raise InputError(
-                f"a sheet is at most {MAX_LENGTH:g} m long and wide, got {self.length} × "
-                f"{self.width} m"
+                f"cell_size must lie above 0 and at most the sheet's width, got {self.cell_size} m"
             )
-        if self.cell_size > self.width:
-            raise InputError(f"cell_size {self.cell_size} m is wider than the sheet")
         if self.length * self.width / self.cell_size**2 > MAX_CELLS:
             raise InputError(
                 f"cells of {self.cell_size} m are too small: a sheet has at most {MAX_CELLS:g}"
