@@ -91,8 +91,8 @@ class Sheet:
         least = 2 * BACK_LINE_Y, 2 * HOUSE_RADIUS
         if not (least[0] <= self.length <= MAX_LENGTH and least[1] <= self.width <= MAX_LENGTH):
             raise InputError(
-                f"a sheet must hold both houses, at least {least[0]:.2f} × {least[1]:.2f} m, and be "
-                f"at most {MAX_LENGTH:g} m long and wide, got {self.length} × {self.width} m"
+                f"a sheet must hold both houses, at least {least[0]:.2f} × {least[1]:.2f} m, and "
+                f"be at most {MAX_LENGTH:g} m long and wide, got {self.length} × {self.width} m"
             )
         if not 0 < self.cell_size <= self.width:
             raise InputError(
