@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator
+from contextlib import contextmanager
 from pathlib import Path
 
 
@@ -51,3 +53,19 @@ class FitError(InputError):
 
 class NoThrowError(InputError):
     """A film, or a part of one, shows no thrown stone."""
+
+
+@contextmanager
+def placed(*, source: str | Path | None = None, where: str | None = None) -> Generator[None]:
+    """Add the place to an `InputError` of this block that names no source of its own.
+
+    Parameters
+    ----------
+    source, where : as in `InputError`; a more exact `where` of the error stays
+    """
+    try:
+        yield
+    except InputError as error:
+        if error.source is not None:
+            raise
+        raise InputError(error.problem, source=source, where=error.where or where) from error

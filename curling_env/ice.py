@@ -4,25 +4,28 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field, fields, replace
+from dataclasses import asdict, dataclass, field, replace
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
+import msgspec
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.common_errors import LevelError, check_common
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.ice_form import (
     MAX_PARAMETER,
     EffectDocument,
     IceDocument,
     Interpolation,
     LevelDocument,
+    LevelError,
+    check_common,
 )
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import FileFormat, checked
-from curling_env.infrastructure.files.storage import read_json, write_json, write_table
+from curling_env.infrastructure.files.storage import write_json, write_table
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.typing import Flags, Floats
 from curling_env.worn_tracks import WornTracks
@@ -68,20 +71,16 @@ class FrictionMap:
                 raise InputError(
                     f"friction {name} has shape {getattr(self, name).shape}, mu has {shape}"
                 )
-        wrong = ~((self.mu > 0) & (self.mu <= MAX_FRICTION))
-        if wrong.any():
-            row, column = (int(i) for i in np.argwhere(wrong)[0])
-            raise InputError(
-                f"mu must lie above 0 and at most {MAX_FRICTION}, got {self.mu[row, column]:g}",
-                where=f"friction.mu[{row}][{column}]",
-            )
-        wrong = ~((self.sigma >= 0) & np.isfinite(self.sigma))
-        if wrong.any():
-            row, column = (int(i) for i in np.argwhere(wrong)[0])
-            raise InputError(
-                f"sigma must be a finite number of at least 0, got {self.sigma[row, column]:g}",
-                where=f"friction.sigma[{row}][{column}]",
-            )
+        mu, sigma = self.mu, self.sigma
+        for name, good, expected in (
+            ("mu", (mu > 0) & (mu <= MAX_FRICTION), f"lie above 0 and at most {MAX_FRICTION}"),
+            ("sigma", (sigma >= 0) & (sigma < np.inf), "be a finite number of at least 0"),
+        ):
+            for row, column in np.argwhere(~good)[:1].tolist():
+                raise InputError(
+                    f"{name} must {expected}, got {getattr(self, name)[row, column]:g}",
+                    where=f"friction.{name}[{row}][{column}]",
+                )
         if self.interpolation not in ("bilinear", "cell"):
             raise InputError(
                 f"interpolation must be 'bilinear' or 'cell', got {self.interpolation!r}",
@@ -132,16 +131,15 @@ class ActiveEffect:
     common: Mapping[str, tuple[float, ...]] = field(default_factory=dict[str, tuple[float, ...]])
 
     def __post_init__(self) -> None:
-        for kind, values in (("parameters", self.parameters), ("sigma", self.sigma)):
+        for kind, values, low in (
+            ("parameters", self.parameters, -MAX_PARAMETER),
+            ("sigma", self.sigma, 0.0),
+        ):
             for key, value in values.items():
-                if not abs(value) <= MAX_PARAMETER:
+                if not low <= value <= MAX_PARAMETER:
                     raise InputError(
-                        f"effect {self.name}: {kind}.{key} must be a finite number of at most "
-                        f"{MAX_PARAMETER:g}, got {value}"
-                    )
-                if kind == "sigma" and value < 0:
-                    raise InputError(
-                        f"effect {self.name}: sigma.{key} must be at least 0, got {value:g}"
+                        f"effect {self.name}: {kind}.{key} must be at least {low:g} and at most "
+                        f"{MAX_PARAMETER:g}, got {value:g}"
                     )
         for key in self.believed:
             if key not in self.parameters:
@@ -361,10 +359,8 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
             f"no such ice file, and not one of the presets {', '.join(presets)}", source=source
         )
     document = read_json(source)
-    try:
+    with placed(source=source):
         return parse_ice(document)
-    except InputError as error:
-        raise InputError(error.problem, source=source, where=error.where) from error
 
 
 def parse_ice(document: Any) -> Ice:
@@ -381,11 +377,7 @@ def parse_ice(document: Any) -> Ice:
     ice = checked(ICE_FORMAT.accept(document), IceDocument)
     sheet = Sheet(length=ice.sheet.length, width=ice.sheet.width, cell_size=ice.friction.cell_size)
     mu = _table(ice.friction.mu, "friction.mu", sheet.shape)
-    stone = {
-        name: value
-        for name in (f.name for f in fields(Stone))
-        if (value := getattr(ice.stone, name)) is not None
-    }
+    stone = {k: v for k, v in msgspec.structs.asdict(ice.stone).items() if v is not None}
     return Ice(
         sheet=sheet,
         stone=Stone(**stone),
@@ -394,34 +386,23 @@ def parse_ice(document: Any) -> Ice:
             sigma=_table(ice.friction.sigma, "friction.sigma", mu.shape),
             observed=_table(ice.friction.observed, "friction.observed", mu.shape) > 0,
             interpolation=ice.friction.interpolation,
-            level=_level_of(ice.friction.level),
+            level=ice.friction.level and _level_of(ice.friction.level),
         ),
         effects=tuple(_effect_of(effect, f"effects[{i}]") for i, effect in enumerate(ice.effects)),
         provenance=ice.provenance,
     )
 
 
-def _level_of(level: LevelDocument | None) -> LevelError | None:
-    if level is None:
-        return None
-    try:
+def _level_of(level: LevelDocument) -> LevelError:
+    with placed(where="friction.level"):
         return LevelError(sigma=level.sigma, common=level.common)
-    except InputError as error:
-        raise InputError(error.problem, where="friction.level") from error
 
 
 def _effect_of(effect: EffectDocument, where: str) -> ActiveEffect:
-    sigma = {key: value for key, value in effect.sigma.items() if value is not None}
-    try:
-        return ActiveEffect(
-            name=effect.name,
-            parameters=effect.parameters,
-            sigma=sigma,
-            believed=effect.believed,
-            common=effect.common,
-        )
-    except InputError as error:
-        raise InputError(error.problem, where=error.where or where) from error
+    fields: dict[str, Any] = msgspec.structs.asdict(effect)
+    fields["sigma"] = {key: value for key, value in effect.sigma.items() if value is not None}
+    with placed(where=where):
+        return ActiveEffect(**fields)
 
 
 def _table(value: Any, where: str, shape: tuple[int, ...]) -> Floats:

@@ -45,8 +45,15 @@ MAX_LENGTH = 500.0
 """Longest sheet accepted [m]."""
 MAX_CELLS = 1e7
 """Most cells of a sheet; at the usual 0.5 m there are 801."""
-MAX_STONE = {"mass": (0.1, 1000.0), "radius": (0.01, 1.0), "height": (0.001, 1.0)}
-"""Bounds of a stone [kg, m, m], far beyond the rule book's."""
+STONE_BOUNDS = {
+    "mass": (0.1, 1000.0),
+    "radius": (0.01, 1.0),
+    "height": (0.001, 1.0),
+    "inertia": (1e-6, 1000.0),
+    "restitution": (0.0, 1.0),
+    "stone_friction": (0.0, 100.0),
+}
+"""Bounds of a stone's values in their units, far beyond the rule book's."""
 
 
 class Direction(IntEnum):
@@ -81,22 +88,16 @@ class Sheet:
     cell_size: float = 0.5
 
     def __post_init__(self) -> None:
-        for name in ("length", "width", "cell_size"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"sheet {name} must be a positive length in metres, got {value}")
-        if self.length < 2 * BACK_LINE_Y or self.width < 2 * HOUSE_RADIUS:
+        least = 2 * BACK_LINE_Y, 2 * HOUSE_RADIUS
+        if not (least[0] <= self.length <= MAX_LENGTH and least[1] <= self.width <= MAX_LENGTH):
             raise InputError(
-                f"a sheet must hold both houses: at least {2 * BACK_LINE_Y:.2f} × "
-                f"{2 * HOUSE_RADIUS:.2f} m, got {self.length} × {self.width} m"
+                f"a sheet must hold both houses, at least {least[0]:.2f} × {least[1]:.2f} m, and "
+                f"be at most {MAX_LENGTH:g} m long and wide, got {self.length} × {self.width} m"
             )
-        if self.length > MAX_LENGTH or self.width > MAX_LENGTH:
+        if not 0 < self.cell_size <= self.width:
             raise InputError(
-                f"a sheet is at most {MAX_LENGTH:g} m long and wide, got {self.length} × "
-                f"{self.width} m"
+                f"cell_size must lie above 0 and at most the sheet's width, got {self.cell_size} m"
             )
-        if self.cell_size > self.width:
-            raise InputError(f"cell_size {self.cell_size} m is wider than the sheet")
         if self.length * self.width / self.cell_size**2 > MAX_CELLS:
             raise InputError(
                 f"cells of {self.cell_size} m are too small: a sheet has at most {MAX_CELLS:g}"
@@ -245,27 +246,11 @@ class Stone:
     stone_friction: float = 0.2
 
     def __post_init__(self) -> None:
-        for name in ("mass", "radius", "height", "inertia"):
-            value = getattr(self, name)
-            if not (np.isfinite(value) and value > 0):
-                raise InputError(f"stone {name} must be positive, got {value}")
-        for name, (low, high) in MAX_STONE.items():
+        bounds = STONE_BOUNDS | {"band_radius": (0.0, self.radius)}
+        for name, (low, high) in bounds.items():
             value = getattr(self, name)
             if not low <= value <= high:
                 raise InputError(f"stone {name} must lie within {low:g} and {high:g}, got {value}")
-        if not 1e-6 <= self.inertia <= 1000.0:
-            raise InputError(
-                f"stone inertia must lie within 1e-6 and 1000 kg m², got {self.inertia}"
-            )
-        if not 0 <= self.band_radius <= self.radius:
-            raise InputError(
-                f"stone band_radius must lie within 0 and the radius {self.radius} m, "
-                f"got {self.band_radius}"
-            )
-        if not 0 <= self.restitution <= 1:
-            raise InputError(f"stone restitution must lie within 0 and 1, got {self.restitution}")
-        if not 0 <= self.stone_friction <= 100:
-            raise InputError(f"stone_friction must lie within 0 and 100, got {self.stone_friction}")
 
     @property
     def spin_coupling(self) -> float:

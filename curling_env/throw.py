@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.errors import InputError, OutOfRangeError
-from curling_env.infrastructure.files.storage import Column, read_table, write_table
+from curling_env.errors import InputError, OutOfRangeError, placed
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure.files.table import Column, read_table
 from curling_env.sheet import HACK_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.typing import Floats
 
@@ -41,11 +42,8 @@ RELEASE_TABLE = (
     Column(name="sweep_end", unit="s", low=-1e6, high=1e6, required=False),
 )
 """The columns of a releases file."""
-RELEASE_COLUMNS = tuple(column.name for column in RELEASE_TABLE if column.required)
-OPTIONAL_RELEASE_COLUMNS = tuple(column.name for column in RELEASE_TABLE if not column.required)
-
-
-_NUMBERS = ("x", "y", "vx", "vy", "theta", "omega")
+_FIELDS = tuple(column.name for column in RELEASE_TABLE[1:])
+"""Fields of a release, in the order of the columns."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +145,7 @@ class Release:
     def __post_init__(self) -> None:
         numbers = (self.x, self.y, self.vx, self.vy, self.theta, self.omega, self.clock)
         if not math.isfinite(sum(numbers) + self.sweep_start + self.sweep_end):
-            for name in (*_NUMBERS, "clock", "sweep_start", "sweep_end"):
+            for name in _FIELDS:
                 value = getattr(self, name)
                 if not math.isfinite(value):
                     raise InputError(f"release {name} must be a finite number, got {value}")
@@ -256,7 +254,7 @@ def read_releases(path: str | Path) -> list[Release]:
     InputError : unreadable file, missing column, a row that is no release, or a number used twice
     """
     table = read_table(path, columns=RELEASE_TABLE)
-    names = [name for name in (*RELEASE_COLUMNS[1:], *OPTIONAL_RELEASE_COLUMNS) if name in table]
+    names = [name for name in _FIELDS if name in table]
     columns = {name: np.nan_to_num(table.numbers(name)).tolist() for name in names}
     if len(table) == 0:
         raise InputError("holds no release", source=path)
@@ -273,34 +271,24 @@ def read_releases(path: str | Path) -> list[Release]:
                 where=table.where(row, "throw"),
             )
         seen.add(throw)
-        try:
+        with placed(source=path, where=table.where(row)):
             release = Release(**dict(zip(names, values, strict=True)), order=row, throw=throw)  # pyright: ignore[reportArgumentType]
             if release.vx == release.vy == 0:
                 raise InputError("a release needs a speed above 0, got vx = vy = 0")
             releases.append(release)
-        except InputError as error:
-            raise InputError(error.problem, source=path, where=table.where(row)) from error
     return releases
 
 
 def write_releases(path: str | Path, releases: Sequence[Release]) -> None:
-    """Write a file of releases (CSV), complete or not at all."""
-    write_table(
-        path,
-        {
-            "throw": _numbers(releases),
-            **{
-                name: [getattr(release, name) for release in releases]
-                for name in (*RELEASE_COLUMNS[1:], *OPTIONAL_RELEASE_COLUMNS)
-            },
-        },
-    )
+    """Write a file of releases (CSV), complete or not at all.
 
-
-def _numbers(releases: Sequence[Release]) -> list[int]:
-    """The numbers of the throws where all differ, else their order."""
-    own = [release.throw for release in releases]
-    return own if len(set(own)) == len(own) else list(range(len(own)))
+    Throws keep their numbers where all differ; else they are counted.
+    """
+    numbers = [release.throw for release in releases]
+    if len(set(numbers)) < len(numbers):
+        numbers = list(range(len(numbers)))
+    fields = {name: [getattr(release, name) for release in releases] for name in _FIELDS}
+    write_table(path, {"throw": numbers, **fields})
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -374,11 +362,8 @@ class Skill:
         over them needs fewer throws.
         """
         half = self.standard_errors(-(-n // 2), rng)
-        return np.concatenate([half, -half])[:n] * [
-            self.sigma_speed,
-            self.sigma_angle,
-            self.sigma_spin,
-        ]
+        sigma = self.sigma_speed, self.sigma_angle, self.sigma_spin
+        return np.concatenate([half, -half])[:n] * sigma
 
     def standard_errors(self, n: int, rng: np.random.Generator) -> Floats:
         """Draw the errors of n throws in standard deviations, (n, 3)."""

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Sequence
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -11,13 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import (
-    Column,
-    Table,
-    read_table,
-    read_text,
-    write_table,
-)
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure.files.table import Column, Table, read_table
 from curling_env.typing import Floats
 
 TRACK_TABLE = (
@@ -33,8 +29,6 @@ TRACK_TABLE = (
     Column(name="sigma_theta", unit="rad", low=0.0, high=1e4, required=False),
 )
 """The columns of a tracks file. Rows may be wild, but no camera is off by a thousand kilometres."""
-TRACK_COLUMNS = tuple(column.name for column in TRACK_TABLE if column.required)
-OPTIONAL_TRACK_COLUMNS = tuple(column.name for column in TRACK_TABLE if not column.required)
 FASTEST_TRACK = 20.0
 """Speed above which no stone covers the way of a track [m/s]; a broken unit is far above it."""
 FASTEST_TURN = 40.0
@@ -152,16 +146,15 @@ def tracks_of(table: Table) -> list[Trajectory]:
         raise InputError("holds no rows; expected one row per frame", source=path)
     throws = table.integers("throw")
     columns = {
-        name: table.numbers(name, blank=name not in ("t", "x", "y"))
-        for name in (*TRACK_COLUMNS[1:], *OPTIONAL_TRACK_COLUMNS)
-        if name in table
+        column.name: table.numbers(column.name, blank=column.name not in ("t", "x", "y"))
+        for column in TRACK_TABLE[1:]
+        if column.name in table
     }
     stones = np.nan_to_num(columns.pop("stone", np.zeros(len(table)))).astype(np.intp)
     changes = (np.diff(throws) != 0) | (np.diff(stones) != 0)
-    starts = np.concatenate([[0], np.flatnonzero(changes) + 1])
-    ends = np.concatenate([starts[1:], [len(throws)]])
+    starts = [0, *(np.flatnonzero(changes) + 1).tolist()]
     seen: set[tuple[int, int]] = set()
-    for start in starts.tolist():
+    for start in starts:
         key = (int(throws[start]), int(stones[start]))
         if key in seen:
             raise InputError(
@@ -171,7 +164,7 @@ def tracks_of(table: Table) -> list[Trajectory]:
             )
         seen.add(key)
     tracks: list[Trajectory] = []
-    for start, end in zip(starts.tolist(), ends.tolist(), strict=True):
+    for start, end in itertools.pairwise([*starts, len(table)]):
         backwards = np.flatnonzero(np.diff(columns["t"][start:end]) <= 0)
         if backwards.size:
             row = start + int(backwards[0]) + 1
@@ -234,12 +227,6 @@ def _check_headings(table: Table, start: int, t: Floats, theta: Floats) -> None:
             source=table.source,
             where=table.where(start + after, "theta"),
         )
-
-
-def is_tracks(path: str | Path) -> bool:
-    """Whether the header of a file is that of tracks, whatever its rows hold."""
-    header = read_text(path).lstrip("\ufeff").partition("\n")[0]
-    return {"throw", "t", "x", "y"} <= {name.strip() for name in header.split(",")}
 
 
 def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:

@@ -20,7 +20,7 @@ import curling_env
 from curling_env.envs.rendering import FPS
 from curling_env.game import player_named
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.files.storage import atomic_path
+from curling_env.infrastructure.files.writing import atomic_path
 from curling_env.physics import Aim
 from curling_env.sheet import Direction
 from curling_env.typing import Image

@@ -66,7 +66,7 @@ from curling_env.commands.cli import progress_bar
 from curling_env.errors import InputError
 from curling_env.game.rules.lines import Lines
 from curling_env.infrastructure.executor import executor
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.throw import skill_named
 
 HELD_OUT = 12

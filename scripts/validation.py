@@ -22,7 +22,7 @@ import typer
 from curling_env.commands.cli import print_json, say
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.validation import ICE_ROWS, OTHER_ROWS, Comparison, Row, Shots, compare
 from curling_env.validation.table import as_text, in_words, preset_of
 

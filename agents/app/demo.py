@@ -17,7 +17,8 @@ from agents.app.club import Club, Session
 from agents.app.take_in import fill_from
 from agents.closed_loop.patches import patchy_ice
 from curling_env.ice import ActiveEffect, Ice, save_ice
-from curling_env.infrastructure.files.storage import make_directory, write_table
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.infrastructure.provenance import provenance
 from curling_env.physics.aim import Aim
 from curling_env.physics.slides import play_bounds, slide

@@ -14,7 +14,7 @@ from starlette.responses import HTMLResponse, RedirectResponse
 from agents.app.club import Club, Session
 from agents.app.gate import token_for
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import parse_json
+from curling_env.infrastructure.files.reading import parse_json
 
 if TYPE_CHECKING:
     from agents.app.work.queue import WorkQueue

@@ -9,10 +9,9 @@ from collections.abc import Callable
 from starlette.types import ASGIApp
 
 from agents.app.club import Club
-from curling_env.errors import OutputError
 from curling_env.infrastructure.local_server import ADDRESS, network_address
 from curling_env.infrastructure.threads import one_thread
-from curling_env.infrastructure.web_server import listening, serving_at
+from curling_env.infrastructure.web_server import listening, serving
 
 USUAL_PORT = 8711
 """Tried first, so that addresses stay the same from day to day."""
@@ -47,10 +46,7 @@ def serve(
     one_thread()  # requests are worked out side by side
     own, hosts, network = club.secret("this machine"), [ADDRESS, "localhost"], None
     if share:
-        try:
-            network = (network_address(), club.secret("network"))
-        except OSError as error:
-            raise OutputError("this machine is in no network in which to share the app") from error
+        network = (network_address(), club.secret("network"))
     address = ADDRESS if network is None else "0.0.0.0"
     with listening(address, _usual_port(address) if port is None else port) as listener:
         there = int(listener.getsockname()[1])
@@ -72,7 +68,7 @@ def serve(
 
 
 async def _serve(app: ASGIApp, listener: socket.socket) -> None:
-    async with serving_at(app, listener):
+    async with serving(app, listener):
         await asyncio.Event().wait()
 
 

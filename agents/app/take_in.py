@@ -19,7 +19,7 @@ from agents.app.club.session_files import Part, keep_part, write_files
 from agents.coaching.throw_sheet import hands_beside
 from curling_env.errors import InputError
 from curling_env.ice import load_ice, save_ice
-from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.infrastructure.files.writing import atomic_path, make_directory
 from curling_env.infrastructure.provenance import sha256_of
 from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.camera.scene import load_scene, save_scene

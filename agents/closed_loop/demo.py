@@ -24,7 +24,8 @@ from curling_env.errors import OutputError
 from curling_env.ice import Ice, save_ice
 from curling_env.infrastructure.files.kinds import kind_of
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import folder_of_drafts, make_directory, write_json
+from curling_env.infrastructure.files.storage import write_json
+from curling_env.infrastructure.files.writing import folder_of_drafts, make_directory
 from curling_env.infrastructure.provenance import provenance
 from curling_env.sheet import TEE_Y
 from curling_env.throw import write_releases

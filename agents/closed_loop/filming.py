@@ -11,7 +11,7 @@ import numpy as np
 
 from curling_env.ice import Ice
 from curling_env.infrastructure.executor import executor
-from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.infrastructure.files.writing import atomic_path, make_directory
 from curling_env.physics.slides import play_bounds, slide
 from curling_env.sheet import Sheet, Stone
 from curling_env.throw import Release

@@ -12,7 +12,8 @@ import numpy as np
 from agents.coaching.athletes import AthleteErrors
 from agents.coaching.misses.causes import SessionCauses
 from curling_env.game.skill_file import save_skill
-from curling_env.infrastructure.files.storage import make_directory, together, write_table
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.infrastructure.files.writing import make_directory, together
 from curling_env.infrastructure.provenance import provenance
 
 ERRORS_TABLE = "athlete_errors.csv"

@@ -12,7 +12,7 @@ from typing import Literal
 
 from agents.coaching.calls import Call, Handle, read_call
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import read_table
+from curling_env.infrastructure.files.table import read_table
 from curling_env.throw import handles
 from curling_env.trajectory import Trajectory
 from curling_env.units import Units, side

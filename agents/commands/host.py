@@ -131,7 +131,7 @@ def host(
     from agents.digital_curling.serving import serve
     from agents.playing.trained_player import player_from
     from curling_env.game.rules import Team
-    from curling_env.infrastructure.files.storage import make_directory
+    from curling_env.infrastructure.files.writing import make_directory
     from curling_env.infrastructure.threads import one_thread
 
     one_thread()

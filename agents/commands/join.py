@@ -101,7 +101,7 @@ def join(
     from agents.digital_curling.join import WireLog, address_of, play_on_server
     from agents.playing.trained_player import player_from
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import make_directory
+    from curling_env.infrastructure.files.writing import make_directory
     from curling_env.infrastructure.threads import one_thread
 
     one_thread()

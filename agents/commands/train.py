@@ -7,7 +7,7 @@ from pathlib import Path
 
 from curling_env.commands.options import IceOption, Measured, OutputDirectory, grouped, option
 from curling_env.commands.terminal import progress_bar, say
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -61,12 +61,10 @@ def train(
         if isinstance(document, dict) and document.get("algorithm") == "league":
             if rllib_workers:
                 raise InputError("a league cannot be trained with RLlib", source=run.config)
-            try:
+            with placed(source=run.config):
                 league = league_settings(
                     document, **({} if run.seed is None else {"seed": run.seed})
                 )
-            except InputError as error:
-                raise InputError(error.problem, source=run.config) from error
             with progress_bar("batch") as progress:
                 run_league(output, league, progress=progress, report=say)
             say(f"the agent: {output / 'model.npz'}")

@@ -33,7 +33,7 @@ from agents.digital_curling.transition import fcv1_ice
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Game, Lines, RestingStone, RuleSet, Team, begin_end, new_game
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.game.simulator import direction_of
 from curling_env.ice import Ice
 from curling_env.throw import FROM_HACK, MAX_SPEED, Delivery, Skill

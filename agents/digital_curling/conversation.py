@@ -18,8 +18,8 @@ from agents.digital_curling.messages import (
     TeamName,
 )
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import Short, checked, within
-from curling_env.infrastructure.files.storage import parse_json
 
 MAX_LINE = 8 * 2**20
 """Longest line that is read [bytes]: one with the paths of all stones has some hundred thousand."""

@@ -24,7 +24,8 @@ from curling_env.errors import InputError
 from curling_env.game import Call, GameSimulator, GameState, Player, PlayerView
 from curling_env.game.rules import Fault, Team
 from curling_env.game.simulator import MIN_SPEED
-from curling_env.infrastructure.files.storage import together, write_text
+from curling_env.infrastructure.files.storage import write_text
+from curling_env.infrastructure.files.writing import together
 from curling_env.throw import FROM_HACK, MAX_SPEED, Throw
 from curling_env.units import Units
 

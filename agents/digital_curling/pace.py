@@ -7,7 +7,7 @@ import time
 from agents.playing.search import SearchPlayer, throws_before
 from agents.playing.search.tuning import BUDGET
 from curling_env.game import Call, Player, PlayerView
-from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game.opponents import DrawPlayer
 
 SHARE = 0.6
 """Share of the time left that is planned with; the rest is for a machine that turns busy."""

@@ -19,7 +19,7 @@ from agents.learning.random_ice import KNOWLEDGE, RandomIces
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardWeights
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.infrastructure.files.reading import read_yaml
 from curling_env.throw import skill_named
 
@@ -223,10 +223,8 @@ def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
     InputError : there is no such file, or it does not describe the training of a policy
     """
     document = read_configuration(name)
-    try:
+    with placed(source=name):
         return settings_from(document, **others)
-    except InputError as error:
-        raise InputError(error.problem, source=name, where=error.where) from error
 
 
 def read_configuration(name: str | Path) -> Any:

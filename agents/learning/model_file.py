@@ -15,9 +15,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
+from curling_env.infrastructure.files.reading import parse_json, read_arrays
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.storage import write_arrays
 
 MODEL_FORMAT = FileFormat(name="curling-agent/1", what="a model")
 _ARRAY = "$array"
@@ -51,10 +52,8 @@ def read_model(path: str | Path) -> dict[str, Any]:
     if _DOCUMENT not in arrays:
         raise InputError("is not a trained model of this project", source=path)
     layout = parse_json(arrays[_DOCUMENT].tobytes(), source=path, where="its document")
-    try:
+    with placed(source=path):
         layout = MODEL_FORMAT.accept(layout)
-    except InputError as error:
-        raise InputError(error.problem, source=path) from error
     try:
         content = _put_together(layout["content"], arrays)
     except (KeyError, TypeError, ValueError) as error:

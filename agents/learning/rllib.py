@@ -29,7 +29,7 @@ from agents.learning.training import make_vec_env, new_model, save_model, step_n
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.executor import executor
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.infrastructure.workers import WorkersLostError
 from curling_env.typing import Progress, Singles, no_progress
 

@@ -32,8 +32,7 @@ from agents.learning.policy import TrainedPolicy, tensors, throw_range_of
 from curling_env.envs.sheet.vector_env import CurlingSheetVectorEnv
 from curling_env.errors import CurlingError, InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.files.storage import make_directory
-from curling_env.infrastructure.files.writing import keep
+from curling_env.infrastructure.files.writing import keep, make_directory
 from curling_env.typing import Progress, no_progress
 
 ENVS_PER_ICE = 32

@@ -8,9 +8,9 @@ from typing import Annotated, Literal
 import msgspec
 import numpy as np
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import checked, within
-from curling_env.infrastructure.files.storage import read_json
 from curling_env.typing import Flags, Floats
 
 MOST_STONES = 64
@@ -48,13 +48,11 @@ def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats
         raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
     if len(document) > MOST_STONES:
         raise InputError(f"lists {len(document)} stones; {MOST_STONES} are read", source=path)
-    try:
+    with placed(source=path):
         stones = [
             checked(stone, StoneDocument, inside=f"stone {k + 1}")
             for k, stone in enumerate(document)
         ]
-    except InputError as error:
-        raise InputError(error.problem, source=path, where=error.where) from error
     teams = [stone.team for stone in stones]
     if teams_needed and None in teams:
         raise InputError(

@@ -16,14 +16,15 @@ import numpy as np
 
 from agents.playing.match import PlayedDelivery, PlayedGame
 from agents.playing.record_schema import check_lines
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.game import GameSimulator
 from curling_env.game.rules import Game, Team
 from curling_env.game.simulator import state_on_sheet
 from curling_env.ice import preset_names
 from curling_env.infrastructure.files import limits
+from curling_env.infrastructure.files.reading import confined, parse_json, read_text
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import confined, parse_json, read_text, write_text
+from curling_env.infrastructure.files.storage import write_text
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
@@ -118,16 +119,12 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
         if not isinstance(line, dict):
             raise InputError("expected an object", source=path, where=f"line {number}")
         lines.append(cast("dict[str, Any]", line))
-    try:
+    with placed(source=path, where="line 1"):
         lines[:1] = [FORMAT.accept(lines[0] if lines else None)]
-    except InputError as error:
-        raise InputError(error.problem, source=path, where="line 1") from error
     if len(lines) < 2 or "line_score" not in lines[-1]:
         raise InputError("the game breaks off: its last line is no result", source=path)
-    try:
+    with placed(source=path):
         check_lines(lines)
-    except InputError as error:
-        raise InputError(error.problem, source=path, where=error.where) from error
     return lines
 
 

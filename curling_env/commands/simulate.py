@@ -34,9 +34,9 @@ def simulate(
     ice. Earlier throws wear the ice if its effects say so; effects of the measurement, such as a
     lens, do not change the paths. docs/files.md describes both tables.
     """
-    from curling_env.errors import InputError
+    from curling_env.errors import placed
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import atomic_path
+    from curling_env.infrastructure.files.writing import atomic_path
     from curling_env.physics import session
     from curling_env.throw import read_releases
     from curling_env.trajectory import write_tracks
@@ -44,10 +44,7 @@ def simulate(
     surface = load_ice(ice)
     thrown = read_releases(releases)
     with atomic_path(output) as draft:
-        try:
-            with progress_bar("throw") as progress:
-                tracks = session.simulate(surface, thrown, fps=fps, progress=progress)
-        except InputError as error:
-            raise InputError(error.problem, source=releases, where=error.where) from error
+        with placed(source=releases), progress_bar("throw") as progress:
+            tracks = session.simulate(surface, thrown, fps=fps, progress=progress)
         write_tracks(draft, tracks)
     say(f"{len(tracks)} throws: {output}")

@@ -38,7 +38,8 @@ def sweep(
     """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.executor import executor
-    from curling_env.infrastructure.files.storage import atomic_path, write_table
+    from curling_env.infrastructure.files.storage import write_table
+    from curling_env.infrastructure.files.writing import atomic_path
     from curling_env.physics.sweep import Sweep, run
     from curling_env.throw import read_releases
 

@@ -23,7 +23,7 @@ from gymnasium.utils import RecordConstructorArgs
 from curling_env.envs.options import number
 from curling_env.envs.rendering import FILM_SPEED, FPS
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import atomic_path, fitted, make_directory
+from curling_env.infrastructure.files.writing import atomic_path, fitted, make_directory
 from curling_env.typing import Image
 
 HELD = FPS

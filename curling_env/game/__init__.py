@@ -1,11 +1,12 @@
 """A game on ice: the rules joined with the physics, the ice that changes, and the players.
 
 - `simulator`: plays throws: execution error, sweeping, physics, ruling, wear
-- `state`: all that a game is at one moment, frozen, so that a search can branch from it
+- `state`: all that a game is at one moment, frozen, so that a search can branch from it; the
+  random numbers of every throw
 - `ice_evolution`: how the ice changes during a game: wear along the paths, frost, unequal stones
-- `rng`: the random numbers of every throw
-- `sweepers`: when a stone is swept if nobody else decides
+- `team_judgement`: how a team reads the ice, and when it sweeps if nobody else decides
 - `players`: what a player sees and decides, and how players are found by name
+- `opponents`: the environments' own players
 """
 
 from __future__ import annotations
@@ -33,10 +34,8 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "ice_evolution": ("ice_for_game",),
-        "opponents.draw": ("DrawPlayer",),
-        "opponents.rulebased": ("RuleBasedPlayer",),
+        "opponents": ("DrawPlayer", "RuleBasedPlayer"),
         "players": ("PLAYER_GROUP", "player_names"),
-        "rng": ("ThrowRng",),
         "rules": (
             "End",
             "Fault",
@@ -61,8 +60,8 @@ __getattr__, __dir__ = lazy_names(
         "rules.game": ("stones_left",),
         "rules.scoring": ("hammer_after", "points_of"),
         "simulator": ("direction_of",),
+        "state": ("ThrowRng",),
         "skill_file": ("load_skill", "save_skill"),
-        "sweepers": ("sweep_for",),
-        "team_judgement": ("NEVER_WRONG", "TeamJudgement"),
+        "team_judgement": ("NEVER_WRONG", "TeamJudgement", "sweep_for"),
     },
 )

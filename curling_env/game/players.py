@@ -13,7 +13,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import Game
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.game.rules.scoring import count
 from curling_env.game.rules.teams import Team
 from curling_env.ice import Ice
@@ -27,8 +27,8 @@ PLAYER_GROUP = "curling.players"
 PLAYER_FILE_GROUP = "curling.player_files"
 """The entry-point group of functions that make a player of a file, named by the file's suffix."""
 OWN_PLAYERS = {
-    "draw": "curling_env.game.opponents.draw:DrawPlayer",
-    "rulebased": "curling_env.game.opponents.rulebased:RuleBasedPlayer",
+    "draw": "curling_env.game.opponents:DrawPlayer",
+    "rulebased": "curling_env.game.opponents:RuleBasedPlayer",
 }
 """Players that every installation has, whatever becomes of other packages."""
 

@@ -11,15 +11,12 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.game.ice_evolution import NO_EVOLUTION, IceEvolution, ice_for_game
 from curling_env.game.players import Call, Player, PlayerView, SweepInterval
-from curling_env.game.rng import ThrowRng
 from curling_env.game.rules.delivery import Result, Ruling
 from curling_env.game.rules.game import End, Game, begin_end, deliver, new_game
-from curling_env.game.rules.placement import Side
-from curling_env.game.rules.rulesets import RuleSet, rule_set
+from curling_env.game.rules.rulesets import RuleSet, Side, rule_set
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
-from curling_env.game.state import GameState
-from curling_env.game.sweepers import sweep_for
-from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement
+from curling_env.game.state import GameState, ThrowRng
+from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement, sweep_for
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.tuning import FINE_TOLERANCE

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import os
-from math import inf, isfinite
+from dataclasses import asdict
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any
 
 import msgspec
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.throw import MIN_TAILS, SKILLS, Skill
 
 SKILL_FORMAT = FileFormat(name="curling-skill/1", what="a skill file")
@@ -54,19 +56,13 @@ def load_skill(source: str | Path | Skill) -> Skill:
             f"{', '.join(SKILLS)}"
         )
     document = read_json(source)
-    try:
+    with placed(source=source):
         skill = checked(SKILL_FORMAT.accept(document), SkillDocument)
-        return Skill(
-            name=skill.name,
-            sigma_speed=skill.sigma_speed,
-            sigma_angle=skill.sigma_angle,
-            sigma_spin=skill.sigma_spin,
-            tails=inf if skill.tails is None else skill.tails,
-            correlation=skill.correlation,
-            source=skill.source,
-        )
-    except InputError as error:
-        raise InputError(error.problem, source=source, where=error.where) from error
+        fields: dict[str, Any] = msgspec.structs.asdict(skill)
+        del fields["format"], fields["provenance"]
+        if skill.tails is None:
+            del fields["tails"]
+        return Skill(**fields)
 
 
 def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | None = None) -> None:
@@ -78,19 +74,9 @@ def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | N
     path : file to write
     provenance : where it comes from
     """
-    write_json(path, skill_document(skill, provenance))
-
-
-def skill_document(skill: Skill, provenance: dict[str, Any] | None = None) -> dict[str, Any]:
-    """The skill as its file holds it, for JSON."""
-    return {
-        "format": SKILL_FORMAT.name,
-        "name": skill.name,
-        "sigma_speed": skill.sigma_speed,
-        "sigma_angle": skill.sigma_angle,
-        "sigma_spin": skill.sigma_spin,
-        **({"tails": skill.tails} if isfinite(skill.tails) else {}),
-        **({"correlation": skill.correlation} if skill.correlation else {}),
-        "source": skill.source,
-        **({"provenance": provenance} if provenance else {}),
-    }
+    document = {"format": SKILL_FORMAT.name, **asdict(skill)}
+    if skill.tails == inf:
+        del document["tails"]  # JSON has no infinity
+    if not skill.correlation:
+        del document["correlation"]
+    write_json(path, document | ({"provenance": provenance} if provenance else {}))

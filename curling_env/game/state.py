@@ -1,8 +1,10 @@
-"""All that a game is at one moment: frozen, so that saving and branching cost nothing."""
+"""All that a game is at one moment, and the random numbers of its throws."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
+
+import numpy as np
 
 from curling_env.game.rules.game import Game
 from curling_env.typing import Floats
@@ -42,3 +44,29 @@ class GameState:
 
     def __deepcopy__(self, _memo: object) -> GameState:
         return self
+
+
+_WORD = 2**64 - 1
+"""Mask of the lowest 64 bits."""
+
+
+class ThrowRng:
+    """Random generators addressed by a game's seed and the number of the throw.
+
+    A counter-based generator is set to the seed as its key and the throw in its counter, which is
+    several times faster than making a new generator.
+    """
+
+    def __init__(self) -> None:
+        self._bits = np.random.Philox(key=0)
+        self._rng = np.random.Generator(self._bits)
+        self._state = self._bits.state
+
+    def at(self, seed: int, throw: int) -> np.random.Generator:
+        """The generator of a throw, from its first number; valid until the next call."""
+        state = self._state["state"]
+        state["key"][:] = seed & _WORD, (seed >> 64) & _WORD
+        # The lowest word of the counter counts the numbers that were drawn.
+        state["counter"][:] = 0, throw, 0, 0
+        self._bits.state = self._state
+        return self._rng

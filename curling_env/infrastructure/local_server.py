@@ -8,12 +8,12 @@ and no number of connections holds more than a few threads.
 from __future__ import annotations
 
 import socket
-import time
-from collections.abc import Collection
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import Lock
+from threading import BoundedSemaphore
 from typing import Any
+
+from curling_env.errors import OutputError
 
 PATIENCE = 10.0
 """Time after which a connection that has not been answered is closed [s]."""
@@ -27,12 +27,15 @@ def network_address() -> str:
 
     Raises
     ------
-    OSError : this machine is in no network
+    OutputError : this machine is in no network
     """
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-        # Nothing is sent: the system only says from which address it would be.
-        probe.connect(("192.0.2.1", 9))
-        return str(probe.getsockname()[0])
+    try:
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+            # Nothing is sent: the system only names the address from which it would be.
+            probe.connect(("192.0.2.1", 9))
+            return str(probe.getsockname()[0])
+    except OSError as error:
+        raise OutputError("this machine is in no network in which to share the page") from error
 
 
 class LocalServer(ThreadingHTTPServer):
@@ -42,8 +45,8 @@ class LocalServer(ThreadingHTTPServer):
     ----------
     handler : answers requests; derives from `LocalHandler`
     port : 0 takes any free one
-    address : where it listens
-    hosts : further names, without a port, by which it may be called
+    host : the address by which it is called; any other than this machine's own opens it to the
+        network
 
     Raises
     ------
@@ -58,36 +61,26 @@ class LocalServer(ThreadingHTTPServer):
         handler: type[LocalHandler],
         port: int = 0,
         *,
-        address: str = ADDRESS,
-        hosts: Collection[str] = (),
+        host: str = ADDRESS,
     ) -> None:
-        self._open: dict[Any, float] = {}
-        self._lock = Lock()
-        super().__init__((address, port), handler)
-        names = {ADDRESS, "localhost", address, *hosts}
+        self._free = BoundedSemaphore(MAX_CONNECTIONS)
+        super().__init__((ADDRESS if host == ADDRESS else "0.0.0.0", port), handler)
+        names = {ADDRESS, "localhost", host}
         self.own_hosts = frozenset(f"{name}:{self.server_address[1]}" for name in names)
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Begin a thread, unless too many are busy; one that has idled too long makes room."""
-        with self._lock:
-            full = len(self._open) >= MAX_CONNECTIONS
-            oldest = min(self._open, key=self._open.__getitem__) if full else None
-            idled = oldest is None or time.monotonic() - self._open[oldest] >= PATIENCE
-            if idled and oldest is not None:
-                _hang_up(oldest)
-                del self._open[oldest]
-            if idled:
-                self._open[request] = time.monotonic()
-        if idled:
+        """Begin a thread, unless too many are busy."""
+        if self._free.acquire(blocking=False):
             super().process_request(request, client_address)
         else:
-            self.shutdown_request(request)  # takes the lock itself
+            self.shutdown_request(request)
 
-    def close_request(self, request: Any) -> None:
-        """Forget a connection that has been answered."""
-        with self._lock:
-            self._open.pop(request, None)
-        super().close_request(request)
+    def process_request_thread(self, request: Any, client_address: Any) -> None:
+        """Answer a connection in a thread of its own."""
+        try:
+            super().process_request_thread(request, client_address)
+        finally:
+            self._free.release()
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing: a stranger's broken request is no matter for the terminal."""
@@ -151,10 +144,3 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Log nothing, because standard error is for the user's messages."""
-
-
-def _hang_up(connection: Any) -> None:
-    try:
-        connection.shutdown(socket.SHUT_RDWR)
-    except OSError:  # it has gone already
-        return

@@ -97,29 +97,16 @@ def listening(address: str, port: int) -> socket.socket:
 
 @asynccontextmanager
 async def serving(
-    application: ASGIApp, address: str, port: int, *, certificate: Certificate | None = None
+    application: ASGIApp, listener: socket.socket, *, certificate: Certificate | None = None
 ) -> AsyncGenerator[int]:
-    """Serve an application while something else goes on; gives its port.
+    """Serve an application while something else goes on; gives the number of its port.
 
     Parameters
     ----------
     application : what is served
-    address, port : see `listening`
+    listener : an open port, see `listening`; it is closed in the end
     certificate : serves https with it; None for http
-
-    Raises
-    ------
-    InputError : see `listening`
     """
-    async with serving_at(application, listening(address, port), certificate=certificate) as there:
-        yield there
-
-
-@asynccontextmanager
-async def serving_at(
-    application: ASGIApp, listener: socket.socket, *, certificate: Certificate | None = None
-) -> AsyncGenerator[int]:
-    """Serve an application at an open port, which is closed in the end; gives its number."""
     server = _Server(
         uvicorn.Config(
             application,

@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files import limits
 from curling_env.physics.slides import Slide, slide
@@ -75,11 +75,9 @@ def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iter
     in_use = IceInUse(ice)
     asked_anew = in_use.remembers and fps != PATH_FPS
     for release in releases:
-        try:
+        with placed(where=f"throw {release.throw}"):
             run = slide(in_use.now, release, fps=fps, throw=release.throw)
             ran = slide(in_use.now, release, fps=PATH_FPS) if asked_anew else run
-        except InputError as error:
-            raise InputError(error.problem, where=f"throw {release.throw}") from error
         if ran.trajectory is not None:
             in_use.ran(ran.trajectory.xy)
         yield run

@@ -10,6 +10,7 @@ Films and windows need many pictures a second: they are drawn by `renderer`.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -20,7 +21,7 @@ from matplotlib.patches import Circle, Ellipse
 from numpy.typing import ArrayLike
 from scipy.ndimage import gaussian_filter, map_coordinates
 
-from curling_env.infrastructure.files.storage import atomic_path
+from curling_env.infrastructure.files.writing import atomic_path
 from curling_env.sheet import (
     BACK_LINE_Y,
     HOG_LINE_Y,
@@ -62,11 +63,7 @@ def lengthwise(xy: ArrayLike) -> Floats:
 
 def from_the_thrower(direction: Direction) -> Projection:
     """The end played to as the thrower sees it: the tee is the origin and play goes up."""
-
-    def view(xy: ArrayLike) -> Floats:
-        return to_delivery(xy, direction)
-
-    return view
+    return partial(to_delivery, direction=direction)
 
 
 def draw_sheet(

@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.ice import Ice
-from curling_env.render.canvas import Canvas, Colour, blank, tint
-from curling_env.render.text import write
+from curling_env.render.canvas import Canvas, Colour, write
 from curling_env.sheet import (
     BACK_LINE_Y,
     HACK_Y,
@@ -110,7 +109,7 @@ class SheetRenderer:
     def __init__(self, ice: Ice, direction: Direction = Direction.AWAY) -> None:
         self.ice, self.direction = ice, direction
         self._radius = ice.stone.radius
-        self._empty = blank(_WIDTH, _HEIGHT, _SURROUND)
+        self._empty = np.full((_HEIGHT, _WIDTH, 3), _SURROUND, dtype=np.uint8)
         self._strip, self._house = self._views(self._empty)
         for view in (self._strip, self._house):
             self._paint_ice(view)
@@ -191,7 +190,7 @@ class SheetRenderer:
                 view.band((side - 0.07, hack - 0.1), (side + 0.07, hack + 0.1), _HACK)
         view.band((-LINE_WIDTH / 2, -HACK_Y - TEE_Y), (LINE_WIDTH / 2, HACK_Y - TEE_Y), _LINE)
         if not self.ice.friction.is_uniform:
-            tint(view.image, self._dye(view))
+            view.image[:] = np.round(view.image * self._dye(view)).astype(np.uint8)
 
     def _dye(self, view: Canvas) -> Floats:
         """The colour of the friction under every pixel, (height, width, 3) in 0–1."""

@@ -11,9 +11,10 @@ import msgspec
 import numpy as np
 from msgspec import Meta
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked, within
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
 from friction_estimation.camera.lens import TERMS
@@ -140,7 +141,7 @@ def load_scene(
     InputError : unreadable file, unknown or missing key, wrong shape, points that span no sheet
     """
     document = read_json(path)
-    try:
+    with placed(source=path):
         if isinstance(document, dict):
             document = SCENE_FORMAT.accept(document)
             if camera is not None:
@@ -149,10 +150,6 @@ def load_scene(
             if height is not None:
                 document["camera_height"] = height
         return scene_of(document, str(path))
-    except InputError as error:
-        if error.source is not None:
-            raise
-        raise InputError(error.problem, source=path, where=error.where) from error
 
 
 def load_lens(path: str | Path) -> dict[str, Any]:
@@ -259,13 +256,11 @@ class SceneDocument(LensDocument):
 
 def _camera_file(path: str | Path) -> dict[str, Any]:
     document = read_json(path)
-    try:
+    with placed(source=path):
         lens = checked(document, LensDocument)
         if lens.camera_matrix is None:
             raise InputError("missing camera_matrix")
         _lens(lens)
-    except InputError as error:
-        raise InputError(error.problem, source=path, where=error.where) from error
     return document
 
 

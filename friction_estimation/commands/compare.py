@@ -36,7 +36,7 @@ def compare(
     With -o, DIR receives throws.csv, paths.csv and comparison.png. See docs/science/estimation.md.
     """
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.files.writing import make_directory, together
     from friction_estimation.comparison.rethrow import compare_tracks, write_comparison
     from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 

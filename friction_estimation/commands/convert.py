@@ -45,20 +45,21 @@ def convert(
     from curling_env.ice import load_ice, write_cells
     from curling_env.infrastructure.files.kinds import kind_of
     from curling_env.sheet import PAPER_SHEET
-    from curling_env.trajectory import is_tracks, read_tracks, write_tracks
+    from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.markings import keypoints_of
     from friction_estimation.donation import read_session
     from friction_estimation.tracks.importers import on_sheet, read_export
 
-    if table.suffix.lower() == ".json" and kind_of(table) != "session":
+    kind = kind_of(table)
+    if table.suffix.lower() == ".json" and kind != "session":
         ice = load_ice(table)
         write_cells(output, ice)
         cells = ice.friction.mu.size
         results.show({"written": str(output), "rows": cells}, f"{cells} cells: {output}")
         return
-    if kind_of(table) == "session":
+    if kind == "session":
         tracks = read_session(table).tracks
-    elif is_tracks(table):
+    elif kind == "tracks":
         tracks = read_tracks(table)
     else:
         places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}

@@ -46,7 +46,7 @@ def discover(
     ice.json (the improved one, for --ice of every command). See docs/discovery.md.
     """
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.files.writing import make_directory, together
     from curling_env.infrastructure.provenance import provenance
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.discovery.assessment import assess

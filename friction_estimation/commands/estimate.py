@@ -102,7 +102,7 @@ def estimate(
     (at 1 m/s) with its 95 % interval. See docs/science/estimation.md.
     """
     from curling_env.ice import save_ice
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.files.writing import make_directory, together
     from curling_env.infrastructure.provenance import provenance
     from friction_estimation.discovery.posterior_file import write_posterior_of
     from friction_estimation.estimation.evidence_file import (
@@ -182,7 +182,7 @@ def _track(
     ------
     InputError : no scene, or a film that cannot be tracked
     """
-    from curling_env.infrastructure.files.storage import together
+    from curling_env.infrastructure.files.writing import together
     from friction_estimation.reports.estimate_page import Still
     from friction_estimation.tracking.overlay.film import draw_stills
 

@@ -66,7 +66,7 @@ def film(
         NAME.ice.json                  the ice itself
     """
     from curling_env.ice import load_ice
-    from curling_env.infrastructure.files.storage import make_directory
+    from curling_env.infrastructure.files.writing import make_directory
     from curling_env.throw import read_releases
     from friction_estimation.synthetic import FilmSpec
     from friction_estimation.synthetic.films import film_throws

@@ -54,7 +54,7 @@ def live(
     """
     from tqdm import tqdm
 
-    from curling_env.infrastructure.files.storage import make_directory
+    from curling_env.infrastructure.files.writing import make_directory
     from curling_env.trajectory import write_tracks
     from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.film.video import is_stream

@@ -37,7 +37,8 @@ def stones(
     """
     import cv2
 
-    from curling_env.infrastructure.files.storage import together, write_json
+    from curling_env.infrastructure.files.storage import write_json
+    from curling_env.infrastructure.files.writing import together
     from friction_estimation.appearance import StoneModel
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.pose import camera_from_scene

@@ -61,8 +61,7 @@ def track(
     throws, `curling live` tracks a running camera, and `curling join-cameras` joins films of one
     throw. See docs/tracking.md and docs/files.md.
     """
-    from curling_env.infrastructure.files.storage import together
-    from curling_env.infrastructure.files.writing import note_rewritten
+    from curling_env.infrastructure.files.writing import note_rewritten, together
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.film.video import films_in
     from friction_estimation.tracking.films.resume import Checkpoints
@@ -121,7 +120,7 @@ def _draw(one: TrackedFilm, scene: Scene, overlay: Path, units: Units, progress:
     ------
     InputError : a tracker that returns tracks alone
     """
-    from curling_env.infrastructure.files.storage import check_writable, fitted
+    from curling_env.infrastructure.files.writing import check_writable, fitted
     from friction_estimation.tracking.overlay.film import write_overlay
 
     if one.found is None:

@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.infrastructure.files.storage import atomic_path, format_json
+from curling_env.infrastructure.files.storage import format_json
+from curling_env.infrastructure.files.writing import atomic_path
 from friction_estimation.discovery.evidence.posterior import Posterior, draw_posterior
 from friction_estimation.discovery.model.fit import SessionFit
 

@@ -16,9 +16,10 @@ import numpy as np
 from msgspec import Meta
 from numpy.typing import NDArray
 
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.infrastructure.files.table import Table
 from curling_env.trajectory import TRACK_TABLE, Trajectory, track_columns, tracks_of
 from friction_estimation.camera.scene import Scene, SceneDocument, document_of, scene_of
@@ -168,7 +169,7 @@ def read_session(path: str | Path) -> Session:
         file or a scene file would be refused for
     """
     document = read_json(path)
-    try:
+    with placed(source=path):
         document = SESSION_FORMAT.accept(document)
         form = checked(document, SessionDocument)
         scene = _scene(document["scene"], str(path))
@@ -182,10 +183,6 @@ def read_session(path: str | Path) -> Session:
                 for k in form.throws
             ],
         )
-    except InputError as error:
-        if error.source is not None:
-            raise
-        raise InputError(error.problem, source=path, where=error.where) from error
 
 
 def _scene(document: Any, source: str) -> Scene:

@@ -16,7 +16,9 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice, ice_document, parse_ice
-from curling_env.infrastructure.files.storage import fitted, parse_json, read_arrays, write_arrays
+from curling_env.infrastructure.files.reading import parse_json, read_arrays
+from curling_env.infrastructure.files.storage import write_arrays
+from curling_env.infrastructure.files.writing import fitted
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsChoice

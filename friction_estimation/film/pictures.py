@@ -10,7 +10,8 @@ import numpy as np
 
 from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.storage import atomic_path, ordinary_file, read_bytes
+from curling_env.infrastructure.files.reading import ordinary_file, read_bytes
+from curling_env.infrastructure.files.writing import atomic_path
 from curling_env.typing import Image
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")

@@ -21,7 +21,9 @@ from av.video.stream import VideoStream
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.storage import Column, fitted, ordinary_file, read_table
+from curling_env.infrastructure.files.reading import ordinary_file
+from curling_env.infrastructure.files.table import Column, read_table
+from curling_env.infrastructure.files.writing import fitted
 from curling_env.typing import Image
 from friction_estimation.film.decoding import (
     decoded,

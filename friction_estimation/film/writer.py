@@ -16,7 +16,7 @@ from av.video.stream import VideoStream
 
 from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.files.kinds import FILM_MARK, FILM_SUFFIXES
-from curling_env.infrastructure.files.storage import atomic_path
+from curling_env.infrastructure.files.writing import atomic_path
 from curling_env.typing import Image
 from friction_estimation.film.decoding import opened, packets
 

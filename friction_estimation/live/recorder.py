@@ -9,7 +9,7 @@ from pathlib import Path
 import av
 import numpy as np
 
-from curling_env.infrastructure.files.storage import atomic_path
+from curling_env.infrastructure.files.writing import atomic_path
 from friction_estimation.live import tuning
 from friction_estimation.live.feed import Feed, LiveFrame, Packet
 from friction_estimation.tracking.cutting.motion import MotionDetector

@@ -13,7 +13,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from curling_env.ice import write_cells
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import write_json, write_table, written_so_far
+from curling_env.infrastructure.files.storage import write_json, write_table
+from curling_env.infrastructure.files.writing import written_so_far
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length
 from friction_estimation.estimation.estimate import Estimate

@@ -13,13 +13,8 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import Ice, save_ice
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import (
-    check_writable,
-    make_directory,
-    together,
-    write_json,
-    write_table,
-)
+from curling_env.infrastructure.files.storage import write_json, write_table
+from curling_env.infrastructure.files.writing import check_writable, make_directory, together
 from curling_env.physics.session import slides_in_turn
 from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Sheet, Stone
 from curling_env.throw import Release

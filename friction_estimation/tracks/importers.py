@@ -20,7 +20,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.infrastructure.files import limits
-from curling_env.infrastructure.files.storage import read_text
+from curling_env.infrastructure.files.reading import read_text
 from curling_env.infrastructure.files.table import is_plain, quoted
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats

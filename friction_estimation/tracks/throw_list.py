@@ -14,7 +14,7 @@ from pathlib import Path
 from types import MappingProxyType
 
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import read_table
+from curling_env.infrastructure.files.table import read_table
 from curling_env.trajectory import Trajectory, read_tracks
 
 THROW_LIST = "throws.csv"

@@ -17,7 +17,7 @@ from tqdm import tqdm
 
 from blind.hidden import SCATTER, draw_map, hidden_numbers, hide
 from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.discovery.discover import discover

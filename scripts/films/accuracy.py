@@ -17,7 +17,8 @@ import cv2
 import numpy as np
 
 from curling_env.errors import CurlingError
-from curling_env.infrastructure.files.storage import read_json, read_table
+from curling_env.infrastructure.files.reading import read_json
+from curling_env.infrastructure.files.table import read_table
 from curling_env.typing import Floats
 from films.render import COARSE, stream_of
 from friction_estimation import estimate_ice

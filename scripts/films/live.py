@@ -19,7 +19,7 @@ import av
 from av.error import FFmpegError
 
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.storage import atomic_path, make_directory
+from curling_env.infrastructure.files.writing import atomic_path, make_directory
 from curling_env.infrastructure.workers import begin_worker
 from curling_env.physics import slide
 from curling_env.throw import Throw

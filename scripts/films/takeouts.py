@@ -15,7 +15,8 @@ import numpy as np
 
 from curling_env.errors import CurlingError
 from curling_env.ice import Ice
-from curling_env.infrastructure.files.storage import read_json, write_json
+from curling_env.infrastructure.files.reading import read_json
+from curling_env.infrastructure.files.storage import write_json
 from curling_env.physics import Engine, Outcome, StoneState
 from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory

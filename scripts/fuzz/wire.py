@@ -37,7 +37,7 @@ from agents.digital_curling.hosting.setting import HostSetting
 from agents.digital_curling.join import WireLog
 from agents.digital_curling.messages import ConcedeMessage, Point, ShotMessage
 from curling_env.errors import InputError
-from curling_env.game.opponents.draw import DrawPlayer
+from curling_env.game.opponents import DrawPlayer
 from curling_env.game.rules import Team
 from curling_env.ice import load_ice
 from fuzz.app import answer, request

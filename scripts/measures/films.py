@@ -18,7 +18,7 @@ from films.practice import NEAR_REST, score_practice
 from films.render import rendered
 from films.takeouts import BARE, WITH_PEOPLE, Film, judged
 
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.video import Film as Decoder
 from friction_estimation.synthetic import FilmSpec, render_films

@@ -14,7 +14,8 @@ from figures import ROOT
 
 from agents.closed_loop.demo import run_demo
 from curling_env.ice import Ice
-from curling_env.infrastructure.files.storage import make_directory, read_json
+from curling_env.infrastructure.files.reading import read_json
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.sheet import HOG_LINE_Y, PAPER_STONE
 from curling_env.trajectory import read_tracks
 from friction_estimation import discover, estimate_ice

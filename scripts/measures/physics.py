@@ -12,7 +12,7 @@ from agents.commands import benchmarks as game_benchmarks
 from curling_env import Ice, Release, Throw, load_ice
 from curling_env.benchmarks import measures as benchmarks
 from curling_env.ice import ActiveEffect
-from curling_env.infrastructure.files.storage import read_json
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.physics import FINE_TOLERANCE, QUICK_TOLERANCE, IceInUse, slide
 from curling_env.validation import OTHER_ROWS, Verdict, compare
 from measures import recorded as kept

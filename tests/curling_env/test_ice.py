@@ -10,9 +10,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from curling_env.common_errors import LevelError
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice, save_ice
+from curling_env.ice_form import LevelError
 from curling_env.physics import acceleration
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
 

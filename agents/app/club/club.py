@@ -14,7 +14,7 @@ from pathlib import Path
 from agents.app.club.database import Database, row_of, rows_of
 from agents.app.club.records import Athlete, Camera, Film, Note, Session, Stone, Target, Throw
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 
 DATABASE = "club.sqlite"
 SESSIONS, FILMS, CAMERAS, PLAYABLE = "sessions", "films", "cameras", "playable"

@@ -17,7 +17,7 @@ from agents.app.club.club import FILMS, Club, added
 from agents.app.club.database import row_of
 from agents.app.club.records import Film, Session
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import fitted, make_directory
+from curling_env.infrastructure.files.writing import fitted, make_directory
 from friction_estimation.film.video import SUFFIXES, TIMES_SUFFIX
 
 MAX_FILM = 64 * 2**30

@@ -19,13 +19,9 @@ from typing import Any, NamedTuple
 from agents.app.club.club import TRACKS, Club
 from agents.app.club.records import Film, Session
 from agents.app.club.targets import with_places
-from curling_env.infrastructure.files.storage import (
-    make_directory,
-    read_json,
-    together,
-    write_json,
-    write_table,
-)
+from curling_env.infrastructure.files.reading import read_json
+from curling_env.infrastructure.files.storage import write_json, write_table
+from curling_env.infrastructure.files.writing import make_directory, together
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.tracking.stone_numbers import StoneNumbers
 from friction_estimation.tracks.throw_list import THROW_LIST

@@ -15,7 +15,7 @@ from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import CAMERAS, added, plain
 from agents.app.pages import club_of, session_of, work_of
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import parse_json
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.sheet import Sheet
 from friction_estimation.camera.annotation.annotate import Annotation
 from friction_estimation.camera.annotation.page import AnnotationPage

@@ -8,9 +8,9 @@ from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY
 from agents.app.club.planned_ice import sessions_with_causes
 from agents.app.views.coached import errors_of
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.files.storage import read_json
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.throw import Skill, skill_named
 
 if TYPE_CHECKING:
@@ -110,8 +110,6 @@ def findings_of(club: Club, session: Session) -> Findings | None:
             from friction_estimation.reports.missing_in_words import findings
 
             report: Any = read_json(path)
-            try:
+            with placed(source=path.name):
                 return findings(report if isinstance(report, dict) else {})
-            except InputError as error:
-                raise InputError(error.problem, source=path.name, where=error.where) from error
     return None

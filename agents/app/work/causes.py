@@ -26,7 +26,8 @@ from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.reading import read_text
-from curling_env.infrastructure.files.storage import make_directory, write_text
+from curling_env.infrastructure.files.storage import write_text
+from curling_env.infrastructure.files.writing import make_directory
 from curling_env.infrastructure.provenance import sha256_of
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 

@@ -15,7 +15,7 @@ import numpy as np
 from agents.app.club import Club, Film, Session
 from agents.app.club.club import PLAYABLE
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.film.video import Film as OpenedFilm
 from friction_estimation.film.writer import film_writer
 

@@ -60,7 +60,7 @@ def estimate(club: Club, session: Session, progress: Reported, given: str = "") 
 
 def discover(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """What the ice of a session lacks, into the folder ``discovery`` of the session."""
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.files.writing import make_directory, together
     from curling_env.infrastructure.provenance import provenance
     from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.discover import discover as find

@@ -10,7 +10,7 @@ from agents.app.club import Club, Session
 from agents.app.club.films import take_film
 from agents.app.work.jobs import submit
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import make_directory
+from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import open_feed

@@ -119,7 +119,7 @@ def play(
     from agents.playing.trained_player import player_from
     from curling_env.errors import InputError
     from curling_env.game.rules import Team
-    from curling_env.infrastructure.files.storage import make_directory, together
+    from curling_env.infrastructure.files.writing import make_directory, together
 
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")

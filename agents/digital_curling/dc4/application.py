@@ -26,8 +26,8 @@ from agents.digital_curling.messages import TEAMS
 from agents.playing.replay.page import live_policy, page_of
 from curling_env.errors import InputError
 from curling_env.game.rules import Team
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import checked
-from curling_env.infrastructure.files.storage import parse_json
 from curling_env.units import Units
 
 MAX_BODY = 64 * 1024

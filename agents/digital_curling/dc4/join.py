@@ -40,10 +40,10 @@ from agents.digital_curling.dc4.messages import (
 )
 from agents.digital_curling.join import WireLog
 from agents.digital_curling.messages import TEAMS, SettingMessage, ShotMessage, TeamName
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.game.rules.rulesets import ARRANGEMENTS
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import Short, checked, within
-from curling_env.infrastructure.files.storage import parse_json
 
 PATIENCE = 20.0
 """Time in which the server must answer a request [s]."""
@@ -218,10 +218,8 @@ class Connection4:
 
     def _state(self, data: bytes) -> State4:
         document = parse_json(data, source=self.place.url)
-        try:
+        with placed(source=self.place.url):
             return checked(document, State4)
-        except InputError as error:
-            raise InputError(error.problem, source=self.place.url, where=error.where) from error
 
     def _open(
         self, path: str, query: dict[str, str] | None, data: bytes | None, patience: float

@@ -34,8 +34,7 @@ from agents.digital_curling.messages import (
     TeamName,
 )
 from curling_env.errors import InputError
-from curling_env.game.rules.placement import Side
-from curling_env.game.rules.rulesets import ARRANGEMENTS
+from curling_env.game.rules.rulesets import ARRANGEMENTS, Side
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.infrastructure.files.schema import Short, within
 

@@ -13,11 +13,11 @@ from agents.digital_curling.hosting.hosted_game import HostedGame
 from agents.digital_curling.hosting.seats import Seat
 from agents.digital_curling.hosting.server import Hosting, host_game
 from agents.digital_curling.messages import TEAMS
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.game.rules import Team
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import checked
-from curling_env.infrastructure.files.storage import read_json
-from curling_env.infrastructure.web_server import Certificate, serving
+from curling_env.infrastructure.web_server import Certificate, listening, serving
 from curling_env.units import Units
 
 FAREWELL = 2.0
@@ -34,10 +34,8 @@ def read_passwords(path: Path | None) -> dict[str, str]:
     """
     if path is None:
         return {name: secrets.token_urlsafe(12) for name in TEAMS}
-    try:
+    with placed(source=path):
         users = checked(read_json(path), dict[str, str])
-    except InputError as error:
-        raise InputError(error.problem, source=path, where=error.where) from error
     if not 1 <= len(users) <= MAX_USERS or any(not u or ":" in u for u in users):
         raise InputError(f"expected 1 to {MAX_USERS} users, whose names have no colon", source=path)
     if any(len(password) < 8 for password in users.values()):
@@ -87,7 +85,8 @@ async def host_on_the_web(
         for team in Team
     )
     pages = application(match, passwords, units=units)
-    async with serving(pages, address, http_port, certificate=certificate) as port:
+    listener = listening(address, http_port)
+    async with serving(pages, listener, certificate=certificate) as port:
         try:
             game = await host_game(
                 hosting,

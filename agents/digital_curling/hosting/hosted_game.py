@@ -15,7 +15,7 @@ from agents.playing.record import delivery_line, head_line, result_of
 from curling_env.errors import InputError
 from curling_env.game import Call, PlayedShot, PlayerView
 from curling_env.game.rules import Fault, Game, Team
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.throw import Throw
 
 Document = dict[str, Any]

@@ -19,7 +19,7 @@ from agents.digital_curling.pace import Pace
 from curling_env.errors import CurlingError, InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Team
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.throw import Skill
 
 GREETING_PATIENCE = 10.0

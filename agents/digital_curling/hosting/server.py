@@ -31,7 +31,7 @@ from agents.playing.replay.page import write_page
 from agents.playing.scoreboard import scoreboard
 from curling_env.errors import InputError
 from curling_env.game.rules import Team
-from curling_env.infrastructure.files.storage import together
+from curling_env.infrastructure.files.writing import together
 from curling_env.units import Units
 
 Remark = Callable[[str], None]

@@ -35,8 +35,7 @@ from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_END
 from agents.playing.search.positions import EndSimulator
 from agents.playing.search.value_network import ValueNetwork, network_from
 from curling_env.errors import InputError
-from curling_env.infrastructure.files.storage import make_directory
-from curling_env.infrastructure.files.writing import keep
+from curling_env.infrastructure.files.writing import keep, make_directory
 from curling_env.throw import skill_named
 from curling_env.typing import Integers, Progress, no_progress, with_progress
 

@@ -31,7 +31,7 @@ from agents.playing.search.shots import Shots, shots_for
 from agents.playing.search.value_network import ValueNetwork
 from agents.playing.search.win_probability import WinProbability
 from curling_env.game.rules import RuleSet, Team, rule_set
-from curling_env.game.rules.placement import Side, placed_stones
+from curling_env.game.rules.rulesets import Side, placed_stones
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction

@@ -6,9 +6,9 @@ import numpy as np
 
 from agents.playing.players.heuristic import heuristic_value
 from curling_env.game import Call, GameSimulator, GameState, PlayerView
-from curling_env.game.opponents.aiming import PEEL_WEIGHT, AimingPlayer
+from curling_env.game.opponents import PEEL_WEIGHT, AimingPlayer
 from curling_env.game.rules import shot_order
-from curling_env.game.rules.free_guard_zone import guards
+from curling_env.game.rules.delivery import guards
 from curling_env.ice import Ice
 from curling_env.throw import Delivery
 

@@ -40,10 +40,10 @@ from agents.playing.search.tuning import (
 from agents.playing.search.value_network import ValueNetwork, skill_feature
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
-from curling_env.game.opponents.rulebased import late_power_play
+from curling_env.game.opponents import late_power_play
 from curling_env.game.rules import RuleSet, Ruling
 from curling_env.game.rules.lines import Lines
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.game.rules.teams import Stones
 from curling_env.ice import Ice
 from curling_env.sheet import Direction

@@ -15,7 +15,7 @@ from curling_env.envs.sheet.action import ThrowRange
 from curling_env.errors import InputError
 from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules.delivery import Ruling
-from curling_env.game.rules.placement import Side
+from curling_env.game.rules.rulesets import Side
 from curling_env.throw import Throw
 from curling_env.typing import Floats, Singles
 

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.game import Call, PlayerView
-from curling_env.game.opponents.aiming import BOARD_WEIGHT, PEEL_WEIGHT, AimingPlayer
+from curling_env.game.opponents import BOARD_WEIGHT, PEEL_WEIGHT, AimingPlayer
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
 
 # The list of shots: a change to it makes a new version of the environments.

@@ -5,10 +5,8 @@ rule reads the same in every end. The near hog line, where stones are thrown fro
 
 - `lines`: what a stone touches: house, hog line, side and back lines, the free guard zone
 - `teams`: the two teams, and their stones that lie on the sheet
-- `rulesets`: the named, dated sets of rules
-- `placement`: in mixed doubles, the stones placed before an end begins
-- `free_guard_zone`: which stones may not yet be put out of play or ticked aside
-- `delivery`: the ruling on a delivered stone
+- `rulesets`: the named, dated sets of rules; in mixed doubles, the stones placed before an end
+- `delivery`: the ruling on a delivered stone; stones that are protected early in an end
 - `scoring`: measuring, counting, and who has the hammer next
 - `game`: an end and a game, from the first stone to the last
 """

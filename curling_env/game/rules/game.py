@@ -8,8 +8,7 @@ from dataclasses import dataclass, field, replace
 from curling_env.errors import InputError
 from curling_env.game.rules.delivery import Result, Ruling, rule_on
 from curling_env.game.rules.lines import Lines
-from curling_env.game.rules.placement import GuardPlace, Side, placed_stones
-from curling_env.game.rules.rulesets import RuleSet
+from curling_env.game.rules.rulesets import GuardPlace, RuleSet, Side, placed_stones
 from curling_env.game.rules.scoring import hammer_after, score_of
 from curling_env.game.rules.teams import Stones, Team
 

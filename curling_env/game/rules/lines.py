@@ -63,21 +63,14 @@ class Lines:
         """Distance of a stone's centre from the middle at which it touches the centre line [m]."""
         return self.stone_radius + self.centre_line / 2
 
-    def touches_side_line(self, x: float) -> bool:
-        """Whether a stone with its centre at x touches a side line."""
-        return abs(x) >= self.width / 2 - self.stone_radius
-
-    def past_back_line(self, y: float) -> bool:
-        """Whether a stone with its centre at y lies wholly past the back line."""
-        return y - self.stone_radius > BACK_LINE
-
     def past_hog_line(self, y: float) -> bool:
         """Whether a stone with its centre at y lies wholly past the far hog line's inner edge."""
         return y - self.stone_radius > HOG_LINE
 
     def on_sheet(self, x: float, y: float) -> bool:
-        """Whether a stone is clear of the side lines and not past the back line."""
-        return not self.touches_side_line(x) and not self.past_back_line(y)
+        """Whether a stone is clear of the side lines and not wholly past the back line."""
+        clear = abs(x) < self.width / 2 - self.stone_radius
+        return clear and y - self.stone_radius <= BACK_LINE
 
     def in_house(self, x: float, y: float) -> bool:
         """Whether any part of a stone is over the 12-foot ring, seen from above."""

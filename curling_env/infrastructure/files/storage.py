@@ -1,7 +1,6 @@
-"""The files of this project: what is written in every form, and all that other parts import.
+"""Writing: text, JSON, tables and arrays, each of them completely or not at all.
 
-`writing` says where and how a file may appear; `reading` and `table` read what others may have
-made, within `limits`.
+`writing` decides where and how a file may appear.
 """
 
 from __future__ import annotations
@@ -16,25 +15,7 @@ from typing import Any, cast
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from curling_env.infrastructure.files.reading import confined as confined
-from curling_env.infrastructure.files.reading import ordinary_file as ordinary_file
-from curling_env.infrastructure.files.reading import parse_json as parse_json
-from curling_env.infrastructure.files.reading import read_arrays as read_arrays
-from curling_env.infrastructure.files.reading import read_bytes as read_bytes
-from curling_env.infrastructure.files.reading import read_json as read_json
-from curling_env.infrastructure.files.reading import read_text as read_text
-from curling_env.infrastructure.files.reading import read_yaml as read_yaml
-from curling_env.infrastructure.files.table import Column as Column
-from curling_env.infrastructure.files.table import Table as Table
-from curling_env.infrastructure.files.table import read_table as read_table
-from curling_env.infrastructure.files.writing import at_once as at_once
-from curling_env.infrastructure.files.writing import atomic_path as atomic_path
-from curling_env.infrastructure.files.writing import check_writable as check_writable
-from curling_env.infrastructure.files.writing import fitted as fitted
-from curling_env.infrastructure.files.writing import folder_of_drafts as folder_of_drafts
-from curling_env.infrastructure.files.writing import make_directory as make_directory
-from curling_env.infrastructure.files.writing import together as together
-from curling_env.infrastructure.files.writing import written_so_far as written_so_far
+from curling_env.infrastructure.files.writing import atomic_path
 
 _ROWS_AT_A_TIME = 100_000
 """Rows of a table that are turned into text together: as text they take much more room."""

@@ -9,7 +9,7 @@ from threading import Event, Thread
 from typing import Any
 
 from curling_env.errors import InputError, OutputError
-from curling_env.infrastructure.files.storage import parse_json
+from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.local_server import (
     ADDRESS,
     LocalHandler,
@@ -57,13 +57,9 @@ class AnnotationServer:
         self.page = AnnotationPage(annotation, self._keep, units=units)
         self._done = Event()
         self._secret = secrets.token_urlsafe(16)
+        self._host = network_address() if share else ADDRESS
         try:
-            self._host = network_address() if share else ADDRESS
-        except OSError as error:
-            raise OutputError("this machine is in no network in which to share the page") from error
-        try:
-            everywhere = {"address": "0.0.0.0", "hosts": [self._host]} if share else {}
-            self._server = LocalServer(_handler(self), port, **everywhere)
+            self._server = LocalServer(_handler(self), port, host=self._host)
         except OSError as error:
             raise OutputError(f"port {port} cannot be used: {error.strerror}") from error
 

@@ -42,7 +42,7 @@ def join_cameras(
     """
     import numpy as np
 
-    from curling_env.infrastructure.files.storage import together
+    from curling_env.infrastructure.files.writing import together
     from curling_env.trajectory import write_tracks
     from friction_estimation.tracking.films.joined import join_views
     from friction_estimation.tracking.films.resume import Checkpoints

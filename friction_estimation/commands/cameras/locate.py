@@ -42,7 +42,7 @@ def locate(
     """
     import cv2
 
-    from curling_env.infrastructure.files.storage import together
+    from curling_env.infrastructure.files.writing import together
     from curling_env.sheet import PAPER_SHEET
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.scene import load_scene, save_scene

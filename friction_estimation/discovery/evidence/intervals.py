@@ -16,7 +16,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.stats import norm
 
-from curling_env.common_errors import LevelError
+from curling_env.ice_form import LevelError
 from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.fit import SessionFit, refit

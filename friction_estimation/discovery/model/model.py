@@ -8,8 +8,8 @@ from functools import cached_property
 
 import numpy as np
 
-from curling_env.common_errors import LevelError
 from curling_env.ice import MAX_FRICTION, Ice
+from curling_env.ice_form import LevelError
 from curling_env.physics.law import Law, compile_law, on_tracks
 from curling_env.physics.state import State
 from curling_env.physics.wear import wear_along_path, wear_under_contacts

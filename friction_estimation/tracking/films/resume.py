@@ -20,14 +20,15 @@ from typing import Any
 
 import numpy as np
 
-from curling_env.infrastructure.files.storage import (
+from curling_env.infrastructure.files.reading import read_arrays
+from curling_env.infrastructure.files.storage import write_arrays
+from curling_env.infrastructure.files.writing import (
     at_once,
     fitted,
+    keep,
     make_directory,
-    read_arrays,
-    write_arrays,
+    note_rewritten,
 )
-from curling_env.infrastructure.files.writing import keep, note_rewritten
 from curling_env.infrastructure.provenance import command_name, sha256_of
 from curling_env.trajectory import Trajectory
 from friction_estimation.film.video import TIMES_SUFFIX

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TypeAlias
 
 from curling_env.errors import InputError, NoThrowError
-from curling_env.infrastructure.files.storage import ordinary_file
+from curling_env.infrastructure.files.reading import ordinary_file
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import Scene, load_scene

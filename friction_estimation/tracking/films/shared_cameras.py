@@ -18,9 +18,10 @@ from typing import Any
 import numpy as np
 
 from curling_env.errors import CurlingError, InputError
+from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import FileFormat
-from curling_env.infrastructure.files.storage import fitted, read_json, write_json
-from curling_env.infrastructure.files.writing import note_rewritten
+from curling_env.infrastructure.files.storage import write_json
+from curling_env.infrastructure.files.writing import fitted, note_rewritten
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens, Lens

@@ -18,7 +18,7 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app import Club, WorkQueue, do_job, token_for
 from agents.app.application import application
-from curling_env.infrastructure import serving
+from curling_env.infrastructure import listening, serving
 
 SECRET, PORT = "the-secret", 8711
 
@@ -136,7 +136,7 @@ def served(club: Club) -> Iterator[str]:
     loop, done = asyncio.new_event_loop(), asyncio.Event()
 
     async def serve() -> None:
-        async with serving(app, "127.0.0.1", 0) as port[0]:
+        async with serving(app, listening("127.0.0.1", 0)) as port[0]:
             ready.set()
             await done.wait()
 

@@ -298,7 +298,7 @@ def test_termination_removes_what_is_half_written(tmp_path: Path, number: signal
     done = run(
         "import os, signal, time\n"
         f"signal.signal({number:d}, signal.SIG_DFL)\n"  # the tests may run under nohup
-        "from curling_env.infrastructure.files.storage import atomic_path\n"
+        "from curling_env.infrastructure.files.writing import atomic_path\n"
         "def work() -> None:\n"
         f"    with atomic_path({str(tmp_path / 'a.txt')!r}) as draft:\n"
         "        draft.write_text('half')\n"

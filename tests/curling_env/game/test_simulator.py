@@ -110,7 +110,7 @@ def test_whole_games_of_random_throws(rules):
                 check(simulator, shot)
         for home, away in state.game.line_score:
             assert min(home, away) == 0
-            assert max(home, away) <= simulator.rules.most_points
+            assert max(home, away) <= simulator.rules.stones + simulator.rules.placed_stones
 
 
 def check(simulator: GameSimulator, shot) -> None:

@@ -46,5 +46,5 @@ def test_ends_of_random_throws():
                 assert before >= 0  # no more energy left the sheet than was thrown onto it
             home, away = state.game.line_score[-1]
             assert min(home, away) == 0
-            assert max(home, away) <= simulator.rules.most_points
+            assert max(home, away) <= simulator.rules.stones + simulator.rules.placed_stones
             played += 1

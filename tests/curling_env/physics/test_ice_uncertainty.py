@@ -7,9 +7,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from curling_env.common_errors import LevelError
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
+from curling_env.ice_form import LevelError
 from curling_env.physics import (
     is_uncertain,
     plausible_ices,

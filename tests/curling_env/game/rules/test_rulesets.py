@@ -11,7 +11,7 @@ from curling_env.game import RULE_SETS, rule_set
 def test_in_fours_each_player_throws_two_stones_in_turn():
     rules = RULE_SETS["world_curling_2024"]
     assert (rules.ends, rules.throwers) == (10, (0, 0, 1, 1, 2, 2, 3, 3))
-    assert (rules.stones, rules.deliveries, rules.most_points) == (8, 16, 8)
+    assert (rules.stones, rules.deliveries, rules.stones + rules.placed_stones) == (8, 16, 8)
     assert (rules.free_guard_until, rules.no_takeout_until) == (5, 0)
     assert rules.no_tick
     assert rules.hog_line_exception
@@ -26,7 +26,7 @@ def test_in_fours_each_player_throws_two_stones_in_turn():
 def test_in_mixed_doubles_one_throws_the_first_and_the_last_stone():
     rules = RULE_SETS["mixed_doubles_2024"]
     assert (rules.ends, rules.throwers) == (8, (0, 1, 1, 1, 0))
-    assert (rules.stones, rules.deliveries, rules.most_points) == (5, 10, 6)
+    assert (rules.stones, rules.deliveries, rules.stones + rules.placed_stones) == (5, 10, 6)
     assert (rules.free_guard_until, rules.no_takeout_until) == (0, 3)
     assert rules.placed_stones
     assert rules.power_play

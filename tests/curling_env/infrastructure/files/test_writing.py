@@ -41,7 +41,7 @@ def left_over(folder: Path, name: str) -> list[str]:
     program = (
         "import os, signal, sys\n"
         "from pathlib import Path\n"
-        "from curling_env.infrastructure.files.storage import atomic_path, folder_of_drafts\n"
+        "from curling_env.infrastructure.files.writing import atomic_path, folder_of_drafts\n"
         "with folder_of_drafts(Path(sys.argv[1])) as folder, atomic_path(sys.argv[2]) as draft:\n"
         "    (folder / 'a.txt').write_text('half')\n"
         "    draft.write_text('half')\n"

@@ -350,10 +350,10 @@ def test_a_shared_page_is_found_under_the_machines_own_address(annotation, monke
 
 
 def test_without_a_network_nothing_is_shared(annotation, monkeypatch):
-    def none():
+    def unreachable(*_):
         raise OSError("unreachable")
 
-    monkeypatch.setattr(server_module, "network_address", none)
+    monkeypatch.setattr("socket.socket.connect", unreachable)
     with pytest.raises(OutputError, match="in no network"):
         AnnotationServer(annotation, lambda made: None, share=True)
 

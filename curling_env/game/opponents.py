@@ -1,19 +1,123 @@
-"""The rule-based player: it plays as a club skip is taught.
+"""The environments' own players, which need nothing but this package.
 
-With the hammer it plays for two and spreads its stones. Without it, it keeps the centre covered and
+`AimingPlayer` turns a shot in the sport's words into a throw on the ice as the player knows it.
+`DrawPlayer` throws every stone to the button. `RuleBasedPlayer` plays as a club skip is taught:
+with the hammer it plays for two and spreads its stones; without it, it keeps the centre covered and
 tries to steal, or to hold the other team to one. Ahead it hits; behind it leaves stones in play.
+
+Positions are in the delivery frame: the tee at the origin, +y along the direction of play.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 
-from curling_env.game import Call, PlayerView
-from curling_env.game.opponents.aiming import PEEL_WEIGHT, AimingPlayer
+import numpy as np
+
+from curling_env.game.players import Call, Player, PlayerView
 from curling_env.game.rules import End, RestingStone, Team, count, shot_order
-from curling_env.game.rules.free_guard_zone import guards
-from curling_env.game.rules.placement import Side
-from curling_env.sheet import HOUSE_RADIUS
+from curling_env.game.rules.delivery import guards
+from curling_env.game.rules.rulesets import Side
+from curling_env.physics.aim import Aim
+from curling_env.sheet import HOUSE_RADIUS, Direction
+from curling_env.throw import Delivery, Throw
+
+BOARD_WEIGHT = 1.25
+"""Speed of a takeout over draw weight; it would run a few metres past the house."""
+PEEL_WEIGHT = 1.6
+"""Speed of a peel over draw weight."""
+
+
+class AimingPlayer(Player):
+    """A player that chooses shots; its methods turn them into throws."""
+
+    def __init__(self) -> None:
+        self._aims: dict[tuple[Direction, Delivery], Aim] = {}
+
+    def aim(self, view: PlayerView) -> Aim:
+        """The aim on the known ice towards the end played to."""
+        key = view.direction, view.delivery
+        if key not in self._aims or self._aims[key].ice is not view.ice:
+            self._aims[key] = Aim(view.ice, view.direction, delivery=view.delivery)
+        return self._aims[key]
+
+    def to_button(self, view: PlayerView) -> Throw:
+        """The draw to the button on the empty sheet."""
+        spin = view.delivery.spin
+        return self.aim(view).draw(0.0, 0.0, spin) or Throw(speed=2.1, spin=spin)
+
+    # --- shots ------------------------------------------------------------------------------------
+
+    def draw_to(self, view: PlayerView, x: float, y: float, shot: str) -> Call | None:
+        """A draw or guard to (x, y) that touches nothing on its way, with either handle."""
+        aim, stones = self.aim(view), _centres(view)
+        for spin in _sides(x, view.delivery.spin):
+            throw = aim.draw(x, y, spin)
+            if throw is not None and aim.path_clears(throw, stones, until=y + 0.5):
+                return Call(throw=throw, shot=shot)
+        return None
+
+    def hit(
+        self,
+        view: PlayerView,
+        target: RestingStone,
+        shot: str,
+        *,
+        weight: float = BOARD_WEIGHT,
+        off: float = 0.0,
+        clear: bool = True,
+    ) -> Call | None:
+        """A takeout of a stone, with either handle.
+
+        Parameters
+        ----------
+        target : the stone to hit
+        shot : name of the shot
+        weight : speed over that of a draw to the button
+        off : how far to the right of the stone's centre to aim [m]
+        clear : whether the way must be free; otherwise a stone in the way is driven onto the target
+        """
+        aim = self.aim(view)
+        speed = min(weight * self.to_button(view).speed, view.delivery.max_speed)
+        others = _centres(view, but=target)
+        for spin in _sides(target.x, view.delivery.spin):
+            throw = aim.through(target.x + off, target.y, speed, spin)
+            if throw is None:
+                continue
+            if not clear or aim.path_clears(throw, others, until=target.y):
+                return Call(throw=throw, shot=shot)
+        return None
+
+    def through(self, view: PlayerView) -> Call:
+        """A stone thrown through the house and away, past everything that lies there."""
+        aim, stones, spin = self.aim(view), _centres(view), view.delivery.spin
+        speed = min(1.4 * self.to_button(view).speed, view.delivery.max_speed)
+        for x in (1.6, -1.6, 1.9, -1.9, 1.0, -1.0):
+            throw = aim.through(x, 0.0, speed, -spin if x < 0 else spin)
+            if throw is not None and aim.path_clears(throw, stones, until=2.5):
+                return Call(throw=throw, shot="through the house")
+        return Call(throw=Throw(speed=0.5 * self.to_button(view).speed), shot="short")
+
+
+def _centres(view: PlayerView, but: RestingStone | None = None) -> np.ndarray:
+    end = view.game.end
+    stones = () if end is None else end.stones
+    return np.array([(s.x, s.y) for s in stones if s is not but], dtype=np.float64).reshape(-1, 2)
+
+
+def _sides(x: float, spin: float) -> Iterable[float]:
+    """Spins to try; first the one that curls towards the centre, where there is most room."""
+    return (spin, -spin) if x >= 0 else (-spin, spin)
+
+
+class DrawPlayer(AimingPlayer):
+    """Throws the draw to the button of an empty sheet."""
+
+    name = "draw"
+
+    def call(self, view: PlayerView) -> Call:
+        return Call(throw=self.to_button(view), shot="draw to the button")
+
 
 CENTRE_GUARD_Y = -3.5
 """Place of a centre guard in front of the tee [m]."""
