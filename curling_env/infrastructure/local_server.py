@@ -8,9 +8,10 @@ and no number of connections holds more than a few threads.
 from __future__ import annotations
 
 import socket
+import time
 from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
-from threading import BoundedSemaphore
+from threading import Lock
 from typing import Any
 
 from curling_env.errors import OutputError
@@ -63,24 +64,33 @@ class LocalServer(ThreadingHTTPServer):
         *,
         host: str = ADDRESS,
     ) -> None:
-        self._free = BoundedSemaphore(MAX_CONNECTIONS)
+        self._open: dict[Any, float] = {}
+        self._lock = Lock()
         super().__init__((ADDRESS if host == ADDRESS else "0.0.0.0", port), handler)
         names = {ADDRESS, "localhost", host}
         self.own_hosts = frozenset(f"{name}:{self.server_address[1]}" for name in names)
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Begin a thread, unless too many are busy."""
-        if self._free.acquire(blocking=False):
+        """Begin a thread, unless too many are busy; one that has idled too long makes room."""
+        with self._lock:
+            full = len(self._open) >= MAX_CONNECTIONS
+            oldest = min(self._open, key=self._open.__getitem__) if full else None
+            idled = oldest is None or time.monotonic() - self._open[oldest] >= PATIENCE
+            if idled and oldest is not None:
+                _hang_up(oldest)
+                del self._open[oldest]
+            if idled:
+                self._open[request] = time.monotonic()
+        if idled:
             super().process_request(request, client_address)
         else:
-            self.shutdown_request(request)
+            self.shutdown_request(request)  # takes the lock itself
 
-    def process_request_thread(self, request: Any, client_address: Any) -> None:
-        """Answer a connection in a thread of its own."""
-        try:
-            super().process_request_thread(request, client_address)
-        finally:
-            self._free.release()
+    def close_request(self, request: Any) -> None:
+        """Forget a connection that has been answered."""
+        with self._lock:
+            self._open.pop(request, None)
+        super().close_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
         """Say nothing: a stranger's broken request is no matter for the terminal."""
@@ -144,3 +154,10 @@ class LocalHandler(BaseHTTPRequestHandler):
 
     def log_message(self, format: str, *args: Any) -> None:
         """Log nothing, because standard error is for the user's messages."""
+
+
+def _hang_up(connection: Any) -> None:
+    try:
+        connection.shutdown(socket.SHUT_RDWR)
+    except OSError:  # it has gone already
+        return
