@@ -158,6 +158,7 @@ def train(
         with _faults_of("learning"):
             if left > 0:
                 model.learn(left, callback=callbacks, reset_num_timesteps=False, log_interval=8)
+                _check_finite(model)
     except CurlingError:
         model.logger.close()
         if not earlier_logs:
@@ -371,6 +372,7 @@ def _restore(model: Any, document: dict[str, Any], path: Any) -> None:
             buffer.full = filled == buffer.buffer_size
             buffer.pos = int(replay["pos"])
         _check_finite(model)
+        _check_optimisers(document["optimisers"])
     except (AttributeError, LookupError, TypeError, ValueError, RuntimeError) as error:
         if isinstance(error, InputError):
             raise
@@ -381,6 +383,14 @@ def _check_finite(model: Any) -> None:
     for weights in model.policy.state_dict().values():
         if not bool(weights.isfinite().all()):
             raise ValueError("a weight is not finite")
+
+
+def _check_optimisers(documents: dict[str, Any]) -> None:
+    """Refuse mean squares of gradients below 0, whose roots would make the weights no numbers."""
+    for document in documents.values():
+        for state in document["state"].values():
+            if np.min(state.get("exp_avg_sq", 0.0)) < 0.0:
+                raise ValueError("a mean square of an optimiser is negative")
 
 
 __all__ = [

@@ -259,6 +259,19 @@ def test_only_a_checkpoint_of_the_same_run_is_taken_up(tmp_path: Path) -> None:
         training.latest_checkpoint(tmp_path / "logs")
 
 
+def test_a_negative_mean_square_of_the_optimiser_is_refused_before_learning(tmp_path: Path) -> None:
+    settings = tiny(n_timesteps=32, checkpoint_every=16)
+    training.train(settings, tmp_path / "run")
+    checkpoint = training.latest_checkpoint(tmp_path / "run")
+    document = read_model(checkpoint)
+    (optimiser,) = document["optimisers"].values()
+    optimiser["state"][0]["exp_avg_sq"] = -np.abs(optimiser["state"][0]["exp_avg_sq"]) - 0.01
+    write_model(tmp_path / "damaged.npz", document)
+    with pytest.raises(InputError, match="not a checkpoint that fits"):
+        training.train(settings, tmp_path / "on", resume=tmp_path / "damaged.npz")
+    assert not list((tmp_path / "on").rglob("*.npz"))
+
+
 def test_on_random_ices_a_policy_sees_no_more_than_it_is_told() -> None:
     ices = RandomIces()
     ice, _ = ices.draw(np.random.default_rng(0))
