@@ -33,7 +33,8 @@ def there(node: ast.FunctionDef | ast.ClassDef) -> set[str]:
         own = {s.target.id for s in node.body if isinstance(s, ast.AnnAssign)}
         for method in node.body:
             if isinstance(method, ast.FunctionDef) and method.name in ("__init__", "__call__"):
-                own |= there(method)
+                wraps_another = any("wraps" in ast.unparse(d) for d in method.decorator_list)
+                own |= set() if wraps_another else there(method)
         return own
     args = node.args
     every = [*args.posonlyargs, *args.args, *args.kwonlyargs, args.vararg, args.kwarg]

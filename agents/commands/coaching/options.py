@@ -32,4 +32,6 @@ def refuse_throw_list(output: Path | None, tracks: Path) -> None:
     from friction_estimation.tracks.throw_list import THROW_LIST
 
     if output is not None and realpath(output) == realpath(tracks.parent / THROW_LIST):
-        raise InputError("is where the calls stand; name the table otherwise", source=output)
+        raise InputError(
+            "holds the notes of the throws; choose another name for the table", source=output
+        )

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import wraps
-from typing import Any, ClassVar
+from typing import Any
 
 from gymnasium import spaces
 from gymnasium.utils import seeding
@@ -96,7 +96,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     ``state`` may be kept and put back at any moment.
     """
 
-    metadata: ClassVar[dict[str, Any]] = {  # pyright: ignore[reportIncompatibleVariableOverride]
+    metadata = {  # noqa: RUF012  # pyright: ignore[reportIncompatibleVariableOverride]
         "name": "curling_v0",
         "render_modes": list(RENDER_MODES),
         "render_fps": FPS,

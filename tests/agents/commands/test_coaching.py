@@ -75,7 +75,7 @@ def test_the_calls_are_not_written_over(evening, curling):
     said = curling(
         "hand-or-ice", evening / "tracks.csv", "--ice", "standard", "-o", evening / "throws.csv"
     ).complaint
-    assert "where the calls stand" in said
+    assert "holds the notes of the throws" in said
     assert (evening / "throws.csv").read_bytes() == before
 
 
