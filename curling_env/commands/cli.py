@@ -138,8 +138,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
     # OpenCV and FFmpeg would report a bad film on stderr as well, beside our one line.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
-    if os.environ.get("NUMBA_NUM_THREADS", "").strip() == "0":
-        del os.environ["NUMBA_NUM_THREADS"]  # numba does not load with it, and needs no threads
+    threads = os.environ.get("NUMBA_NUM_THREADS", "1").strip()
+    if not (threads.isdecimal() and int(threads[:9]) > 0):
+        del os.environ["NUMBA_NUM_THREADS"]  # numba would not load with it, and needs no threads
     open_streams()
     files = CommandFiles()
     try:

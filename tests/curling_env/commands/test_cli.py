@@ -345,9 +345,10 @@ def test_letters_that_the_terminal_does_not_know_are_escaped() -> None:
     assert json.loads(done.stdout) == {"film": "Zürich \U0001f94c \udcff"}
 
 
-def test_no_threads_for_numba_stop_no_command() -> None:
+@pytest.mark.parametrize("threads", ["0", "-1", "x"])
+def test_no_threads_for_numba_stop_no_command(threads: str) -> None:
     done = run(
         "def work() -> None:\n    import numba\n" + ONLY_WORK,
-        env={**os.environ, "NUMBA_NUM_THREADS": "0"},
+        env={**os.environ, "NUMBA_NUM_THREADS": threads},
     )
     assert (done.returncode, done.stderr) == (0, "")
