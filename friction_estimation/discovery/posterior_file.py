@@ -6,6 +6,7 @@ import importlib
 import importlib.util
 from collections.abc import Mapping, Sequence
 from functools import partial
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -90,7 +91,9 @@ def write_posterior(
     if provenance:
         attributes["inference_library_version"] = provenance["version"]
         attributes["provenance"] = format_json(provenance)
-    with atomic_path(path) as draft, library.File(draft, "w") as file:
+    # In memory first: on a full disk, HDF5 ends the process when it cannot close its file.
+    content = BytesIO()
+    with library.File(content, "w") as file:
         file.attrs.update(attributes)
         write = partial(_write, file, attributes)
         drawn = {**draws, **throws, "state": np.array(STATES)}
@@ -103,6 +106,8 @@ def write_posterior(
         write("observed_data", data, {name: (("row",), v) for name, v in measured.items()})
         known = {"throw": session.throws[session.owner], "t": session.times, "swept": session.swept}
         write("constant_data", data, {name: (("row",), v) for name, v in known.items()})
+    with atomic_path(path) as draft:
+        draft.write_bytes(content.getbuffer())
 
 
 def _drawn(posterior: Posterior, fitted: SessionFit) -> Variables:
