@@ -28,7 +28,13 @@ class InputError(CurlingError, ValueError):
         self.source = None if source is None else str(source)
         self.where = where
         place = ", ".join(part for part in (self.source, where) if part)
-        super().__init__(f"{place}: {problem}" if place else problem)
+        text = f"{place}: {problem}" if place else problem
+        super().__init__("".join(c if c.isprintable() else _in_place_of(c) for c in text))
+
+
+def _in_place_of(letter: str) -> str:
+    """Return a substitute for a character of a key or a name that cannot be printed."""
+    return " " if letter.isspace() else "\N{REPLACEMENT CHARACTER}"
 
 
 class OutputError(CurlingError, OSError):

@@ -43,3 +43,8 @@ def test_anything_else_is_another_format(document):
     with pytest.raises(InputError, match="expected a ruler of format 'ruler/1', found") as refused:
         RULER.accept(document)
     assert len(str(refused.value)) < 150
+
+
+def test_an_error_is_one_line_whatever_a_key_holds():
+    refused = InputError("expected a number", source="ice.json", where="effects[0].sigma.a\n\x03b")
+    assert str(refused) == "ice.json, effects[0].sigma.a �b: expected a number"
