@@ -4,7 +4,7 @@
 - `state`: all that a game is at one moment, frozen, so that a search can branch from it; the
   random numbers of every throw
 - `ice_evolution`: how the ice changes during a game: wear along the paths, frost, unequal stones
-- `team_judgement`: how a team reads the ice, and when it sweeps if nobody else decides
+- `team_judgement`: how a team reads the ice, and when it sweeps by default
 - `players`: what a player sees and decides, and how players are found by name
 - `opponents`: the environments' own players
 """

@@ -30,7 +30,7 @@ class View:
     fps: float = option(30.0, "Frames per second.")
     size: str | None = option(None, "Image size in pixels.  [default: 1280 wide]", metavar="WxH")
     noise: float = option(2.0, "Sensor noise, standard deviation in grey levels of 255.")
-    people: bool = option(True, "Draw a thrower, sweepers and walkers, or nobody.")
+    people: bool = option(True, "Draw a thrower, sweepers and walkers, or no people.")
 
 
 @grouped

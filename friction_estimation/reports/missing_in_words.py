@@ -15,7 +15,7 @@ from friction_estimation.discovery.verdict import readable
 
 
 class FoundEffect(msgspec.Struct, kw_only=True):
-    """An effect in a report, as far as it is told here."""
+    """An effect in a report, as far as it is used here."""
 
     name: Short
     kind: Short = "physics"
@@ -33,7 +33,7 @@ class FoundThrow(msgspec.Struct, kw_only=True):
 
 
 class Report(msgspec.Struct, kw_only=True):
-    """A discovery's report, as far as it is told here; `discovery.report` writes it."""
+    """A discovery's report, as far as it is used here; `discovery.report` writes it."""
 
     verdict: Annotated[str, msgspec.Meta(max_length=20_000)]
     effects: Annotated[list[FoundEffect], msgspec.Meta(max_length=200)]
@@ -88,11 +88,11 @@ def findings(report: Mapping[str, Any]) -> Findings:
     ------
     InputError : it is no report of a discovery
     """
-    told = checked(REPORT_FORMAT.accept(report), Report)
+    found = checked(REPORT_FORMAT.accept(report), Report)
     return Findings(
-        verdict=told.verdict,
-        missing=tuple(_missing(effect) for effect in told.effects),
-        next_throws=tuple((throw.words, _teaches(throw)) for throw in told.next_throws),
+        verdict=found.verdict,
+        missing=tuple(_missing(effect) for effect in found.effects),
+        next_throws=tuple((throw.words, _teaches(throw)) for throw in found.next_throws),
     )
 
 

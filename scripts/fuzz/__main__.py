@@ -117,8 +117,8 @@ class Fuzzer:
                 found["batches"] += 1
                 found["seconds"] = round(found["seconds"] + time.monotonic() - begun, 1)
                 self.report.write_text(json.dumps(found, indent=1), encoding="utf-8")
-                told = "{inputs} inputs, {unclean} unclean, {seconds} s".format_map(found)
-                print(told, file=sys.stderr, flush=True)
+                line = "{inputs} inputs, {unclean} unclean, {seconds} s".format_map(found)
+                print(line, file=sys.stderr, flush=True)
         finally:
             shutil.rmtree(self.place, ignore_errors=True)
         return found
@@ -195,9 +195,9 @@ class Fuzzer:
         folder.mkdir(parents=True)
         for file, content in one.files.items():
             put(folder / file, content if isinstance(content, bytes) else content.encode())
-        told = {"words": one.words, "surroundings": one.surroundings, "variables": one.variables}
-        told |= {"again": one.again is not None}
-        (folder / "command.json").write_text(json.dumps(told))
+        run = {"words": one.words, "surroundings": one.surroundings, "variables": one.variables}
+        run |= {"again": one.again is not None}
+        (folder / "command.json").write_text(json.dumps(run))
         return {
             "target": one.name,
             "faults": list(ended.faults),

@@ -150,9 +150,9 @@ def licence_of(about: Any) -> str:
     """
     if expression := about.get("License-Expression"):
         return str(expression)
-    told = [c for c in about.get_all("Classifier") or () if c.startswith(CLASSIFIED)]
-    if told:
-        return ", ".join(c.removeprefix(CLASSIFIED) for c in told)
+    declared = [c for c in about.get_all("Classifier") or () if c.startswith(CLASSIFIED)]
+    if declared:
+        return ", ".join(c.removeprefix(CLASSIFIED) for c in declared)
     text = (about.get("License") or "").strip()
     return text if 0 < len(text) <= 60 and "\n" not in text else "see its files"
 

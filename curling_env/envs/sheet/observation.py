@@ -105,8 +105,8 @@ class SheetObservation:
         if there.any():
             shape, count = known.shape[:-1], stones.shape[-2]
             if of_stones is not None:
-                told = np.where(there[..., None], of_stones, 0.0).reshape(*shape, one * count)
-                out[..., own_numbers : own_numbers + one * count] = told
+                of_each = np.where(there[..., None], of_stones, 0.0).reshape(*shape, one * count)
+                out[..., own_numbers : own_numbers + one * count] = of_each
             seen = np.empty((*stones.shape[:-1], 3))
             seen[..., 0] = np.where(own, 1.0, -1.0)
             seen[..., 1:] = self.scaled(stones)

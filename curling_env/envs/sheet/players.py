@@ -38,8 +38,8 @@ class Surface(Field):
     def __init__(self, ice: Ice, known: KnownIce, identifiers: Sequence[int]) -> None:
         super().__init__(ice)
         self.known = known
-        told = known.of_stones(identifiers)
-        self.of_stones = np.concatenate([told, np.zeros_like(told[:1])])
+        features = known.of_stones(identifiers)
+        self.of_stones = np.concatenate([features, np.zeros_like(features[:1])])
         """(slots + 1, k) what is known of each stone, and of none."""
 
     @cached_property
