@@ -10,6 +10,7 @@ import numpy as np
 from curling_env.ice import Ice
 from curling_env.physics.ice_remarks import belief_in_words, believed_effects, what_is_lacking
 from curling_env.physics.state import State
+from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.model.fit import SessionFit
@@ -56,6 +57,16 @@ class Estimate:
     fit: SessionFit | None = None
     camera_bias: CameraBias | None = None
     discovery: Discovery | None = None
+
+    @property
+    def throws(self) -> int:
+        """Number of throws that were used: stones that hit each other have several slides."""
+        return len({slide.track.throw for slide in self.slides})
+
+    @property
+    def tracks(self) -> list[Trajectory]:
+        """The tracks of the slides, each once."""
+        return list({id(slide.track): slide.track for slide in self.slides}.values())
 
     @property
     def scatter(self) -> float:
@@ -126,7 +137,7 @@ class Estimate:
             "sigma": self.sigma if is_known else None,
             "low": low if is_known else None,
             "high": high if is_known else None,
-            "throws": len(self.slides),
+            "throws": self.throws,
             "samples": sum(len(slide.rows) for slide in self.slides),
             "method": self.method,
         }
@@ -199,5 +210,12 @@ class Estimate:
         """Which throw of the fit a free slide is; None if it is none of them."""
         if self.fit is None:
             return None
-        places = np.flatnonzero(self.fit.session.throws == slide.track.throw)
+        session, track = self.fit.session, slide.track
+        same = (session.throws == track.throw) & (session.stones == track.stone)
+        # Discovery may begin a slide at the hog line, before a push seems to end, but not earlier
+        # than the contact before it.
+        first, last = slide.stretch
+        since = session.clocks - track.clock
+        within = (since >= track.t[first] - 1e-6) & (since <= track.t[last - 1])
+        places = np.flatnonzero(same & within)
         return int(places[0]) if len(places) else None

@@ -17,7 +17,7 @@ from curling_env.errors import TrackTooShortError
 from curling_env.sheet import Direction, to_delivery
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from friction_estimation.tracks.contacts import contacts_of, stays_at_rest
+from friction_estimation.tracks.contacts import contacts_of, stays_at_rest, velocity_jumps
 from friction_estimation.tracks.free_slide import free_slide
 from friction_estimation.tracks.measured import Measured, difference, times, together
 from friction_estimation.tracks.seen_throw import (
@@ -157,16 +157,16 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
     Parameters
     ----------
     track : track of the thrown stone
-    contacts : times at which it touched another stone [s]; what it would have done without is not
-        told
+    contacts : times at which it touched another stone [s], beside those that its own track shows;
+        its way after the first of them is not measured
 
     Raises
     ------
     TrackTooShortError : no free slide of a metre and 20 samples
     """
-    before = [time for time in contacts if time > track.t[0]]
+    before = [time for time in (*contacts, *velocity_jumps(track)) if time > track.t[0]]
     first = rows_until(track, min(before, default=np.inf))
-    slide = free_slide(first)
+    slide = free_slide(first, ())
     seen = SeenThrow(first, slide)
     found: dict[str, Measured | None] = {}
     hog = seen.crossing(NEAR_HOG)

@@ -46,6 +46,7 @@ from friction_estimation.discovery.tuning import (
     SURE_BEND,
     USUAL_SPIN,
 )
+from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
@@ -105,6 +106,15 @@ class Session:
 
     def __len__(self) -> int:
         return len(self.throws)
+
+    @property
+    def slides(self) -> list[tuple[int, int, float]]:
+        """Throw, stone and session time of the release of each slide: no two are alike.
+
+        The stones of a throw share its number, and a stone that was hit slides again.
+        """
+        columns = (self.throws.tolist(), self.stones.tolist(), self.clocks.tolist())
+        return list(zip(*columns, strict=True))
 
     @property
     def errs_slowly(self) -> bool:
@@ -313,13 +323,17 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     """
     _refuse_beyond_a_session(tracks)
     _refuse_repeated_throws(tracks)
-    cleaned = [without_outliers(track) for track in tracks]
+    contacts = contacts_of(tracks)
+    cleaned = [
+        without_outliers(track, times) for track, times in zip(tracks, contacts, strict=True)
+    ]
     elsewhere = [_elsewhere(track) for track in cleaned]
     on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]
+    contacts = [times for times, reason in zip(contacts, elsewhere, strict=True) if not reason]
     off_sheet = [reason for reason in elsewhere if reason]
     if not on_sheet and off_sheet:
         raise InputError(f"no throw lies on the sheet: {off_sheet[0]}")
-    slides, reasons = free_slides(on_sheet)
+    slides, reasons = free_slides(on_sheet, contacts)
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
     claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
@@ -439,5 +453,6 @@ def _from_hog_line(slide: FreeSlide) -> Indices:
     """
     xy, rows = slide.track.xy, slide.rows
     direction = 1.0 if xy[rows[-1], 1] >= xy[rows[0], 1] else -1.0
-    beyond = np.flatnonzero(direction * xy[: rows[0], 1] >= -HOG_LINE_Y - AT_HOG_LINE)
-    return np.concatenate([beyond, rows]).astype(np.intp)
+    first = slide.stretch[0]
+    beyond = np.flatnonzero(direction * xy[first : rows[0], 1] >= -HOG_LINE_Y - AT_HOG_LINE)
+    return np.concatenate([first + beyond, rows]).astype(np.intp)
