@@ -25,6 +25,10 @@ SPINS_BY_BENDS = (
     "No heading was measured: to which side a stone turned is read from the bend of its path, and "
     "how fast it turned is believed."
 )
+GATES_SHOW = (
+    "Gate times show one friction for the sheet and how it follows the speed; differences from "
+    "place to place and forces across the sheet need tracks from film."
+)
 _NORMAL_95 = 1.959964
 """Standard errors on either side of the mean that hold 95 % of a normal distribution."""
 
@@ -124,6 +128,8 @@ class Estimate:
         said = what_is_lacking(self.ice)
         said += [belief_in_words(name) for name in believed_effects(self.ice)]
         remarks = [f"{words[0].upper()}{words[1:]}." for words in said]
+        if self.fit is not None and self.fit.session.gates is not None:
+            remarks.append(GATES_SHOW)
         if self.discovery is not None:
             remarks += blind_spots(self.discovery, no_heading=SPINS_BY_BENDS)
         return remarks

@@ -134,6 +134,10 @@ def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
     ------
     TrackTooShortError : none has a free slide of a metre and 20 samples
     """
+    if track.by_gates:
+        raise TrackTooShortError(
+            f"throw {track.throw} was timed by light gates, which show no path"
+        )
     found: list[FreeSlide] = []
     problem: TrackTooShortError | None = None
     for first, last in stretches(track, contacts):

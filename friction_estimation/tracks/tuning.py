@@ -115,3 +115,26 @@ SAME_STONE_DISTANCE = 0.2
 SAME_THROW_SECONDS = 8.0
 """Two cameras see one throw begin within this time of each other, once their clocks agree on
 average [s]: a stone takes that much more or less from one view to the next."""
+
+# --- light gates ---------------------------------------------------------------------------------
+
+GATE_WIDTH = 0.27
+"""Length of a stone where a beam crosses it [m]: 0.29 at the striking band, less above and below
+(rule book: circumference at most 0.914 m)."""
+GATE_PLACE_SIGMA = 0.01
+"""Standard error of the place at which an edge of a stone breaks a beam [m], for all throws alike:
+the height of the beam and the distance of the gate from its line."""
+GATE_TIME_SIGMA = 0.003
+"""Standard error of a time where none is given [s]."""
+NEAR_LINE = 0.3
+"""Distance from a line within which a time is that of the gate there [m]."""
+FASTEST_AT_GATE = 5.0
+"""No stone passes a gate faster [m/s]."""
+HOG_TO_HOG_SECONDS = (5.0, 30.0)
+"""Time of a throw from hog line to hog line [s]."""
+SPLIT_SECONDS = (1.5, 4.5)
+"""Time of a throw from the near tee line to the near hog line [s]."""
+OTHER_BEAM = 0.3
+"""Part by which a stone may be longer or shorter than usual where the beams cross it."""
+SAME_SPEED = 0.15
+"""Part by which the speeds of a sliding stone may differ from what the times between gates say."""

@@ -167,6 +167,9 @@ def linearise(
     blind = ~session.turns
     off = session.usual_spins[blind] - states[blind, State.OMEGA]
     grams[blind, State.THETA, State.THETA] += FROZEN
+    if session.gates is not None:
+        for across in (State.X, State.VX):
+            grams[:, across, across] += FROZEN
     grams[blind, State.OMEGA, State.OMEGA] += USUAL_SPIN_SIGMA**-2
     grams[blind, State.OMEGA, -1] += off / USUAL_SPIN_SIGMA**2
     grams[blind, -1, State.OMEGA] += off / USUAL_SPIN_SIGMA**2
