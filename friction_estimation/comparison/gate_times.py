@@ -86,7 +86,7 @@ class GateComparison(NamedTuple):
 
     def in_words(self) -> str:
         """Describe in a sentence how well the ice predicts."""
-        count = len(self.rethrows)
+        count = "one throw" if len(self.rethrows) == 1 else f"{len(self.rethrows)} throws"
         parts: list[str] = []
         for direction, means in self.summary()["directions"].items():
             if means["kept_less_predicted"] is not None:
@@ -95,7 +95,7 @@ class GateComparison(NamedTuple):
                     f"{means['predicted_kept']:.3f} on this ice"
                 )
         words = "; ".join(parts) or "no beam was broken at both hog lines measurably"
-        return f"{count} throws, at equal times from hog line to hog line: {words}"
+        return f"{count}, at equal times from hog line to hog line: {words}"
 
 
 def _means(throws: Sequence[GateRethrow]) -> dict[str, Any]:

@@ -10,6 +10,7 @@ it takes as long from hog line to hog line as the speeds at both say, and is slo
 from __future__ import annotations
 
 import re
+from bisect import bisect_left, bisect_right
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -91,6 +92,8 @@ class GateLog:
 
 def is_gate_log(path: str | Path) -> bool:
     """Whether the first row of a file names the columns of a log of gates."""
+    if not Path(path).is_file():
+        return False
     with Path(path).open("rb") as file:
         first = file.readline(4096).decode("utf-8", "replace").lower()
     names = {name.strip(' "\ufeff\r\n') for name in first.split(",")}
@@ -110,7 +113,7 @@ def read_gates(path: str | Path, sigma: float) -> GateLog:
     InputError : a file that is no such log, or in which no throw is found
     """
     passages, faults = _read(path)
-    throws = sorted(_throws(passages), key=lambda throw: throw[0].start)
+    throws = sorted(_Passages(passages).throws(), key=lambda throw: throw[0].start)
     used = {passage.row for throw in throws for passage in throw}
     unused = [passage.row for passage in passages if passage.row not in used]
     if not throws:
@@ -191,6 +194,8 @@ def _without_overlaps(found: Sequence[Passage], faults: list[tuple[int, str]]) -
             own.append(shorter)
             seconds = longer.stop - longer.start
             problem = f"lasts {seconds:.4g} s, in which row {shorter.row} breaks the same beam"
+            if longer[1:] == shorter[1:]:
+                problem = f"repeats row {shorter.row}"
             faults.append((longer.row, problem))
         else:
             own.append(passage)
@@ -208,29 +213,74 @@ def _number(cell: str) -> float:
         return np.nan
 
 
-def _throws(passages: Sequence[Passage]) -> Iterator[list[Passage]]:
-    """The passages of each throw, in order of time, each passage in one throw at most."""
-    ratios = [
-        (ratio, first, second)
-        for first in passages
-        if first.hog
-        for second in passages
-        if second.hog and second.end == -first.end
-        if abs((ratio := _speed_ratio(first, second)) - 1.0) < OTHER_BEAM
-    ]
-    # How long a stone is where the beams cross it, over what is usual: for all throws alike.
-    usual = float(np.median([ratio for ratio, *_ in ratios])) if ratios else 1.0
-    pairs = [(abs(ratio / usual - 1.0), first, second) for ratio, first, second in ratios]
-    used: set[int] = set()
-    for misfit, first, second in sorted(pairs, key=lambda pair: pair[0]):
-        if misfit > SAME_SPEED or used & {first.row, second.row}:
-            continue
-        slowing = (first.speed - second.speed) / (second.middle - first.middle)
-        before = _near_tee(passages, first, used)
-        after = _far_tee(passages, second, slowing, used)
-        throw = [*before, first, second, *after]
-        used |= {passage.row for passage in throw}
-        yield throw
+class _Passages:
+    """The passages of a log, looked up by time.
+
+    Parameters
+    ----------
+    passages : in order of time
+    """
+
+    def __init__(self, passages: Sequence[Passage]) -> None:
+        self._all = passages
+        self._starts = [passage.start for passage in passages]
+
+    def between(self, begin: float, end: float, *, hog: bool, at: int) -> Sequence[Passage]:
+        """Those of the gate at a line and end that begin within a span of time [s]."""
+        first, last = bisect_left(self._starts, begin), bisect_right(self._starts, end)
+        return [one for one in self._all[first:last] if one.hog == hog and one.end == at]
+
+    def throws(self) -> Iterator[list[Passage]]:
+        """The passages of each throw, in order of time, each passage in one throw at most."""
+        ratios = [
+            (ratio, first, second)
+            for first in self._all
+            if first.hog
+            for second in self.between(
+                first.start, first.stop + HOG_TO_HOG_SECONDS[1], hog=True, at=-first.end
+            )
+            if abs((ratio := _speed_ratio(first, second)) - 1.0) < OTHER_BEAM
+        ]
+        # How long a stone is where the beams cross it, over what is usual: for all throws alike.
+        usual = float(np.median([ratio for ratio, *_ in ratios])) if ratios else 1.0
+        pairs = [(abs(ratio / usual - 1.0), first, second) for ratio, first, second in ratios]
+        used: set[int] = set()
+        for misfit, first, second in sorted(pairs, key=lambda pair: pair[0]):
+            if misfit > SAME_SPEED or used & {first.row, second.row}:
+                continue
+            slowing = (first.speed - second.speed) / (second.middle - first.middle)
+            tees = [*self._near_tee(first), first, second, *self._far_tee(second, slowing)]
+            throw = [passage for passage in tees if passage.row not in used]
+            used |= {passage.row for passage in throw}
+            yield throw
+
+    def _near_tee(self, first: Passage) -> list[Passage]:
+        """The last passage of the near tee line before a throw passes the near hog line."""
+        low, high = SPLIT_SECONDS
+        found = self.between(first.start - high, first.start - low, hog=False, at=first.end)
+        return [passage for passage in found if passage.speed < FASTEST_AT_GATE][-1:]
+
+    def _far_tee(self, second: Passage, slowing: float) -> list[Passage]:
+        """The passage of the far tee line when and as fast as the stone should pass it.
+
+        Parameters
+        ----------
+        slowing : deceleration between the hog lines [m/s²]
+        """
+        squared = second.speed**2 - 2 * slowing * _HOG_TO_TEE
+        if squared <= 0:
+            return []
+        speed = float(np.sqrt(squared))
+        expected = 2 * _HOG_TO_TEE / (second.speed + speed)
+        found = [
+            (abs((passage.middle - second.middle) / expected - 1.0), passage)
+            for passage in self.between(
+                second.start, second.stop + 2 * expected, hog=False, at=second.end
+            )
+            if abs(passage.speed / speed - 1.0) < 2 * SAME_SPEED
+        ]
+        misfit, best = min(found, key=lambda one: one[0], default=(np.inf, second))
+        return [best] if misfit < SAME_SPEED else []
 
 
 def _speed_ratio(first: Passage, second: Passage) -> float:
@@ -243,43 +293,6 @@ def _speed_ratio(first: Passage, second: Passage) -> float:
     if not low < seconds < high or not second.speed < first.speed < FASTEST_AT_GATE:
         return np.inf
     return 0.5 * (first.speed + second.speed) * seconds / _HOG_TO_HOG
-
-
-def _near_tee(passages: Sequence[Passage], first: Passage, used: set[int]) -> list[Passage]:
-    """The last passage of the near tee line before a throw passes the near hog line."""
-    low, high = SPLIT_SECONDS
-    found = [
-        passage
-        for passage in passages
-        if not passage.hog and passage.end == first.end and passage.row not in used
-        if low < first.middle - passage.middle < high and passage.speed < FASTEST_AT_GATE
-    ]
-    return found[-1:]
-
-
-def _far_tee(
-    passages: Sequence[Passage], second: Passage, slowing: float, used: set[int]
-) -> list[Passage]:
-    """The passage of the far tee line when the stone should be there, and as fast as it should be.
-
-    Parameters
-    ----------
-    slowing : deceleration between the hog lines [m/s²]
-    """
-    squared = second.speed**2 - 2 * slowing * _HOG_TO_TEE
-    if squared <= 0:
-        return []
-    speed = float(np.sqrt(squared))
-    expected = 2 * _HOG_TO_TEE / (second.speed + speed)
-    found = [
-        (abs(seconds / expected - 1.0), passage)
-        for passage in passages
-        if not passage.hog and passage.end == second.end and passage.row not in used
-        if (seconds := passage.middle - second.middle) > 0
-        if abs(seconds / expected - 1.0) < SAME_SPEED
-        and abs(passage.speed / speed - 1.0) < 2 * SAME_SPEED
-    ]
-    return [min(found, key=lambda one: one[0])[1]] if found else []
 
 
 def _track(throw: Sequence[Passage], number: int, begin: float, sigma: float) -> Trajectory:

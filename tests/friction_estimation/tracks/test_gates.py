@@ -106,6 +106,36 @@ def test_faulty_rows_are_reported_by_their_numbers(session, tmp_path):
     assert len(found.tracks) == len(tracks)
 
 
+def test_rows_that_are_there_twice_count_once(session, tmp_path):
+    source, tracks = session
+    header, *lines = source.read_text().splitlines()
+    path = tmp_path / "gates.csv"
+    path.write_text("\n".join([header, *lines, *lines]) + "\n")
+    found = read_gates(path, SIGMA)
+    assert len(found.tracks) == len(tracks)
+    assert len(found.faults) == len(lines)
+    assert all("repeats row" in fault for fault in found.faults)
+    for one, other in zip(found.tracks, tracks, strict=True):
+        assert np.array_equal(one.t, other.t)
+
+
+def test_a_gate_that_fails_costs_its_times_only(session, tmp_path):
+    """Without the far hog line there is no throw; without a tee line it has fewer times."""
+    source, tracks = session
+    header, *lines = source.read_text().splitlines()
+    path = tmp_path / "gates.csv"
+    tee = [line for line in lines if not line.startswith("T-Line")]
+    path.write_text("\n".join([header, *tee]) + "\n")
+    assert [len(track) for track in read_gates(path, SIGMA).tracks] == [4] * len(tracks)
+    rng = np.random.default_rng(0)
+    some = [line for line in lines if rng.random() > 0.1]
+    path.write_text("\n".join([header, *some]) + "\n")
+    found = read_gates(path, SIGMA)
+    assert 0.6 * len(tracks) < len(found.tracks) < len(tracks)
+    for track in found.tracks:
+        assert any(abs(track.clock - other.clock) < 4 for other in tracks)
+
+
 @pytest.mark.parametrize(
     ("content", "problem"),
     [
