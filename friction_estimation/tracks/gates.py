@@ -117,10 +117,9 @@ def read_gates(path: str | Path, sigma: float) -> GateLog:
     used = {passage.row for throw in throws for passage in throw}
     unused = [passage.row for passage in passages if passage.row not in used]
     if not throws:
-        raise InputError(
-            f"no stone passes both hog lines in it ({len(passages)} rows, {len(faults)} faulty)",
-            source=path,
-        )
+        why = f"; {len(faults)} faulty rows, such as {faults[0]}" if faults else ""
+        problem = f"no stone passes both hog lines in its {len(passages)} sound rows{why}"
+        raise InputError(problem, source=path)
     begin = throws[0][0].start
     tracks = [_track(throw, k, begin, sigma) for k, throw in enumerate(throws)]
     return GateLog(tracks=tracks, faults=faults, unused=sorted(unused))
