@@ -201,8 +201,10 @@ def test_what_the_gates_do_not_show_is_believed(session):
     assert "strength" in curl.believed
     assert any("place to place" in remark for remark in found.remarks)
     assert found.ice.friction.is_uniform
-    few = estimate_ice(tracks[:2]).ice.effect(EFFECT)
-    assert few.sigma["exponent"] > found.ice.effect(EFFECT).sigma["exponent"]
+    few, many = estimate_ice(tracks[:2]).ice.effect(EFFECT), found.ice.effect(EFFECT)
+    assert few is not None
+    assert many is not None
+    assert few.sigma["exponent"] > many.sigma["exponent"]
 
 
 def found_in(ice: Ice, gates, tmp_path, seed: int) -> Discovery:
