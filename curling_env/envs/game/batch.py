@@ -6,7 +6,8 @@ multiply what is left. Shots have no contacts and no paths.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections import defaultdict
+from collections.abc import Sequence
 from dataclasses import fields
 from typing import Any, NamedTuple
 
@@ -20,13 +21,13 @@ from curling_env.game.rules.delivery import Ruling
 from curling_env.game.rules.game import End as GameEnd
 from curling_env.game.rules.game import deliver
 from curling_env.game.rules.teams import STONES_PER_TEAM
-from curling_env.game.simulator import GameSimulator, PlayedShot, result_of_places
+from curling_env.game.simulator import GameSimulator, Place, PlayedShot, result_of_places
 from curling_env.game.state import GameState
 from curling_env.physics.batch import Positions
 from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Flags, Floats, Indices
 
 _PLAY_ALONE = PlayOneByOne(paths=False)
 
@@ -60,51 +61,50 @@ def play_together(
 def _play_on_one_ice(
     ends_now: Sequence[End], calls: Sequence[Call]
 ) -> Sequence[tuple[GameState, PlayedShot]]:
+    # Thousands of objects that live for a step cost more in the garbage collector than the throws
+    # do, so that what concerns all ends is kept in arrays.
     ice = ends_now[0].ice
     simulator, states = ice.simulator, [end.state for end in ends_now]
     ends = [end for state in states if (end := state.game.end) is not None]
-    places, names, identifiers, columns = lying_in(ends)
+    lying = lying_in(ends)
     thrown = simulator.with_execution_errors(
         [call.throw for call in calls], [simulator.skills[end.to_throw] for end in ends], states
     )
     sweeps = sweeps_of(simulator, calls, thrown)
-    numbers = [(own[-1], s.clock, s.throws) for own, s in zip(identifiers, states, strict=True)]
+    numbers = [(_next_stone(end), s.clock, s.throws) for end, s in zip(ends, states, strict=True)]
     throws = np.hstack([thrown, numbers, sweeps])
     releases = releases_of(throws, DIRECTION, simulator.delivery)
-    after = ice.field.play(places, names, releases, DIRECTION)
+    after = ice.field.play(lying.places, lying.names, releases, DIRECTION)
     xy = after.xy - np.array([0.0, TEE_Y])
-    last = xy[:, -1].tolist()
-    apart = after.xy[:, :-1] != places
-    moved = (apart[..., 0] | apart[..., 1]) & ~np.isnan(places[..., 0])
-    new: list[dict[int, list[float]]] = [{} for _ in ends]
-    touched: list[list[int]] = np.argwhere(moved).tolist()
-    for (row, column), place in zip(touched, xy[:, :-1][moved].tolist(), strict=True):
-        new[row][columns[row].index(column)] = place
-    met: list[bool] = (after.collisions > 0).tolist()
-    together = Deliveries(thrown, sweeps, after, moved, ice.field)
+    apart = after.xy[:, :-1] != lying.places
+    moved = (apart[..., 0] | apart[..., 1]) & ~np.isnan(lying.places[..., 0])
+    new: defaultdict[int, dict[int, Place]] = defaultdict(dict)
+    touched = np.nonzero(moved)[0], lying.order[moved], xy[:, :-1][moved]
+    for row, k, place in zip(*(part.tolist() for part in touched), strict=True):
+        new[row][k] = place
+    put_back_in: set[int] = set()
+    row = 0
+
+    def put_back(ruling: Ruling) -> bool:
+        whole, other = ends_now[row], ends[row].to_throw.other
+        view = whole.ice.simulator.view(whole.state, other)
+        if whole.decider.puts_back(view, ruling):
+            put_back_in.add(row)
+        return row in put_back_in
+
+    together = Deliveries(ends, calls, thrown, sweeps, lying, after, moved, ice.field, put_back_in)
+    last, met = xy[:, -1].T.tolist(), (after.collisions > 0).tolist()
     played: list[tuple[GameState, PlayedShot]] = []
-    for row, (whole, call, end) in enumerate(zip(ends_now, calls, ends, strict=True)):
-        result = result_of_places(end, new[row], last[row], met[row])
-        chosen: list[bool] = []
-        game, ruling = deliver(whole.state.game, result, put_back=_put_back(whole, chosen))
-        shot = BatchShot(
-            Facts(together, row, end, identifiers[row], columns[row], call, ruling, any(chosen))
-        )
-        played.append((simulator.after(whole.state, game), shot))
+    for row, (state, end, x, y, struck) in enumerate(zip(states, ends, *last, met, strict=True)):
+        result = result_of_places(end, new.get(row, {}), (x, y), struck)
+        game, ruling = deliver(state.game, result, put_back=put_back)
+        played.append((simulator.after(state, game), BatchShot(together, row, end, ruling)))
     return played
 
 
-def _put_back(whole: End, chosen: list[bool]) -> Callable[[Ruling], bool]:
-    """The decision after a tick, which is added to `chosen`."""
-
-    def put_back(ruling: Ruling) -> bool:
-        state = whole.state
-        other = state.game.end.to_throw.other if state.game.end is not None else None
-        view = whole.ice.simulator.view(state, other)
-        chosen.append(whole.decider.puts_back(view, ruling))
-        return chosen[-1]
-
-    return put_back
+def _next_stone(end: GameEnd) -> int:
+    """Identifier of the stone that is delivered next."""
+    return STONES_PER_TEAM * end.to_throw + end.number_of_stone
 
 
 class Lying(NamedTuple):
@@ -117,34 +117,29 @@ class Lying(NamedTuple):
     ----------
     places : (n, k, 2) sheet frame, NaN where there is none [m]
     names : (k,) identifier of each column's stone
-    identifiers : of the stones of each end, and of the next one
-    columns : of the stones of each end
+    order : (n, k) place of each stone among those of its end; -1 where there is none
     """
 
     places: Floats
     names: list[int]
-    identifiers: list[list[int]]
-    columns: list[list[int]]
+    order: Indices
 
 
 def lying_in(ends: Sequence[GameEnd]) -> Lying:
     """The stones that lie in many ends."""
     identifiers = [
-        [STONES_PER_TEAM * team + number for team, number, _, _ in end.stones] for end in ends
+        STONES_PER_TEAM * team + number for end in ends for team, number, _, _ in end.stones
     ]
-    names: list[int] = sorted(set[int]().union(*identifiers))
-    column = {name: k for k, name in enumerate(names)}
-    columns = [[column[name] for name in own] for own in identifiers]
+    names = sorted(set(identifiers))
     places = np.full((len(ends), len(names), 2), np.nan)
+    order = np.full((len(ends), len(names)), -1)
     if names:
-        # Lists are turned into arrays once: many small arrays would cost more time.
+        counts = [len(end.stones) for end in ends]
+        there = np.repeat(np.arange(len(ends)), counts), np.searchsorted(names, identifiers)
         lie = [value for end in ends for stone in end.stones for value in stone[2:]]
-        which = np.repeat(np.arange(len(ends)), [len(own) for own in columns])
-        there = which, [k for own in columns for k in own]
         places[there] = np.array(lie).reshape(-1, 2) + np.array([0.0, TEE_Y])
-    for own, end in zip(identifiers, ends, strict=True):
-        own.append(STONES_PER_TEAM * end.to_throw + end.number_of_stone)
-    return Lying(places, names, identifiers, columns)
+        order[there] = np.concatenate([np.arange(count) for count in counts])
+    return Lying(places, names, order)
 
 
 def sweeps_of(
@@ -171,59 +166,46 @@ class Deliveries(NamedTuple):
 
     Parameters
     ----------
+    ends : the ends before them
+    calls : what the players called for
     thrown : (n, 4) x, speed, angle and spin of the throws as they left the hand
     sweeps : when each stone was swept
+    lying : the stones before them
     after : the positions afterwards
     moved : (n, k) whether something touched the stone of each column
     field : what simulated them
+    put_back_in : the rows in which, after a tick, the stones were put back
     """
 
+    ends: Sequence[GameEnd]
+    calls: Sequence[Call]
     thrown: Floats
     sweeps: Sequence[SweepInterval]
+    lying: Lying
     after: Positions
     moved: Flags
     field: Field
-
-
-class Facts(NamedTuple):
-    """What one delivery among many left, of which a `PlayedShot` can be made.
-
-    Parameters
-    ----------
-    deliveries : all of them
-    row : which it is
-    end : the end before it
-    identifiers : of the stones, the delivered one last
-    columns : where the stones lie in `deliveries`, without the delivered one, which is last there
-    call : what the player called for
-    ruling : what the rules made of it
-    put_back : after a tick, whether the stones were put back
-    """
-
-    deliveries: Deliveries
-    row: int
-    end: GameEnd
-    identifiers: list[int]
-    columns: list[int]
-    call: Call
-    ruling: Ruling
-    put_back: bool
+    put_back_in: set[int]
 
 
 class BatchShot(PlayedShot):
     """A delivery in one of many ends; its outcome has no contacts and no paths.
 
-    It is made of the facts when somebody looks at it, which few do.
+    Most of it is made of the deliveries when somebody looks at it, which few do.
     """
 
-    def __init__(self, facts: Facts) -> None:
-        parts = vars(self)
-        parts["_facts"], parts["team"], parts["ruling"] = facts, facts.end.to_throw, facts.ruling
+    def __init__(self, deliveries: Deliveries, row: int, end: GameEnd, ruling: Ruling) -> None:
+        put = object.__setattr__  # the class is frozen, and `vars` would make a dictionary
+        put(self, "team", end.to_throw)
+        put(self, "ruling", ruling)
+        put(self, "_deliveries", deliveries)
+        put(self, "_row", row)
 
     def __getattr__(self, name: str) -> Any:
-        if "_facts" not in vars(self):
+        parts = vars(self)
+        if "_deliveries" not in parts:
             raise AttributeError(name)
-        vars(self).update(_parts_of(vars(self).pop("_facts")))
+        parts.update(_parts_of(parts.pop("_deliveries"), parts.pop("_row")))
         return getattr(self, name)
 
     def __eq__(self, other: object) -> bool:
@@ -240,33 +222,35 @@ def _whole(shot: PlayedShot) -> PlayedShot:
     return PlayedShot(**{part.name: getattr(shot, part.name) for part in fields(PlayedShot)})
 
 
-def _parts_of(facts: Facts) -> dict[str, Any]:
-    """The fields of a `PlayedShot`."""
-    deliveries, row, end = facts.deliveries, facts.row, facts.end
+def _parts_of(deliveries: Deliveries, row: int) -> dict[str, Any]:
+    """The fields of a `PlayedShot`, besides its team and ruling."""
+    end = deliveries.ends[row]
     x, speed, angle, spin = deliveries.thrown[row].tolist()
     return {
         "end": end.number,
         "number": end.delivered,
-        "stone": facts.identifiers[-1],
-        "call": facts.call,
+        "stone": _next_stone(end),
+        "call": deliveries.calls[row],
         "thrown": Throw(speed=speed, angle=angle, spin=spin, x=x),
         "sweep": deliveries.sweeps[row],
         "direction": DIRECTION,
-        "outcome": _outcome(facts),
-        "put_back": facts.put_back,
+        "outcome": _outcome(deliveries, row),
+        "put_back": row in deliveries.put_back_in,
     }
 
 
-def _outcome(facts: Facts) -> Outcome:
-    deliveries, row, columns = facts.deliveries, facts.row, [*facts.columns, -1]
-    after, time = deliveries.after, float(deliveries.after.time[row])
+def _outcome(deliveries: Deliveries, row: int) -> Outcome:
+    end, after = deliveries.ends[row], deliveries.after
+    identifiers = [stone.stone for stone in end.stones]
+    own = [deliveries.lying.names.index(identifier) for identifier in identifiers]
+    columns, time = [*own, -1], float(after.time[row])
     status: list[str] = deliveries.field.statuses(after, DIRECTION)[row, columns].tolist()
     last: list[list[float]] = after.last[row, columns].tolist()
-    moved: list[bool] = deliveries.moved[row, facts.columns].tolist()
+    moved: list[bool] = deliveries.moved[row, own].tolist()
     return Outcome(
         stones=tuple(
             StoneState(x=x, y=y, stone=identifier)
-            for identifier, (x, y) in zip(facts.identifiers, last, strict=True)
+            for identifier, (x, y) in zip([*identifiers, _next_stone(end)], last, strict=True)
         ),
         status=tuple(map(Status, status)),
         time=time,
