@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from agents.planning.description import Description, describe
+from curling_env.analysis.ice_uncertainty import plausible_ices
 from curling_env.ice import Ice
 from curling_env.physics.aim import Aim
-from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.slides import NO_BOUNDS, slide
 from curling_env.sheet import RING_RADII, Direction, to_sheet
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw

@@ -11,7 +11,7 @@ import numpy as np
 from agents.planning.description import Description
 from agents.planning.monte_carlo import Trials
 from agents.planning.objective import Objective
-from curling_env.physics.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
+from curling_env.analysis.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
 from curling_env.physics.slides import SlideEnd
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Delivery, Skill, Throw

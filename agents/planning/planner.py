@@ -45,14 +45,14 @@ from agents.planning.tuning import (
     SAMPLED_ICES,
     USUAL_SPIN,
 )
+from curling_env.analysis.ice_remarks import believed_effects, is_marked_unknown, lacks_curl
+from curling_env.analysis.ice_uncertainty import plausible_ices
 from curling_env.envs.options import delivery_from, number, whole_number
 from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.game.skill_file import load_skill
 from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.keywords import knows_its_options
-from curling_env.physics.ice_remarks import believed_effects, is_marked_unknown, lacks_curl
-from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.slides import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, tee
 from curling_env.throw import (

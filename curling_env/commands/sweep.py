@@ -36,11 +36,11 @@ def sweep(
     same errors. The result is the same on any number of workers. It has one row for each ice
     (numbered from 0), seed and throw. See docs/how-to/cluster.md.
     """
+    from curling_env.analysis.sweep import Sweep, run
     from curling_env.ice import load_ice
     from curling_env.infrastructure.executor import executor
     from curling_env.infrastructure.files.storage import write_table
     from curling_env.infrastructure.files.writing import atomic_path
-    from curling_env.physics.sweep import Sweep, run
     from curling_env.throw import read_releases
 
     thrown, names = read_releases(releases), ice or ["standard"]

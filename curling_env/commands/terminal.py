@@ -71,7 +71,7 @@ def print_json(document: Any) -> None:
 
 def warn_about(*ices: Ice) -> None:
     """Report on stderr, once for all of the ices, what they lack of what their tracks show."""
-    from curling_env.physics.ice_remarks import what_is_lacking
+    from curling_env.analysis.ice_remarks import what_is_lacking
 
     for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
         say(remark)

@@ -42,9 +42,9 @@ def throw(
     its rest (x, y), time, turns, status and hog-to-hog time; if the ice has standard errors, also
     the spread of the rest. docs/planning.md lists all fields.
     """
+    from curling_env.analysis.ice_uncertainty import is_uncertain, rest_spread
+    from curling_env.analysis.shot_times import shoot
     from curling_env.ice import load_ice
-    from curling_env.physics.ice_uncertainty import is_uncertain, rest_spread
-    from curling_env.physics.shot_times import shoot
     from curling_env.sheet import Direction
     from curling_env.throw import Throw, delivery_named
 

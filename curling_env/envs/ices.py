@@ -13,12 +13,12 @@ from typing import Any, Generic, TypeVar, cast
 
 import numpy as np
 
+from curling_env.analysis.ice_uncertainty import is_uncertain, plausible_ices
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.options import brief, dataclass_from, yes_or_no
 from curling_env.envs.random_ice import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.ice_uncertainty import is_uncertain, plausible_ices
 
 IceOption = Ice | str | Path | Mapping[str, Any]
 """An ice, its file, the name of a preset, or the content of a file."""

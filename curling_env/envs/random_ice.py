@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from curling_env.analysis.ice_uncertainty import smooth_field
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.physics.ice_uncertainty import smooth_field
 from curling_env.typing import Floats
 
 KNOWLEDGE = ("map", "mean", "nothing")

@@ -18,14 +18,15 @@ def lazy_names(
     Parameters
     ----------
     package : its `__name__`
-    modules : module, relative to the package -> the public names that are defined there
+    modules : module, relative to the package and with a leading dot beside it -> the public names
+        that are defined there
     """
     where = {name: module for module, names in modules.items() for name in names}
 
     def get(name: str) -> Any:
         if name not in where:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        return getattr(import_module(f"{package}.{where[name]}"), name)
+        return getattr(import_module(f".{where[name]}", package), name)
 
     def names() -> list[str]:
         return sorted({*vars(import_module(package)), *where})

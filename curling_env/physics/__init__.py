@@ -5,6 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        ".analysis.swept_draw": ("sweeping_gain",),  # its documented place before
         "aim": ("Aim",),
         "batch": (
             "BatchEngine",
@@ -17,7 +18,6 @@ __getattr__, __dir__ = lazy_names(
         "contacts": ("Entry", "contact_law", "find_contacts", "new_contacts", "solve_contacts"),
         "effects": ("EffectCard", "catalogue", "register", "unregister"),
         "engine": ("Engine", "Outcome", "Status", "StoneState"),
-        "ice_uncertainty": ("is_uncertain", "plausible_ices", "rest_spread"),
         "law": ("Law", "accelerate", "acceleration", "compile_law"),
         "motion": (
             "CLOCK",
@@ -31,11 +31,8 @@ __getattr__, __dir__ = lazy_names(
             "T",
         ),
         "session": ("simulate", "slides_in_turn"),
-        "shot_times": ("shoot",),
         "slides": ("NO_BOUNDS", "Slide", "SlideEnd", "play_bounds", "slide"),
         "state": ("State",),
-        "sweep": ("Sweep", "run"),
-        "swept_draw": ("sweeping_gain",),
         "tuning": ("FINE_TOLERANCE", "QUICK_TOLERANCE"),
         "wear": (
             "IceInUse",

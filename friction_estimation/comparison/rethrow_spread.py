@@ -12,11 +12,11 @@ from typing import Protocol
 
 import numpy as np
 
+from curling_env.analysis.ice_uncertainty import plausible_ices
+from curling_env.analysis.tuning import LEAST_RESTED
 from curling_env.ice import Ice
 from curling_env.physics.batch import release_table, throw_batch
-from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.slides import SlideEnd
-from curling_env.physics.tuning import LEAST_RESTED
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.typing import Flags, Floats
 from friction_estimation.discovery.model.noise import CoordinateNoise, Series, likeliest_noise

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from curling_env.analysis.swept_draw import sweeping_gain
 from curling_env.physics.state import State
-from curling_env.physics.swept_draw import sweeping_gain
 from friction_estimation.discovery.assessment import Assessment
 from friction_estimation.discovery.data.measurement import LENS
 from friction_estimation.discovery.data.references import QUANTITIES

@@ -7,8 +7,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from curling_env.analysis.ice_remarks import belief_in_words, believed_effects, what_is_lacking
 from curling_env.ice import Ice
-from curling_env.physics.ice_remarks import belief_in_words, believed_effects, what_is_lacking
 from curling_env.physics.state import State
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats

@@ -14,8 +14,9 @@ from blind.law import HOG
 from blind.planned_draws import TrueIce
 
 from curling_env import load_ice
+from curling_env.analysis import plausible_ices
 from curling_env.ice import Ice
-from curling_env.physics import SlideEnd, plausible_ices, release_table, throw_batch
+from curling_env.physics import SlideEnd, release_table, throw_batch
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Release
 from curling_env.typing import Flags, Floats

@@ -10,9 +10,9 @@ import numpy as np
 
 from agents.app.sheet.forms import rounded
 from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
+from curling_env.analysis.ice_remarks import belief_in_words, believed_effects, what_is_lacking
+from curling_env.analysis.ice_uncertainty import is_uncertain
 from curling_env.ice import Ice
-from curling_env.physics.ice_remarks import belief_in_words, believed_effects, what_is_lacking
-from curling_env.physics.ice_uncertainty import is_uncertain
 from curling_env.sheet import Direction
 from curling_env.units import brooms, length
 from friction_estimation.reports.keen_and_heavy import (

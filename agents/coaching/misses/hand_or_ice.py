@@ -21,9 +21,9 @@ from agents.coaching.misses.seen_throws import see_throws
 from agents.coaching.misses.shared_ice import Parts, agree
 from agents.coaching.misses.throw_parts import ThrowParts
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands, hands_beside
+from curling_env.analysis.ice_remarks import what_is_lacking
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
-from curling_env.physics.ice_remarks import what_is_lacking
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress
 from friction_estimation.tracks.throw_list import (

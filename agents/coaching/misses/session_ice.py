@@ -8,8 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from agents.coaching.tuning import DRAWS
+from curling_env.analysis.ice_uncertainty import plausible_ices
 from curling_env.ice import Ice
-from curling_env.physics.ice_uncertainty import plausible_ices
 from curling_env.physics.wear import passes_over, wear_along_path, wear_under_contacts, worn
 from curling_env.typing import Floats
 from curling_env.worn_tracks import WornTracks

@@ -138,7 +138,7 @@ def lying_in(ends: Sequence[GameEnd]) -> Lying:
         there = np.repeat(np.arange(len(ends)), counts), np.searchsorted(names, identifiers)
         lie = [value for end in ends for stone in end.stones for value in stone[2:]]
         places[there] = np.array(lie).reshape(-1, 2) + np.array([0.0, TEE_Y])
-        order[there] = np.concatenate([np.arange(count) for count in counts])
+        order[there] = [k for count in counts for k in range(count)]
     return Lying(places, names, order)
 
 

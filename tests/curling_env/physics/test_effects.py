@@ -326,7 +326,7 @@ def test_an_effect_from_outside_in_one_file(
 ON_WORKERS = """
 from curling_env.infrastructure.executor import executor
 from curling_env.ice import load_ice
-from curling_env.physics.sweep import Sweep, run
+from curling_env.analysis.sweep import Sweep, run
 from curling_env.throw import Throw
 
 if __name__ == "__main__":

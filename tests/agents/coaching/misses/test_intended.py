@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from agents.coaching import Place, intend, read_call
+from curling_env.analysis import shoot
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
-from curling_env.physics import shoot
 from curling_env.sheet import TEE_Y, Direction
 from curling_env.throw import Throw
 

@@ -12,10 +12,11 @@ import pytest
 from gymnasium.utils.env_checker import check_env
 
 import curling_env  # noqa: F401  (registers the environments)
+from curling_env.analysis import rest_spread
 from curling_env.envs import RewardWeights, ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, Ice, load_ice, save_ice
-from curling_env.physics import Aim, rest_spread, slide
+from curling_env.physics import Aim, slide
 from curling_env.sheet import HACK_Y, TEE_Y, Direction, to_delivery
 from curling_env.throw import FROM_HACK, Throw
 

@@ -12,13 +12,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from curling_env.analysis import Sweep, run
+from curling_env.analysis.sweep import PIECE_SIZE, executed, throw_piece
 from curling_env.benchmarks.throws import draws_and_hits
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.infrastructure import ProcessExecutor, WorkersLostError, read_table
 from curling_env.infrastructure.executor import executor
-from curling_env.physics import Sweep, run
-from curling_env.physics.sweep import PIECE_SIZE, executed, throw_piece
 from curling_env.throw import SKILLS, Throw, write_releases
 
 
@@ -40,7 +40,7 @@ def assert_same(a, b) -> None:
 
 DEADLY = """
 import os, signal
-from curling_env.physics.sweep import throw_piece
+from curling_env.analysis.sweep import throw_piece
 
 KNIFE = {knife!r}
 
@@ -66,7 +66,7 @@ def knife(tmp_path, monkeypatch) -> Path:
     monkeypatch.delitem(sys.modules, "deadly", raising=False)
     # Here only: the workers import the module anew, and find what it always was.
     monkeypatch.setattr(
-        "curling_env.physics.sweep.throw_piece", importlib.import_module("deadly").throw_or_die
+        "curling_env.analysis.sweep.throw_piece", importlib.import_module("deadly").throw_or_die
     )
     return path
 

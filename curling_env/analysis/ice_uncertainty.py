@@ -16,12 +16,17 @@ from statistics import NormalDist
 
 import numpy as np
 
+from curling_env.analysis.tuning import (
+    DRAWN_FRICTION,
+    LEAST_RESTED,
+    MAP_ERROR_LENGTH,
+    REST_ICES,
+)
 from curling_env.errors import InputError
 from curling_env.ice import MAX_FRICTION, ActiveEffect, FrictionMap, Ice
 from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.effects import EffectCard, catalogue
 from curling_env.physics.slides import SlideEnd
-from curling_env.physics.tuning import DRAWN_FRICTION, LEAST_RESTED, MAP_ERROR_LENGTH, REST_ICES
 from curling_env.throw import Release
 from curling_env.typing import Floats
 

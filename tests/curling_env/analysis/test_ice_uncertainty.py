@@ -7,17 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from curling_env.analysis import is_uncertain, plausible_ices, rest_spread
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.ice_form import LevelError
-from curling_env.physics import (
-    is_uncertain,
-    plausible_ices,
-    release_table,
-    rest_spread,
-    slide,
-    throw_batch,
-)
+from curling_env.physics import release_table, slide, throw_batch
 from curling_env.throw import Throw
 
 

@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import pytest
 
+from curling_env.analysis import sweeping_gain
 from curling_env.ice import ActiveEffect, Ice, load_ice
-from curling_env.physics import sweeping_gain
 from curling_env.sheet import HOG_LINE_Y, RULE_BOOK_STONE, TEE_Y
 
 POINT = replace(RULE_BOOK_STONE, band_radius=0.0)
