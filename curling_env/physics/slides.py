@@ -73,13 +73,6 @@ def state_of(stone: Any) -> Floats:
     return np.array([stone.x, stone.y, stone.vx, stone.vy, stone.theta, stone.omega])
 
 
-def motion_of(release: Release) -> Floats:
-    """The part of a release that effects read besides its state, (MOTION_SIZE,)."""
-    motion = np.zeros(MOTION_SIZE)
-    motion[[ORDER, STONE]] = release.order, release.stone
-    return motion
-
-
 def delivery_of(release: Release) -> ThrowTimes:
     """Clock and sweep of a release."""
     return ThrowTimes(release.clock, release.sweep_start, release.sweep_end)
@@ -108,7 +101,8 @@ def slide(
     ------
     InputError : a stone that starts outside the bounds, or ice on which it never stops
     """
-    law, motion, work = compile_law(ice), motion_of(release), new_workspace(tolerance)
+    law, motion, work = compile_law(ice), np.zeros(MOTION_SIZE), new_workspace(tolerance)
+    motion[[ORDER, STONE]] = release.order, release.stone
     limits = Limits(edge_bounds(ice) if bounds is None else bounds, NO_OBSTACLES, 0.0)
     path = np.empty((USUAL_NODES if fps else 0, NODE_SIZE))
     while True:

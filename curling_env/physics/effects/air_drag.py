@@ -15,7 +15,6 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="air_drag",
     title="Air drag",
-    readable="air drag",
     formula="dv/dt = −coefficient·v², coefficient = ρ·C_d·A/(2m)",
     equation=r"\dot v = {-}c\,v^2, \qquad c = \frac{\rho\,C_d\,A}{2m}",
     parameters=(

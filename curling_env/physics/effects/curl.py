@@ -23,7 +23,6 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="curl",
     title="Curl",
-    readable="curl",
     formula="a_left = sign(ω)·strength·v^speed_exponent·(|ω|/1.5)^spin_exponent, v in m/s",
     equation=r"a_\text{left} = \operatorname{sign}(\omega) \; k \; v^{\alpha} "
     r"\left( \frac{|\omega|}{1.5\,\mathrm{rad/s}} \right)^{\beta}",

@@ -17,7 +17,6 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 CARD = EffectCard(
     name="sweeping",
     title="Sweeping",
-    readable="sweeping",
     formula="while swept: μ → friction_factor·μ and sideways push → curl_factor·push",
     equation=r"\mu \to f\,\mu, \quad a_\text{left} \to c\,a_\text{left} "
     r"\qquad \text{while swept}",
