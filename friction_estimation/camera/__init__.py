@@ -15,7 +15,7 @@ __getattr__, __dir__ = lazy_names(
         "pose": ("camera_from_scene",),
         "refinement": ("log_height_prior", "refine", "refine_at_focal", "unrefined"),
         "scene": ("CORNERS", "Scene", "load_lens", "load_scene", "save_scene"),
-        "single_photo": ("camera_from_photo",),
+        "locate": ("camera_from_photo",),
         "top_view": ("TopView",),
     },
 )

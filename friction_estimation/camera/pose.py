@@ -194,11 +194,14 @@ def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
 
     Raises
     ------
-    InputError : points outside the image, or points that no camera above the ice sees so
+    InputError : points outside the image, pictures of another shape than the scene's, or points
+        that no camera above the ice sees so
     """
+    _check_axis(scene, size)
+    scene = scene.for_size(size)
     scene.check_inside(size)
     distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
-    matrix = _matrix_for(scene, size)
+    matrix = scene.camera_matrix
     points = scene.sheet_points, scene.points_px
     if matrix is None:
         lens = solve_focal(*points, Lens.centred(1.0, size, distortion), scene.camera_height)
@@ -218,33 +221,20 @@ def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
     return Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
 
 
-def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
-    """The scene's camera matrix for frames of `size`, which may be a resized picture."""
-    matrix, own = scene.camera_matrix, scene.image_size
-    if matrix is not None and own is None:
-        off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
-        if off.max() > MAX_AXIS_OFFSET:
-            raise InputError(
-                f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
-                f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
-                "image_size tells which they belong to",
-                source=scene.source,
-                where="camera_matrix",
-            )
-    if matrix is None or own is None or own == size:
-        return matrix
-    scale = size[0] / own[0]
-    if abs(size[1] - scale * own[1]) > 1.0:
+def _check_axis(scene: Scene, size: tuple[int, int]) -> None:
+    """Refuse a camera matrix of unknown size whose axis is far from the middle of the picture."""
+    matrix = scene.camera_matrix
+    if matrix is None or scene.image_size is not None:
+        return
+    off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
+    if off.max() > MAX_AXIS_OFFSET:
         raise InputError(
-            f"the camera was calibrated on {own[0]} × {own[1]} px and the film has "
-            f"{size[0]} × {size[1]} px; calibrate it as it films",
+            f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
+            f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
+            "image_size tells which they belong to",
             source=scene.source,
-            where="image_size",
+            where="camera_matrix",
         )
-    resized = matrix.copy()
-    resized[:2] *= scale
-    resized[:2, 2] += (scale - 1) / 2  # pixels are counted from the first one's centre
-    return resized
 
 
 def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:

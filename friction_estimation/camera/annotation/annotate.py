@@ -15,17 +15,18 @@ import cv2
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y, Sheet
-from curling_env.typing import Floats, Image
+from curling_env.sheet import Sheet
+from curling_env.typing import Image
 from friction_estimation.camera.annotation.height_range import (
     height_from_clicks,
     height_from_paint,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.markings import (
+    curves_of,
+    fitted_markings,
     grey_levels,
     keypoints_of,
-    markings_of,
     measure_markings,
 )
 from friction_estimation.camera.pose import camera_from_scene
@@ -44,8 +45,6 @@ VIEW_PX_PER_M = 26.0
 """Scale of the view from above [px/m]."""
 PAINT_SEARCH_PX = 2.0
 """Paint is searched for within this distance of its expected place."""
-CURVE_STEP = 0.25
-"""Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
 Clicks: TypeAlias = Mapping[str, tuple[float, float]]
 """The names of keypoints (`markings.keypoints_of`) and where they were clicked [px]."""
@@ -203,7 +202,7 @@ class Annotation:
 
     def _paint_px(self, camera: Camera) -> float | None:
         grey = grey_levels(self.stills[0])
-        found = measure_markings(grey, (0, 0), camera, markings_of(self.sheet), PAINT_SEARCH_PX)
+        found = measure_markings(grey, (0, 0), camera, fitted_markings(self.sheet), PAINT_SEARCH_PX)
         if len(found.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * found.expected):
             return None
         return float(np.sqrt(np.mean(found.offset_px**2)))
@@ -211,7 +210,7 @@ class Annotation:
     def lines_px(self, camera: Camera) -> list[list[list[float]]]:
         """The lines of the sheet as a camera sees them: polylines of raw pixels in the image."""
         lines: list[list[list[float]]] = []
-        for curve in curves_of(self.sheet):
+        for _, curve in curves_of(self.sheet):
             points = np.column_stack([curve, np.zeros(len(curve))])
             px = camera.project(points)
             px[~camera.sees(points)] = np.nan
@@ -225,29 +224,6 @@ class Annotation:
         """The ice as a camera shows it, seen from above with the home end on the left."""
         view = TopView.of(self.sheet, VIEW_PX_PER_M).of_frame(self.stills[still], camera)
         return np.asarray(cv2.rotate(view, cv2.ROTATE_90_CLOCKWISE), dtype=np.uint8)
-
-
-def curves_of(sheet: Sheet) -> list[Floats]:
-    """The painted lines, rings and the border as polylines, each (n, 2) in the sheet frame [m]."""
-    x, y = sheet.width / 2, sheet.length / 2
-
-    def line(start: tuple[float, float], stop: tuple[float, float]) -> Floats:
-        count = int(np.ceil(np.hypot(stop[0] - start[0], stop[1] - start[1]) / CURVE_STEP)) + 1
-        return np.linspace(start, stop, count)
-
-    curves = [
-        line((-x, -y), (-x, y)),
-        line((x, -y), (x, y)),
-        line((0, -BACK_LINE_Y), (0, BACK_LINE_Y)),
-    ]
-    around = np.linspace(0, 2 * np.pi, 73)
-    for s in (-1, 1):
-        for depth in (y, BACK_LINE_Y, TEE_Y, HOG_LINE_Y):
-            curves.append(line((-x, s * depth), (x, s * depth)))
-        for radius in RING_RADII:
-            ring = radius * np.column_stack([np.cos(around), np.sin(around)])
-            curves.append(ring + np.array([0.0, s * TEE_Y]))
-    return curves
 
 
 def _median(frames: list[Image]) -> Image:

@@ -45,8 +45,8 @@ def locate(
     from curling_env.infrastructure.files.writing import together
     from curling_env.sheet import PAPER_SHEET
     from friction_estimation.camera.annotation.annotate import Annotation
+    from friction_estimation.camera.locate import camera_from_photo, draw_markings
     from friction_estimation.camera.scene import load_scene, save_scene
-    from friction_estimation.camera.single_photo import camera_from_photo, draw_markings
     from friction_estimation.film.pictures import write_picture
     from friction_estimation.tracking.films.in_words import UNSURE_HEIGHT
 
