@@ -38,7 +38,8 @@ DISTINCT = 4.0
 AGREEING_SHARE = 0.7
 """Least share of the parts that must agree."""
 ELSEWHERE_SHARE = 0.25
-"""Share of the parts that are seen elsewhere in a curve that contradicts the camera."""
+"""Share of the parts that are seen elsewhere in a curve that contradicts the camera; `MIN_PARTS` at
+least, for something may lie there."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -49,11 +50,13 @@ class SeenCurve:
     ----------
     name : its name, with its end where both are in view
     miss_px : root mean square distance of its parts from where the camera puts them [px]
-    near, elsewhere : shares of its parts that are seen there, and that are seen elsewhere
+    parts : number of its parts
+    near, elsewhere : shares of them that are seen there, and that are seen elsewhere
     """
 
     name: str
     miss_px: float
+    parts: int
     near: float
     elsewhere: float
 
@@ -65,7 +68,8 @@ class SeenCurve:
     @property
     def contradicts(self) -> bool:
         """Whether it is seen, and not where the camera puts it."""
-        return not self.agrees and self.elsewhere >= ELSEWHERE_SHARE
+        least = max(ELSEWHERE_SHARE * self.parts, MIN_PARTS)
+        return not self.agrees and self.elsewhere * self.parts > least - 0.5
 
 
 def seen_curves(
@@ -139,6 +143,7 @@ def _compared(
         SeenCurve(
             name=name,
             miss_px=float(np.sqrt(np.mean(measured.offset_px**2))) if agrees.any() else np.inf,
+            parts=len(agrees),
             near=float(np.mean(agrees)),
             elsewhere=float(np.mean(~agrees & (most >= distinct))),
         )
