@@ -277,10 +277,13 @@ def _scene(refined: RefinedCamera, sheet: Sheet, stone: tuple[float, float]) -> 
     keypoints = keypoints[np.abs(keypoints[:, 0]) < sheet.width / 2]
     points = np.column_stack([keypoints, np.zeros(len(keypoints))])
     seen = camera.sees(points)
+    x, y = np.meshgrid(np.linspace(-1.8, 1.8, 4), np.linspace(-20, 20, 21))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    places = places[camera.sees(np.column_stack([places, np.zeros(len(places))]))]
     return Scene(
         sheet_points=keypoints[seen],
         points_px=camera.project(points[seen]),
-        points_sigma=refined.place_sigma(keypoints[seen]),
+        place_sigma=np.column_stack([places, refined.place_sigma(places)]),
         camera_matrix=camera.lens.matrix,
         distortion=camera.lens.distortion,
         image_size=camera.size,

@@ -15,9 +15,16 @@ from scipy.optimize import minimize_scalar
 from curling_env.errors import InputError
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import NO_DISTORTION, TRIAL_BENDS, TRIAL_FOCALS, Lens
+from friction_estimation.camera.lens import (
+    KNOWN_LENS,
+    NO_DISTORTION,
+    TRIAL_BENDS,
+    TRIAL_FOCALS,
+    Lens,
+)
 from friction_estimation.camera.scene import MIN_POINTS, Scene
 from friction_estimation.camera.tuning import (
+    CLICK_SIGMA_PX,
     FOCAL_PRIOR,
     FOCAL_RANGE,
     MAX_AXIS_OFFSET,
@@ -219,6 +226,32 @@ def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
             where="corners_px" if scene.has_corners else "points",
         )
     return Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
+
+
+def place_sigma(scene: Scene, camera: Camera, xy: Floats) -> Floats:
+    """Standard error of each coordinate of places on the ice due to the camera, (n,) [m].
+
+    Where `curling locate` made the scene, what it found is interpolated. Else the points were
+    marked by hand, and the error of the marks is propagated through the pose.
+
+    Parameters
+    ----------
+    scene : the scene
+    camera : the camera that follows from it, see `camera_from_scene`
+    xy : (n, 2) places [m]
+    """
+    if scene.place_sigma is not None:
+        places, sigma = scene.place_sigma[:, :2], scene.place_sigma[:, 2]
+        weight = 1 / np.maximum(np.linalg.norm(xy[:, None] - places, axis=2), 1e-3) ** 4
+        return weight @ sigma / weight.sum(axis=1)
+    steps = 1e-5 * np.eye(6)
+    beside = [camera.moved(step, KNOWN_LENS) for step in steps]
+    marks = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
+    pull = np.stack([(c.project(marks) - camera.project(marks)).ravel() for c in beside], axis=1)
+    px = camera.project(np.column_stack([xy, np.zeros(len(xy))]))
+    moved = np.stack([c.on_plane(px) - xy for c in beside], axis=2)
+    covariance = CLICK_SIGMA_PX**2 * np.linalg.pinv(pull.T @ pull)
+    return np.sqrt(np.einsum("nip,pq,niq->n", moved, covariance, moved) / 2)
 
 
 def _check_axis(scene: Scene, size: tuple[int, int]) -> None:

@@ -53,8 +53,8 @@ class Scene:
     sheet : the ice whose points these are
     fps : frames per second where the film's own times are wrong; None trusts the film
     source : the file that it was read from, for messages
-    points_sigma : (n,) standard error on the ice of the camera at each point, as `curling locate`
-        found it [m]; None for points marked by hand
+    place_sigma : (k, 3) places on the ice, and the standard error there of each coordinate due to
+        the camera, as `curling locate` found it [m]; None for points marked by hand
 
     Raises
     ------
@@ -73,7 +73,7 @@ class Scene:
     sheet: Sheet = PAPER_SHEET
     fps: float | None = None
     source: str | None = None
-    points_sigma: Floats | None = None
+    place_sigma: Floats | None = None
 
     def __post_init__(self) -> None:
         n = len(self.points_px)
@@ -216,16 +216,15 @@ def save_scene(scene: Scene, path: str | Path) -> None:
 def document_of(scene: Scene) -> dict[str, Any]:
     """A scene as its file has it."""
     document: dict[str, Any] = {"format": SCENE_FORMAT.name}
-    if scene.has_corners and scene.points_sigma is None:
+    if scene.has_corners:
         document["corners_px"] = dict(zip(CORNERS, scene.points_px.tolist(), strict=True))
     else:
         document["points"] = [
             {"sheet": sheet.tolist(), "px": px.tolist()}
             for sheet, px in zip(scene.sheet_points, scene.points_px, strict=True)
         ]
-    sigmas = [] if scene.points_sigma is None else scene.points_sigma.tolist()
-    for point, sigma in zip(document.get("points", []), sigmas, strict=False):
-        point["sigma"] = sigma
+    if scene.place_sigma is not None:
+        document["place_sigma"] = scene.place_sigma.tolist()
     if scene.picture_size is not None:
         document["picture_size"] = list(scene.picture_size)
     if scene.camera_matrix is not None:
@@ -247,6 +246,7 @@ def document_of(scene: Scene) -> dict[str, Any]:
 
 Metres = Annotated[float, within(-1e4, 1e4, "m")]
 Pixels = Annotated[float, within(-1e6, 1e6, "px")]
+Sigma = Annotated[float, within(0.0, 1e4, "m")]
 Side = Annotated[float, within(1, 1e5, "px")]
 
 
@@ -260,11 +260,10 @@ class CornersDocument(Document):
 
 
 class PointDocument(Document):
-    """A known place of the ice, where it is in the picture, and its standard error on the ice."""
+    """A known place of the ice, and where it is in the picture."""
 
     sheet: tuple[Metres, Metres]
     px: tuple[Pixels, Pixels]
-    sigma: Annotated[float, within(0.0, 100.0, "m")] | None = None
 
 
 class SceneStoneDocument(Document):
@@ -299,6 +298,10 @@ class SceneDocument(LensDocument):
 
     format: Short = ""
     picture_size: tuple[Side, Side] | None = None
+    place_sigma: (
+        Annotated[list[tuple[Metres, Metres, Sigma]], Meta(min_length=1, max_length=MAX_POINTS)]
+        | None
+    ) = None
     corners_px: CornersDocument | None = None
     points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
     camera_height: Annotated[float, within(*CAMERA_HEIGHTS, "m")] | None = None
@@ -343,7 +346,7 @@ def scene_of(document: Any, source: str) -> Scene:
         sheet=sheet,
         fps=scene.fps,
         picture_size=_whole(scene.picture_size),
-        points_sigma=_sigma(scene),
+        place_sigma=None if scene.place_sigma is None else np.array(scene.place_sigma),
         source=source,
         **_lens(scene),
     )
@@ -364,11 +367,6 @@ def _lens(document: LensDocument) -> dict[str, Any]:
 
 def _whole(size: tuple[float, float] | None) -> tuple[int, int] | None:
     return None if size is None else (int(size[0]), int(size[1]))
-
-
-def _sigma(scene: SceneDocument) -> Floats | None:
-    sigma = [point.sigma for point in scene.points or []]
-    return None if not sigma or None in sigma else np.array(sigma, dtype=np.float64)
 
 
 def _points(scene: SceneDocument, sheet: Sheet) -> tuple[Floats, Floats]:

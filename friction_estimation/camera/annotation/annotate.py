@@ -120,8 +120,11 @@ class Annotation:
 
         Raises
         ------
-        InputError : as `open`, or a point of the scene is no keypoint
+        InputError : as `open`; a point of the scene is no keypoint, or its pictures have another
+            shape
         """
+        opened = cls.open(path, scene.sheet)
+        scene = scene.for_size(opened.size)
         names = {np.round(xy, 3).tobytes(): name for name, xy in keypoints_of(scene.sheet).items()}
         clicks: dict[str, tuple[float, float]] = {}
         for i, (xy, px) in enumerate(zip(scene.sheet_points, scene.points_px, strict=True)):
@@ -135,9 +138,9 @@ class Annotation:
                 )
             clicks[name] = (float(px[0]), float(px[1]))
         known = {f.name: getattr(scene, f.name) for f in fields(scene)}
-        for own in ("sheet_points", "points_px", "sheet", "source"):
+        for own in ("sheet_points", "points_px", "place_sigma", "picture_size", "sheet", "source"):
             del known[own]
-        return replace(cls.open(path, scene.sheet, known), clicks=clicks)
+        return replace(opened, known=known, clicks=clicks)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -164,6 +167,7 @@ class Annotation:
         return Scene(
             sheet_points=np.array([keypoints[name] for name in names]),
             points_px=np.array([clicks[name] for name in names], dtype=np.float64),
+            picture_size=self.size,
             sheet=self.sheet,
             **self.known,
         )

@@ -42,7 +42,7 @@ def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
     ------
     InputError : a scene that says neither how large its image is nor where its centre lies
     """
-    size = scene.image_size
+    size = scene.picture_size or scene.image_size
     if size is None and scene.camera_matrix is not None:
         size = (round(2 * scene.camera_matrix[0, 2]), round(2 * scene.camera_matrix[1, 2]))
     if size is None:
