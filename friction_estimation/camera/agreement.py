@@ -36,7 +36,7 @@ MIN_PARTS = 3
 DISTINCT = 4.0
 """A curve answers this many times as strongly as its surroundings do on average."""
 AGREEING_SHARE = 0.7
-"""Least share of the parts that must agree."""
+"""Least share of the parts of a curve that must agree, and of those of all rings and hog lines."""
 ELSEWHERE_SHARE = 0.25
 """Share of the parts that are seen elsewhere in a curve that contradicts the camera; `MIN_PARTS` at
 least, for something may lie there."""
@@ -100,12 +100,17 @@ def seen_curves(
     return found
 
 
-def contradicting(
-    camera: Camera, grey: Singles, origin_px: tuple[int, int], markings: Markings
-) -> tuple[str, ...]:
-    """Names of the curves that are seen, and not where a camera puts them; see `seen_curves`."""
-    seen = seen_curves(camera, grey, origin_px, markings)
-    return tuple(curve.name for curve in seen if curve.contradicts)
+def disagreeing(seen: Sequence[SeenCurve]) -> tuple[str, ...]:
+    """Names of the curves for which a camera is refused; none where it agrees with the paint.
+
+    These are curves that are seen elsewhere, and rings and hog lines that are not seen at all where
+    they make up too large a part of those in view.
+    """
+    bold = [curve for curve in seen if curve.name.endswith(("ring", "hog line"))]
+    unseen = [curve for curve in bold if not curve.agrees]
+    most = (1 - AGREEING_SHARE) * sum(curve.parts for curve in bold)
+    missing = unseen if sum(curve.parts for curve in unseen) > most else []
+    return tuple(curve.name for curve in seen if curve.contradicts or curve in missing)
 
 
 def _compared(

@@ -22,6 +22,7 @@ from friction_estimation.camera.agreement import (
     OPTIONAL,
     TOLERANCE_PX,
     SeenCurve,
+    disagreeing,
     seen_curves,
 )
 from friction_estimation.camera.camera import Camera
@@ -116,15 +117,15 @@ class _Trial:
     seen: Sequence[SeenCurve]
 
     @property
-    def agrees(self) -> bool:
-        return not self.wrong and all(
-            any(curve.name == name and curve.agrees for curve in self.seen) for name in NEEDED
-        )
+    def wrong(self) -> list[str]:
+        """Names of the curves that disagree with the camera, or are needed and not seen."""
+        met = {curve.name for curve in self.seen if curve.agrees}
+        names = [*disagreeing(self.seen), *(name for name in NEEDED if name not in met)]
+        return list(dict.fromkeys(names))
 
     @property
-    def wrong(self) -> list[str]:
-        """Names of the curves that contradict the camera, or are needed and not seen."""
-        return [c.name for c in self.seen if c.contradicts or (c.name in NEEDED and not c.agrees)]
+    def agrees(self) -> bool:
+        return not self.wrong
 
 
 def camera_from_photo(
@@ -204,9 +205,9 @@ def _likeliest(search: RoughSearch, fit: PaintFit, px_per_metre: float) -> _Tria
         raise InputError("no rings and hog line are found near what was clicked")
     best = min(trials, key=lambda trial: (not trial.agrees, len(trial.wrong), trial.refined.misfit))
     if not best.agrees:
-        wrong = " and ".join(best.wrong) or " and ".join(NEEDED)
         raise InputError(
-            f"no camera agrees with all of the paint: the {wrong} would be elsewhere; check the "
+            "no camera agrees with all of the paint: the "
+            f"{' and '.join(best.wrong)} would be elsewhere; check the "
             "clicks, and that the rings and the hog line are in view"
         )
     return best

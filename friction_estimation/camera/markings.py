@@ -65,7 +65,6 @@ class Markings:
     clear : (n,) distance along the normal to the next thing that is painted [m]
     bend : (n,) how much the curve bends, away from its normal: 1 / radius [1/m]
     group : (n,) number of the group of neighbours that are searched for together
-    strong : (n,) whether no other curve can be mistaken for it: hog lines and the border
     curve : (n,) index of the curve's name in `CURVES`
     """
 
@@ -75,7 +74,6 @@ class Markings:
     clear: Floats
     bend: Floats
     group: Integers
-    strong: Flags
     curve: Integers
 
     def __getitem__(self, chosen: Flags) -> Markings:
@@ -151,7 +149,6 @@ def markings_of(sheet: Sheet) -> Markings:
         clear=np.concatenate([np.full(len(row[0]), row[3]) for row in rows]),
         bend=np.concatenate([np.full(len(row[0]), _bend(row[4])) for row in rows]),
         group=np.concatenate(groups),
-        strong=np.isin(curve, [CURVES.index(name) for name in ("border", "hog line")]),
         curve=curve,
     )
     return _without_crossings(markings)
@@ -305,14 +302,13 @@ def responses_of(
     markings: Markings,
     search_px: float,
     *,
-    only_strong: bool = False,
     flanks: tuple[float, float] = (1.0, 1.0),
 ) -> Responses:
     """The image around the markings, compared with their shapes.
 
     Parameters
     ----------
-    grey, origin_px, camera, markings, search_px, only_strong : as in `measure_markings`
+    grey, origin_px, camera, markings, search_px : as in `measure_markings`
     flanks : weights of the ice on either side of a line, with which the line is compared
     """
     there, normal_px, scale, radius_px = _seen(camera, markings)
@@ -329,8 +325,6 @@ def responses_of(
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves an edge that bends towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX
-    if only_strong:
-        usable &= markings.strong
     index = np.flatnonzero(usable)
     half = int(np.ceil(search_px / PROFILE_STEP_PX))
     along: Floats = np.arange(-half, half + 1, dtype=np.float64) * PROFILE_STEP_PX
@@ -374,8 +368,6 @@ def measure_markings(
     camera: Camera,
     markings: Markings,
     search_px: float,
-    *,
-    only_strong: bool = False,
 ) -> MarkingMeasurements:
     """Where markings are seen in an image, near where a camera puts them.
 
@@ -386,11 +378,8 @@ def measure_markings(
     camera : puts the markings where they are expected
     markings : what to look for
     search_px : how far from there they may be
-    only_strong : look for hog lines and the border only
     """
-    found = responses_of(
-        grey, origin_px, camera, markings, search_px + POINT_SEARCH_PX, only_strong=only_strong
-    )
+    found = responses_of(grey, origin_px, camera, markings, search_px + POINT_SEARCH_PX)
     lines = markings.width[found.index] > 0
     offset, strength = _peaks(found, markings.group[found.index], lines, search_px)
     good = np.isfinite(offset) & (strength > MIN_CONTRAST)

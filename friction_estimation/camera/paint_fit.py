@@ -25,7 +25,6 @@ from friction_estimation.camera.tuning import (
     MARKING_SIGMA_PX,
     MIN_MARKINGS,
     MIN_SCALE_PX,
-    NARROW_SEARCHES_PX,
     OUTLIER_AT,
     PAINT_PLACEMENT_SIGMA,
     PLACEMENT_SPREAD,
@@ -102,22 +101,17 @@ class PaintFit:
     def approach(self, camera: Camera, searches: Sequence[float], lens: FreeLens) -> Camera | None:
         """Measure the markings and fit the camera, once for every search radius [px]."""
         for search in searches:
-            wide = search > NARROW_SEARCHES_PX[0] and not lens.count
-            measured = self.measure(camera, search, only_strong=wide)
-            if len(measured.index) < MIN_MARKINGS // (2 if wide else 1):
+            measured = self.measure(camera, search)
+            if len(measured.index) < MIN_MARKINGS:
                 return None
             camera = _Fit(self, camera, measured, lens, max(search / 3, 0.5)).camera
             if not np.isfinite(camera.translation).all() or camera.position[2] < 0.3:
                 return None
         return camera
 
-    def measure(
-        self, camera: Camera, search_px: float, *, only_strong: bool = False
-    ) -> MarkingMeasurements:
+    def measure(self, camera: Camera, search_px: float) -> MarkingMeasurements:
         """The markings as they are seen near where a camera puts them; see `measure_markings`."""
-        return measure_markings(
-            self.grey, self.origin, camera, self.markings, search_px, only_strong=only_strong
-        )
+        return measure_markings(self.grey, self.origin, camera, self.markings, search_px)
 
     def cost(self, camera: Camera) -> float:
         """Mean over the visible markings of the squared miss, at most 9 px² each."""

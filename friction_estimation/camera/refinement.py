@@ -10,12 +10,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import product
 
 import cv2
 import numpy as np
 
 from curling_env.typing import Floats, Image, Singles
-from friction_estimation.camera.agreement import contradicting
+from friction_estimation.camera.agreement import disagreeing, seen_curves
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, TRIAL_BENDS, TRIAL_FOCALS, FreeLens, Lens
 from friction_estimation.camera.markings import fitted_markings, grey_levels, markings_of
@@ -25,7 +26,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
     CAMERA_HEIGHT_PRIOR,
     DISPLACED_SEARCH_PX,
-    DOUBTFUL_COST,
     EQUAL_COST_RATIO,
     FOCAL_PRIOR,
     MAX_MISFIT,
@@ -35,9 +35,7 @@ from friction_estimation.camera.tuning import (
     MIN_MARKINGS_SHARE,
     MIN_STARTS,
     NARROW_SEARCHES_PX,
-    UNKNOWN_LENS_SEARCHES_PX,
     WIDE_SEARCHES_PX,
-    WIDER_SEARCHES_PX,
     WORKING_SIDE,
 )
 
@@ -57,7 +55,8 @@ class RefinedCamera:
     misfit : misfit to the paint and to prior knowledge [squared standard errors]
     farther : a camera that the paint agrees with as well, a standard error of its height away;
         only where something other than the paint told the height
-    contradicting : names of rings and lines that are seen elsewhere; only where none is measured
+    disagreeing : names of rings and lines that are not where it puts them; only where none is
+        measured
     """
 
     camera: Camera
@@ -68,7 +67,7 @@ class RefinedCamera:
     lens: FreeLens = KNOWN_LENS
     misfit: float = 0.0
     farther: Camera | None = None
-    contradicting: tuple[str, ...] = ()
+    disagreeing: tuple[str, ...] = ()
 
     @classmethod
     def of_fit(
@@ -158,14 +157,7 @@ def refine(
     lens = FreeLens(focal=no_matrix, bends=no_terms, minor=no_terms, axis=no_matrix)
     paint = _Paint(scene, camera.size, image, origin_px, lens)
     fit, small = paint.fit, paint.small(camera)
-    if lens.count:
-        best = paint.from_starts(_starts(small, scene, fit))
-    else:
-        best = fit.approach(small, (*WIDE_SEARCHES_PX, *NARROW_SEARCHES_PX), KNOWN_LENS)
-        if best is None or fit.cost(best) > DOUBTFUL_COST:
-            wider = fit.approach(small, (*WIDER_SEARCHES_PX, *NARROW_SEARCHES_PX), KNOWN_LENS)
-            found = [c for c in (best, wider) if c is not None]
-            best = min(found, key=fit.cost, default=None)
+    best = paint.from_starts(_starts(small, scene, fit))
     return paint.better(camera, best)
 
 
@@ -255,9 +247,9 @@ def log_height_prior(camera: Camera, measured: float | None = None) -> float:
     return float(height_off**2 + (np.log(focal / usual) / focal_spread) ** 2)
 
 
-def unrefined(camera: Camera, contradicting: tuple[str, ...] = ()) -> RefinedCamera:
+def unrefined(camera: Camera, disagreeing: tuple[str, ...] = ()) -> RefinedCamera:
     """A camera that was not compared with the paint, or does not agree with it."""
-    return RefinedCamera(camera=camera, covariance=np.zeros((6, 6)), contradicting=contradicting)
+    return RefinedCamera(camera=camera, covariance=np.zeros((6, 6)), disagreeing=disagreeing)
 
 
 def reduced(
@@ -334,18 +326,19 @@ class _Paint:
         """
         fit, leading = self.fit, replace(self.fit.lens, minor=False, axis=False)
         best, least, agrees = None, np.inf, False
-        for k, start in enumerate(starts[:MAX_STARTS]):
-            near = fit.approach(start, UNKNOWN_LENS_SEARCHES_PX, leading)
+        for k, (searches, start) in enumerate(product(WIDE_SEARCHES_PX, starts[:MAX_STARTS])):
+            if agrees and k >= MIN_STARTS:
+                break
+            near = fit.approach(start, searches, leading)
             end = None if near is None else fit.approach(near, NARROW_SEARCHES_PX, fit.lens)
             if end is not None and fit.cost(end) < least:
-                best, least, agrees = end, fit.cost(end), not self.contradicting(end)
-            if agrees and k + 1 >= MIN_STARTS:
-                break
+                best, least, agrees = end, fit.cost(end), not self.disagreeing(end)
         return best
 
-    def contradicting(self, camera: Camera) -> tuple[str, ...]:
+    def disagreeing(self, camera: Camera) -> tuple[str, ...]:
         """Names of the curves that are not where a camera of the smaller picture puts them."""
-        return contradicting(camera, self.fit.grey, self.fit.origin, markings_of(self._sheet))
+        markings = markings_of(self._sheet)
+        return disagreeing(seen_curves(camera, self.fit.grey, self.fit.origin, markings))
 
     def fitted(self, camera: Camera, before: Camera | None = None) -> RefinedCamera:
         """A camera of the smaller picture as that of the whole one, after a last fit."""
@@ -371,7 +364,7 @@ class _Paint:
         measured = fit.measure(after, 2.0)
         if len(measured.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * measured.expected):
             return unrefined(before)
-        wrong = self.contradicting(after)
+        wrong = self.disagreeing(after)
         if wrong:
             return unrefined(before, wrong)
         found = self.fitted(after, small)

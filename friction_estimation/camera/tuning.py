@@ -82,20 +82,14 @@ OUTLIER_AT = 3.0
 """Residuals of this many times their scale count a quarter (Geman-McClure weights)."""
 NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search radius of each round once the camera is nearly right."""
-WIDE_SEARCHES_PX = (10.0, 6.0)
-"""Search radius of the rounds before, for hog lines and border only."""
-WIDER_SEARCHES_PX = (24.0, 14.0, 8.0, 6.0)
-"""The same where the first search did not find most of the markings."""
-UNKNOWN_LENS_SEARCHES_PX = (16.0, 10.0, 6.0)
-"""The same where the lens is unknown."""
+WIDE_SEARCHES_PX = ((16.0, 10.0, 6.0), (24.0, 14.0, 8.0, 6.0))
+"""Search radius of the rounds before, and of those where the first do not lead to the paint."""
 WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
 MIN_STARTS = 4
 """Starting cameras that are followed at least where the lens is unknown."""
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
-DOUBTFUL_COST = 1.5
-"""Mean squared miss from which on the wider search is tried as well [px²]."""
 DISPLACED_SEARCH_PX = 6.0
 """How far from its place the paint is looked for where a camera may have moved."""
 MIN_MARKINGS = 60

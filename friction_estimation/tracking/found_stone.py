@@ -168,8 +168,8 @@ def found_or_misplaced(
     except InputError as error:
         if refined.measured or not refine_camera:
             raise
-        wrong = ", ".join(refined.contradicting)
-        seen = f" ({wrong} seen elsewhere)" if wrong else ""
+        wrong = ", ".join(refined.disagreeing)
+        seen = f" ({wrong} elsewhere)" if wrong else ""
         raise InputError(
             f"the paint is not where this scene says{seen}, and no thrown stone is found; is it "
             "the scene of this camera? `curling corners` marks it again",
