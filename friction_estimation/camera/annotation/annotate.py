@@ -22,18 +22,11 @@ from friction_estimation.camera.annotation.height_range import (
     height_from_paint,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings import (
-    curves_of,
-    fitted_markings,
-    grey_levels,
-    keypoints_of,
-    measure_markings,
-)
+from friction_estimation.camera.markings import curves_of, keypoints_of
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import refine
+from friction_estimation.camera.refinement import refine, unrefined
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.camera.top_view import TopView
-from friction_estimation.camera.tuning import MIN_MARKINGS, MIN_MARKINGS_SHARE
 from friction_estimation.film.pictures import SUFFIXES, read_picture
 from friction_estimation.film.video import Film
 
@@ -43,8 +36,6 @@ MAX_STILL_PIXELS = 60_000_000
 """Pixels of all these frames together; of larger frames fewer are taken."""
 VIEW_PX_PER_M = 26.0
 """Scale of the view from above [px/m]."""
-PAINT_SEARCH_PX = 2.0
-"""Paint is searched for within this distance of its expected place."""
 
 Clicks: TypeAlias = Mapping[str, tuple[float, float]]
 """The names of keypoints (`markings.keypoints_of`) and where they were clicked [px]."""
@@ -60,7 +51,8 @@ class AnnotatedCamera:
     camera : sees the keypoints where they were clicked
     misfit_px : root mean square distance between the clicks and the projected keypoints [px]
     paint_px : root mean square distance between the paint and its projection [px]; None if the
-        paint was not searched for, or too little of it is in view
+        paint was not searched for, too little of it is in view, or a part of it disagrees
+    disagreeing : names of rings and lines that are elsewhere than the camera puts them
     height_range : between which heights the camera hangs with 95 % probability, as far as an
         unknown lens leaves that open [m]
     """
@@ -70,6 +62,7 @@ class AnnotatedCamera:
     misfit_px: float
     height_range: tuple[float, float]
     paint_px: float | None = None
+    disagreeing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -187,29 +180,20 @@ class Annotation:
         """
         scene = self.scene(clicks)
         camera = camera_from_scene(scene, self.size)
-        paint_px, heights = None, None
-        if paint:
-            refined = refine(camera, scene, self.stills[0])
-            camera = refined.camera
-            paint_px = self._paint_px(camera)
-            if refined.measured:
-                heights = height_from_paint(refined)
+        refined = refine(camera, scene, self.stills[0]) if paint else unrefined(camera)
+        camera = refined.camera
+        measured = refined.measured > 0
+        heights = height_from_paint(refined) if measured else height_from_clicks(scene, camera)
         there = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
         apart = camera.project(there) - scene.points_px
         return AnnotatedCamera(
             scene=scene,
             camera=camera,
             misfit_px=float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
-            paint_px=paint_px,
-            height_range=heights or height_from_clicks(scene, camera),
+            paint_px=refined.rms_px if measured else None,
+            disagreeing=refined.disagreeing,
+            height_range=heights,
         )
-
-    def _paint_px(self, camera: Camera) -> float | None:
-        grey = grey_levels(self.stills[0])
-        found = measure_markings(grey, (0, 0), camera, fitted_markings(self.sheet), PAINT_SEARCH_PX)
-        if len(found.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * found.expected):
-            return None
-        return float(np.sqrt(np.mean(found.offset_px**2)))
 
     def lines_px(self, camera: Camera) -> list[list[list[float]]]:
         """The lines of the sheet as a camera sees them: polylines of raw pixels in the image."""
