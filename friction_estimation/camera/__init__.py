@@ -5,7 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "agreement": ("seen_curves",),
+        "agreement": ("disagreeing", "seen_curves"),
         "annotation.annotate": ("Annotation",),
         "annotation.server": ("AnnotationServer",),
         "camera": ("Camera",),

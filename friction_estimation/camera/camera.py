@@ -171,10 +171,6 @@ class Camera:
         """The same camera for pictures enlarged along both sides (2,); see `Lens.resized`."""
         return replace(self, lens=self.lens.resized(scale, size))
 
-    def with_pose(self, rotation: Floats, translation: Floats) -> Camera:
-        """The same lens at another place."""
-        return replace(self, rotation=rotation, translation=translation)
-
     def moved(self, step: Floats, free: FreeLens) -> Camera:
         """The camera after a step of a fit.
 

@@ -18,10 +18,10 @@ import numpy as np
 from curling_env.typing import Floats, Image, Singles
 from friction_estimation.camera.agreement import disagreeing, seen_curves
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import KNOWN_LENS, TRIAL_BENDS, TRIAL_FOCALS, FreeLens, Lens
+from friction_estimation.camera.lens import KNOWN_LENS, FreeLens
 from friction_estimation.camera.markings import fitted_markings, grey_levels, markings_of
 from friction_estimation.camera.paint_fit import FittedCamera, PaintFit
-from friction_estimation.camera.pose import poses_from_points
+from friction_estimation.camera.pose import cameras_from_points, trial_lenses
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
     CAMERA_HEIGHT_PRIOR,
@@ -157,7 +157,7 @@ def refine(
     lens = FreeLens(focal=no_matrix, bends=no_terms, minor=no_terms, axis=no_matrix)
     paint = _Paint(scene, camera.size, image, origin_px, lens)
     fit, small = paint.fit, paint.small(camera)
-    best = paint.from_starts(_starts(small, scene, fit))
+    best = paint.from_starts(_starts(small, fit))
     return paint.better(camera, best)
 
 
@@ -371,19 +371,12 @@ class _Paint:
         return replace(found, camera=before) if after is small else found
 
 
-def _starts(camera: Camera, scene: Scene, fit: PaintFit) -> list[Camera]:
-    """Cameras to begin with where the lens is unknown, those that meet the points best first."""
-    side = max(camera.size)
-    lenses = [camera.lens]
-    if fit.lens.focal:
-        focals = [camera.lens.focal_px, *(share * side for share in TRIAL_FOCALS)]
-        lenses = [Lens.centred(focal, camera.size, camera.lens.distortion) for focal in focals]
-    if scene.distortion is None:
-        lenses = [lens.bent(bend) for lens in lenses for bend in TRIAL_BENDS]
-    starts: list[tuple[float, Camera]] = []
-    for lens in lenses:
-        for pose in poses_from_points(fit.sheet_points, fit.points_px, lens)[:1]:
-            found = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
-            starts.append((pose.rms_px, found))
-    starts.sort(key=lambda start: start[0])
-    return [found for rms_px, found in starts if rms_px < MAX_MISFIT * side]
+def _starts(camera: Camera, fit: PaintFit) -> list[Camera]:
+    """Cameras to begin with, those that meet the points best first."""
+    starts = [
+        one
+        for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
+        for one in cameras_from_points(fit.sheet_points, fit.points_px, lens)[:1]
+    ]
+    starts.sort(key=lambda one: one[0])
+    return [found for rms_px, found in starts if rms_px < MAX_MISFIT * max(camera.size)]

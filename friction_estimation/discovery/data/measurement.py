@@ -13,7 +13,7 @@ from curling_env.physics.effects.card import Values
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import TERMS
-from friction_estimation.camera.pose import camera_from_scene, pose_from_points
+from friction_estimation.camera.pose import best_camera, camera_from_scene
 from friction_estimation.camera.scene import Scene
 
 LENS = "lens_distortion"
@@ -56,9 +56,8 @@ def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
     @lru_cache(maxsize=64)
     def camera_with(*terms: float) -> Camera:
         lens = assumed.lens.with_terms_added(dict(zip(LENS_TERMS, terms, strict=True)))
-        pose = pose_from_points(scene.sheet_points, scene.points_px, lens)
-        camera = replace(assumed, lens=lens)
-        return camera if pose is None else camera.with_pose(pose.rotation, pose.translation)
+        found = best_camera(scene.sheet_points, scene.points_px, [lens])
+        return replace(assumed, lens=lens) if found is None else found[1]
 
     def displacement(xy: Floats, _theta: Floats, values: Values) -> Floats:
         true = camera_with(*(values[f"lens_{term}"] for term in LENS_TERMS))

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -153,9 +155,8 @@ def test_a_camera_that_is_wrong_never_agrees_and_the_curve_is_named(club_photo, 
     markings, grey = markings_of(found.scene.sheet), grey_levels(club_photo.empty)
     assert not any(c.contradicts for c in seen_curves(found.camera, grey, (0, 0), markings))
     camera = found.camera
-    moved = camera.with_pose(
-        camera.rotation, camera.translation + camera.rotation @ np.array([*shift, 0.0])
-    )
+    aside = camera.rotation @ np.array([*shift, 0.0])
+    moved = replace(camera, translation=camera.translation + aside)
     wrong = {c.name for c in seen_curves(moved, grey, (0, 0), markings) if c.contradicts}
     assert wrong & {"12-foot ring", "8-foot ring", "hog line"}
 
