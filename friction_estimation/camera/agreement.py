@@ -142,7 +142,9 @@ def _compared(
     most = np.nanmax(strength, axis=1)
     distinct = np.maximum(DISTINCT * np.nanmedian(strength, axis=1), MIN_CONTRAST)
     alike = near >= 0.5 * np.minimum(most, np.median(most))
-    agrees = (near > MIN_CONTRAST) & (alike | (near >= distinct))
+    # The flank of a curve that lies a little farther away is no curve.
+    beside = np.nanmax(np.where(np.abs(along) <= tolerance_px + 1, strength, np.nan), axis=1)
+    agrees = (near > MIN_CONTRAST) & (alike | (near >= distinct)) & (near >= beside)
     measured = measure_markings(grey, origin_px, camera, curve, tolerance_px)
     return [
         SeenCurve(

@@ -35,6 +35,7 @@ from friction_estimation.camera.tuning import (
     MIN_MARKINGS_SHARE,
     MIN_STARTS,
     NARROW_SEARCHES_PX,
+    SEARCHED_SIDE,
     WIDE_SEARCHES_PX,
     WORKING_SIDE,
 )
@@ -326,10 +327,12 @@ class _Paint:
         """
         fit, leading = self.fit, replace(self.fit.lens, minor=False, axis=False)
         best, least, agrees = None, np.inf, False
+        share = min(1.0, max(self._small) / SEARCHED_SIDE)
         for k, (searches, start) in enumerate(product(WIDE_SEARCHES_PX, starts[:MAX_STARTS])):
             if agrees and k >= MIN_STARTS:
                 break
-            near = fit.approach(start, searches, leading)
+            wide = [share * radius for radius in searches]
+            near = fit.approach(start, wide, leading)
             end = None if near is None else fit.approach(near, NARROW_SEARCHES_PX, fit.lens)
             if end is not None and fit.cost(end) < least:
                 best, least, agrees = end, fit.cost(end), not self.disagreeing(end)

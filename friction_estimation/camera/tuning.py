@@ -84,6 +84,8 @@ NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search radius of each round once the camera is nearly right."""
 WIDE_SEARCHES_PX = ((16.0, 10.0, 6.0), (24.0, 14.0, 8.0, 6.0))
 """Search radius of the rounds before, and of those where the first do not lead to the paint."""
+SEARCHED_SIDE = 1280
+"""Longer side of the pictures for which that is right; in smaller ones it is smaller [px]."""
 WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
 MIN_STARTS = 4
