@@ -326,16 +326,18 @@ class _Paint:
         are followed until the paint agrees.
         """
         fit, leading = self.fit, replace(self.fit.lens, minor=False, axis=False)
-        best, least, agrees = None, np.inf, False
+        best, least = None, (True, np.inf)
         share = min(1.0, max(self._small) / SEARCHED_SIDE)
         for k, (searches, start) in enumerate(product(WIDE_SEARCHES_PX, starts[:MAX_STARTS])):
-            if agrees and k >= MIN_STARTS:
+            if not least[0] and k >= MIN_STARTS:
                 break
-            wide = [share * radius for radius in searches]
-            near = fit.approach(start, wide, leading)
+            near = fit.approach(start, [share * radius for radius in searches], leading)
             end = None if near is None else fit.approach(near, NARROW_SEARCHES_PX, fit.lens)
-            if end is not None and fit.cost(end) < least:
-                best, least, agrees = end, fit.cost(end), not self.disagreeing(end)
+            if end is None:
+                continue
+            rank = bool(self.disagreeing(end)), fit.cost(end)
+            if rank < least:
+                best, least = end, rank
         return best
 
     def disagreeing(self, camera: Camera) -> tuple[str, ...]:
