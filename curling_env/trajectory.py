@@ -27,6 +27,7 @@ TRACK_TABLE = (
     Column(name="swept", low=0.0, high=1.0, required=False),
     Column(name="sigma_xy", unit="m", low=0.0, high=1e3, required=False),
     Column(name="sigma_theta", unit="rad", low=0.0, high=1e4, required=False),
+    Column(name="sigma_t", unit="s", low=0.0, high=1e4, required=False),
 )
 """The columns of a tracks file. Rows may be wild, but no camera is off by a thousand kilometres."""
 FASTEST_TRACK = 20.0
@@ -53,6 +54,8 @@ class Trajectory:
     swept : (n,) 1 while the stone is swept, else 0
     sigma_xy : (n,) standard error of each coordinate [m]; empty if unknown
     sigma_theta : (n,) standard error of the heading [rad]; empty if unknown
+    sigma_t : (n,) standard error of the times at which light gates saw the stone at known y [s],
+        where x is not known and stands as 0; empty for what a camera saw
     throw : number that groups the rows in a file
     stone : identifier of the stone
     clock : time since the session began at which the throw began [s]
@@ -68,6 +71,7 @@ class Trajectory:
     swept: Floats = field(default_factory=_nothing)
     sigma_xy: Floats = field(default_factory=_nothing)
     sigma_theta: Floats = field(default_factory=_nothing)
+    sigma_t: Floats = field(default_factory=_nothing)
     throw: int = 0
     stone: int = 0
     clock: float = 0.0
@@ -79,7 +83,7 @@ class Trajectory:
         for name, default in (("theta", np.nan), ("swept", 0.0)):
             if getattr(self, name).size == 0:
                 object.__setattr__(self, name, np.full(n, default))
-        for name in ("theta", "swept", "sigma_xy", "sigma_theta"):
+        for name in ("theta", "swept", "sigma_xy", "sigma_theta", "sigma_t"):
             column = getattr(self, name)
             if column.shape != (n,) and not (name.startswith("sigma") and column.size == 0):
                 raise InputError(f"a path of {n} samples needs {n} of {name}, got {column.shape}")
@@ -103,6 +107,11 @@ class Trajectory:
         )
 
     __hash__ = None  # pyright: ignore[reportAssignmentType]
+
+    @property
+    def by_gates(self) -> bool:
+        """Whether light gates timed the throw, and no camera saw it."""
+        return self.sigma_t.size > 0
 
     @property
     def duration(self) -> float:
@@ -146,10 +155,11 @@ def tracks_of(table: Table) -> list[Trajectory]:
         raise InputError("holds no rows; expected one row per frame", source=path)
     throws = table.integers("throw")
     columns = {
-        column.name: table.numbers(column.name, blank=column.name not in ("t", "x", "y"))
+        column.name: table.numbers(column.name, blank=column.name not in ("t", "y"))
         for column in TRACK_TABLE[1:]
         if column.name in table
     }
+    _fill_in_x(table, columns)
     stones = np.nan_to_num(columns.pop("stone", np.zeros(len(table)))).astype(np.intp)
     changes = (np.diff(throws) != 0) | (np.diff(stones) != 0)
     starts = [0, *(np.flatnonzero(changes) + 1).tolist()]
@@ -179,6 +189,12 @@ def tracks_of(table: Table) -> list[Trajectory]:
         _check_headings(table, start, part["t"], part["theta"])
         clock = part.pop("clock", None)
         part = {name: column for name, column in part.items() if not np.isnan(column).all()}
+        if "sigma_t" in part and np.isnan(part["sigma_t"]).any():
+            raise InputError(
+                "sigma_t is given in some rows of a throw only; expected all of them, or none",
+                source=path,
+                where=table.where(start + int(np.argmax(np.isnan(part["sigma_t"]))), "sigma_t"),
+            )
         if "swept" in part:
             part["swept"] = np.nan_to_num(part["swept"])
         x, y = part.pop("x"), part.pop("y")
@@ -192,6 +208,19 @@ def tracks_of(table: Table) -> list[Trajectory]:
             )
         )
     return sorted(tracks, key=lambda track: track.throw)
+
+
+def _fill_in_x(table: Table, columns: dict[str, Floats]) -> None:
+    """Take 0 for the x that light gates do not see; refuse any other row without x."""
+    timed = np.isfinite(columns.get("sigma_t", np.full(len(table), np.nan)))
+    lacking = np.flatnonzero(np.isnan(columns["x"]) & ~timed)
+    if lacking.size:
+        raise InputError(
+            "expected a number, found ''; only gate times, with sigma_t, have no x",
+            source=table.source,
+            where=table.where(int(lacking[0]), "x"),
+        )
+    columns["x"] = np.where(timed, 0.0, columns["x"])
 
 
 def _check_speed(table: Table, start: int, columns: dict[str, Floats]) -> None:
@@ -237,7 +266,9 @@ def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
 def track_columns(tracks: Sequence[Trajectory]) -> dict[str, NDArray[Any]]:
     """Tracks as columns by name, one row per frame; positions are rounded to 0.01 mm."""
     measured = [
-        name for name in ("sigma_xy", "sigma_theta") if any(getattr(k, name).size for k in tracks)
+        name
+        for name in ("sigma_xy", "sigma_theta", "sigma_t")
+        if any(getattr(k, name).size for k in tracks)
     ]
 
     def column(name: str) -> Floats:
@@ -253,7 +284,7 @@ def track_columns(tracks: Sequence[Trajectory]) -> dict[str, NDArray[Any]]:
     return {
         "throw": np.repeat([track.throw for track in tracks], counts),
         "t": np.round(column("t"), 6),
-        "x": np.round(xy[:, 0], 5),
+        "x": np.where(np.isnan(column("sigma_t")), np.round(xy[:, 0], 5), np.nan),
         "y": np.round(xy[:, 1], 5),
         "theta": np.round(column("theta"), 5),
         "stone": np.repeat([track.stone for track in tracks], counts),

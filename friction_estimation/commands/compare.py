@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from os.path import realpath
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from typer import Argument
 
@@ -12,6 +13,10 @@ from curling_env.commands.options import IceOption, Measured, grouped, output_to
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import say, warn_about
 from curling_env.errors import InputError
+
+if TYPE_CHECKING:
+    from curling_env.ice import Ice
+    from curling_env.trajectory import Trajectory
 
 
 @grouped
@@ -33,7 +38,8 @@ def compare(
     The release of each throw is fitted to its first 2.5 s, and its further path predicted. The JSON
     has the distance of the two paths at equal times and of the places of rest, in metres and in
     standard errors: an error beyond 2 shows an ice worse than its file says, or an unusual throw.
-    With -o, DIR receives throws.csv, paths.csv and comparison.png. See docs/science/estimation.md.
+    With -o, DIR receives throws.csv, paths.csv and comparison.png. Throws that light gates timed
+    are compared at equal times from hog line to hog line. See docs/science/estimation.md.
     """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.writing import make_directory, together
@@ -45,7 +51,11 @@ def compare(
     if noted and output is not None and realpath(output) == realpath(tracks.parent):
         problem = f"holds the {THROW_LIST} of these tracks; name another folder"
         raise InputError(problem, source="-o")
-    comparison = compare_tracks(load_tracks(tracks), known)
+    throws = load_tracks(tracks)
+    if any(track.by_gates for track in throws):
+        _compare_gate_times(throws, known, output, results)
+        return
+    comparison = compare_tracks(throws, known)
     if output is not None:
         from friction_estimation.reports.rethrow_figures import save_comparison
 
@@ -60,3 +70,25 @@ def compare(
     summary = comparison.summary()
     summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
     results.show(summary, comparison.in_words(results.units))
+
+
+def _compare_gate_times(
+    throws: Sequence[Trajectory], ice: Ice, output: Path | None, results: Measured
+) -> None:
+    """Compare throws that light gates timed."""
+    from curling_env.infrastructure.files.writing import make_directory, together
+    from friction_estimation.comparison.gate_times import (
+        compare_gate_times,
+        write_gate_comparison,
+    )
+
+    comparison = compare_gate_times(throws, ice)
+    if output is not None:
+        folder = make_directory(output)
+        with together():
+            write_gate_comparison(comparison, folder)
+        say(f"{folder}: throws.csv")
+    for reason in comparison.skipped:
+        say(f"left out: {reason}")
+    warn_about(ice)
+    results.show(comparison.summary(), comparison.in_words())

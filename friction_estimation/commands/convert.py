@@ -11,6 +11,7 @@ from curling_env.commands.options import OutputFile, Results, grouped, numbers
 from curling_env.commands.terminal import say
 from curling_env.errors import InputError
 from friction_estimation.tracks.importers import Along
+from friction_estimation.tracks.tuning import GATE_TIME_SIGMA
 
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 
@@ -24,6 +25,9 @@ def convert(
         str, Option(metavar="PLACE|X,Y", help="Its origin: middle, home_tee, … or x,y [m].")
     ] = "middle",
     along: Annotated[Along, Option(help="Its axis from the home to the away end.")] = Along.x,
+    sigma_t: Annotated[
+        float, Option("--sigma-t", metavar="SECONDS", help="Standard error of a gate's time.")
+    ] = GATE_TIME_SIGMA,
     *,
     results: Results,
 ) -> None:
@@ -36,11 +40,16 @@ def convert(
         curling convert tracks.csv -o tracks.parquet
         curling convert ice.json -o cells.parquet
         curling convert session.json -o tracks.csv
+        curling convert gates.csv -o tracks.csv
 
     Exports of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
     file") are recognised by their first rows; every tracked point becomes a throw. Place the other
     program's axes on the ice, the second to the left of the first, and scale them. An ice file
     becomes a table of its cells. An output .parquet is written as Parquet, any other as CSV.
+
+    A log of light gates has the columns Sensor, Start and End [s]: when the beam of T-Line 1,
+    Hog-Line 1 (home end), Hog-Line 2 or T-Line 2 was broken and free again. Its throws become
+    tracks of a few times (sigma_t) without x; faulty rows are reported by their numbers.
     """
     from curling_env.ice import load_ice, write_cells
     from curling_env.infrastructure.files.kinds import kind_of
@@ -48,9 +57,11 @@ def convert(
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.camera.markings import keypoints_of
     from friction_estimation.donation import read_session
+    from friction_estimation.tracks.gates import is_gate_log, read_gates
     from friction_estimation.tracks.importers import on_sheet, read_export
 
     kind = kind_of(table)
+    extra: dict[str, object] = {}
     if table.suffix.lower() == ".json" and kind != "session":
         ice = load_ice(table)
         write_cells(output, ice)
@@ -61,6 +72,15 @@ def convert(
         tracks = read_session(table).tracks
     elif kind == "tracks":
         tracks = read_tracks(table)
+    elif is_gate_log(table):
+        if not 0 < sigma_t <= 1:
+            raise InputError(f"expected 0 to 1 s, got {sigma_t:g}", source="--sigma-t")
+        log = read_gates(table, sigma_t)
+        tracks = log.tracks
+        for fault in log.faults:
+            say(f"left out: {fault}")
+        say(f"{len(log.unused)} rows belong to no throw: people, and stones that are pushed")
+        extra = {"faulty_rows": log.faults, "unused_rows": log.unused}
     else:
         places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}
         series = read_export(table)
@@ -77,6 +97,6 @@ def convert(
     write_tracks(output, tracks)
     rows, throws = sum(map(len, tracks)), len({track.throw for track in tracks})
     results.show(
-        {"written": str(output), "throws": throws, "rows": rows},
+        {"written": str(output), "throws": throws, "rows": rows, **extra},
         f"{throws} throws, {rows} rows: {output}",
     )

@@ -130,6 +130,12 @@ def estimate(
         if scene:
             raise InputError("belongs to films, not to tracks", source="--scene")
         tracks, notes = load_tracks(inputs[0]), throws_beside(inputs[0])
+        if report is not None and any(track.by_gates for track in tracks):
+            problem = "draws paths, and light gates show none"
+            raise InputError(problem, source="--report")
+        if model.method == "paper" and any(track.by_gates for track in tracks):
+            problem = "the paper's method differentiates paths, and light gates show none"
+            raise InputError(problem, source="--method")
     else:
         shown = 0 if report is None else FILMS_SHOWN
         tracks, stills = _track(inputs, scene, tracking, output, shown)

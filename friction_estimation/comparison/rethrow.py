@@ -253,8 +253,9 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
     path = again.trajectory
     assert path is not None
     if part.rests:
-        last = part.track.t > part.t[-1] - 0.1
-        rest = np.median(part.track.xy[last], axis=0)
+        end = part.stretch[1]
+        last = part.track.t[:end] > part.t[-1] - 0.1
+        rest = np.median(part.track.xy[:end][last], axis=0)
         rest_time = _arrival(t, part.xy, rest)
     else:
         rest, rest_time = None, None

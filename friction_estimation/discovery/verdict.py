@@ -75,10 +75,13 @@ def _verdict(found: Discovery) -> str:
         listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
         before, after = found.gaps["before"].rest_error, found.gaps["after"].rest_error
         floor = found.gaps["noise_floor"].rest_error
+        where, digits = "come to rest", 0
+        if found.session.gates is not None:
+            where, digits = "are at the last gate", 1
         parts.append(
             f"The model lacks {listed}; with {'them' if len(names) > 1 else 'it'}, throws it never "
-            f"saw come to rest {100 * after:.0f} cm from the forecast instead of "
-            f"{100 * before:.0f} cm (a perfect model: {100 * floor:.0f} cm)"
+            f"saw {where} {100 * after:.{digits}f} cm from the forecast instead of "
+            f"{100 * before:.{digits}f} cm (a perfect model: {100 * floor:.{digits}f} cm)"
         )
     corrected = [c for c in changes(found) if _is_strength(c)]
     if corrected:

@@ -115,6 +115,7 @@ class TracksDocument(Document):
     swept: Numbers | None = None
     sigma_xy: Numbers | None = None
     sigma_theta: Numbers | None = None
+    sigma_t: Numbers | None = None
 
 
 class SessionDocument(Document):

@@ -10,6 +10,7 @@ import numpy as np
 from curling_env.ice import Ice
 from curling_env.physics.ice_remarks import belief_in_words, believed_effects, what_is_lacking
 from curling_env.physics.state import State
+from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.model.fit import SessionFit
@@ -23,6 +24,10 @@ Method = Literal["trajectory", "paper"]
 SPINS_BY_BENDS = (
     "No heading was measured: to which side a stone turned is read from the bend of its path, and "
     "how fast it turned is believed."
+)
+GATES_SHOW = (
+    "Gate times show one friction for the sheet and how it follows the speed; differences from "
+    "place to place and forces across the sheet need tracks from film."
 )
 _NORMAL_95 = 1.959964
 """Standard errors on either side of the mean that hold 95 % of a normal distribution."""
@@ -56,6 +61,16 @@ class Estimate:
     fit: SessionFit | None = None
     camera_bias: CameraBias | None = None
     discovery: Discovery | None = None
+
+    @property
+    def throws(self) -> int:
+        """Number of throws that were used: stones that hit each other have several slides."""
+        return len({slide.track.throw for slide in self.slides})
+
+    @property
+    def tracks(self) -> list[Trajectory]:
+        """The tracks of the slides, each once."""
+        return list({id(slide.track): slide.track for slide in self.slides}.values())
 
     @property
     def scatter(self) -> float:
@@ -113,6 +128,8 @@ class Estimate:
         said = what_is_lacking(self.ice)
         said += [belief_in_words(name) for name in believed_effects(self.ice)]
         remarks = [f"{words[0].upper()}{words[1:]}." for words in said]
+        if self.fit is not None and self.fit.session.gates is not None:
+            remarks.append(GATES_SHOW)
         if self.discovery is not None:
             remarks += blind_spots(self.discovery, no_heading=SPINS_BY_BENDS)
         return remarks
@@ -126,7 +143,7 @@ class Estimate:
             "sigma": self.sigma if is_known else None,
             "low": low if is_known else None,
             "high": high if is_known else None,
-            "throws": len(self.slides),
+            "throws": self.throws,
             "samples": sum(len(slide.rows) for slide in self.slides),
             "method": self.method,
         }
@@ -199,5 +216,12 @@ class Estimate:
         """Which throw of the fit a free slide is; None if it is none of them."""
         if self.fit is None:
             return None
-        places = np.flatnonzero(self.fit.session.throws == slide.track.throw)
+        session, track = self.fit.session, slide.track
+        same = (session.throws == track.throw) & (session.stones == track.stone)
+        # Discovery may begin a slide at the hog line, before a push seems to end, but not earlier
+        # than the contact before it.
+        first, last = slide.stretch
+        since = session.clocks - track.clock
+        within = (since >= track.t[first] - 1e-6) & (since <= track.t[last - 1])
+        places = np.flatnonzero(same & within)
         return int(places[0]) if len(places) else None

@@ -69,6 +69,8 @@ def evidence_path(ice: str | Path) -> Path:
 
 
 _ROWS = ("t", "x", "y", "theta", "swept", "sigma_xy", "sigma_theta")
+_GATES = "sigma_t"
+"""A further one, where light gates timed the throws."""
 _THROWS = ("throw", "stone", "clock", "rows")
 
 
@@ -85,7 +87,8 @@ def save_evidence(
     """
     path = evidence_path(source)
     rows: dict[str, Any] = {
-        name: np.concatenate([_column(track, name) for track in tracks]) for name in _ROWS
+        name: np.concatenate([_column(track, name) for track in tracks])
+        for name in (*_ROWS, *([_GATES] if any(track.by_gates for track in tracks) else []))
     }
     write_arrays(
         path,
@@ -126,7 +129,8 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
         problem = "has no throws in it: estimate the ice once more from its tracks"
         raise InputError(problem, source=path)
     mu, counts = columns["mu"], columns["rows"]
-    flat = all(columns[name].ndim == 1 and columns[name].dtype.kind in "biuf" for name in _ROWS)
+    names = (*_ROWS, *([_GATES] if _GATES in columns else []))
+    flat = all(columns[name].ndim == 1 and columns[name].dtype.kind in "biuf" for name in names)
     whole = all(columns[name].ndim == 1 for name in _THROWS) and counts.dtype.kind in "iu"
     if not (flat and whole and mu.dtype.kind == "f"):
         raise InputError("is not the whole evidence of an ice", source=path)
@@ -134,16 +138,18 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
         raise InputError(f"belongs to another ice than {source}", source=path)
     if (
         any(len(columns[name]) != len(counts) for name in _THROWS)
-        or any(len(columns[name]) != counts.sum() for name in _ROWS)
+        or any(len(columns[name]) != counts.sum() for name in names)
         or (counts < 1).any()
     ):
         raise InputError("is not the whole evidence of an ice", source=path)
     tracks: list[Trajectory] = []
     ends = np.cumsum(counts)
     for k, end in enumerate(ends):
-        own = {name: columns[name][end - counts[k] : end].astype(np.float64) for name in _ROWS}
+        own = {name: columns[name][end - counts[k] : end].astype(np.float64) for name in names}
         sigma = {
-            name: own[name] for name in ("sigma_xy", "sigma_theta") if np.isfinite(own[name]).any()
+            name: own[name]
+            for name in ("sigma_xy", "sigma_theta", _GATES)
+            if name in own and np.isfinite(own[name]).any()
         }
         try:
             tracks.append(

@@ -20,10 +20,12 @@ from curling_env.ice import Ice
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Progress, no_progress, part_of_progress
 from friction_estimation.camera.scene import Scene
+from friction_estimation.discovery.data.gates import gate_slides
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.discover import Discovery, ice_of, search_session
 from friction_estimation.discovery.evidence.intervals import level_error
 from friction_estimation.discovery.model.fit import SessionFit, singular_fit_refused
+from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.ripple import RippleSearch, find_ripple
@@ -88,6 +90,9 @@ def estimate_ice(
     from_map = prior is not None
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
+    if session.gates is not None:
+        with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
+            return _estimate_by_gates(tracks, session, first, effects, uniform=uniform)
     if not session.turns.any():
         session = session.with_spins_by_bends()
     # The matrices are too small to share: more threads of linear algebra only wait for each other.
@@ -109,6 +114,44 @@ def estimate_ice(
             part_of_progress(progress, 0.2, 1.0),
         )
         return _estimate(found.improved_ice(), found.final, search, tracks, discovery=found)
+
+
+def _estimate_by_gates(
+    tracks: Sequence[Trajectory],
+    session: Session,
+    first: Ice,
+    effects: EffectsChoice,
+    *,
+    uniform: bool,
+) -> Estimate:
+    """The ice of throws that light gates timed: one friction, and how it follows the speed.
+
+    Parameters
+    ----------
+    tracks, session : throws
+    first : sheet and stone, and effects that are expected
+    effects, uniform : as of `estimate_ice`
+    """
+    if effects == "none" or uniform:
+        model = known_effects_model(first, session, uniform=True)
+    else:
+        model = believed_model(first, session)
+        model = model.without(MAP_CARD.name)
+    fitted = fit_with_noise(model, session)
+    ice = ice_of(fitted)
+    if effects == "none" or uniform:
+        ice = replace(ice, effects=first.effects, stone=first.stone)
+    slides, _ = gate_slides(tracks)
+    return Estimate(
+        ice=ice,
+        method="trajectory",
+        uniform=True,
+        mu=float(ice.friction.mu.flat[0]),
+        sigma=float(ice.friction.mu.flat[0]) * level_error(fitted),
+        slides=tuple(slides),
+        skipped=session.left_out,
+        fit=fitted,
+    )
 
 
 def _fit(

@@ -275,5 +275,5 @@ def _estimate(
     return IceSoFar(
         throws=throws,
         words=f"μ = {found.mu:.5f} ± {50 * (high - low) / found.mu:.2g} % "
-        f"from {len(found.slides)} throws",
+        f"from {found.throws} throws",
     )

@@ -142,7 +142,12 @@ def forecast_picture(found: Discovery) -> Figure:
 
 
 def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
-    """Residuals before and after, for every named effect and each variable of the unknown."""
+    """Residuals before and after, for every named effect and each variable of the unknown.
+
+    None for throws that gates timed: their few rows show no curve.
+    """
+    if found.session.gates is not None:
+        return []
     wanted = [(effect.label, _shown_over(effect.label)) for effect in found.effects]
     wanted += [("unknown", d.variable) for d in found.dependences if d.variable in LABELS]
     out: list[tuple[str, Figure]] = []

@@ -107,7 +107,7 @@ def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
     low, high = found.interval
     figure.suptitle(
         f"Friction of the ice: μ = {found.mu:.5f}  (95 %: {low:.5f} to {high:.5f}), "
-        f"{len(found.slides)} throws",
+        f"{found.throws} throws",
         fontsize=13,
         color=INK,
     )
@@ -222,8 +222,7 @@ def save_residuals(found: Estimate, path: Path) -> None:
 
 def paper_estimate(found: Estimate) -> Estimate:
     """What the paper's method, differentiating and averaging, makes of the same throws."""
-    tracks = [part.track for part in found.slides]
-    return estimate_by_paper(tracks, start=found.ice, uniform=found.uniform)
+    return estimate_by_paper(found.tracks, start=found.ice, uniform=found.uniform)
 
 
 def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:

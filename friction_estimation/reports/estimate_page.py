@@ -106,7 +106,7 @@ def write_report(
     write_json(
         folder / "estimate.json", {"format": SUMMARY_FORMAT.name, **found.summary(), **origin}
     )
-    measured = throw_table([part.track for part in found.slides])
+    measured = throw_table(found.tracks)
     write_measures(folder / "throw_table.csv", measured, notes)
     throws = throws_section(measured, units, notes) if measured else ""
     _write_page(found, folder, pictures, stills, throws, units, reload, provenance)
@@ -165,7 +165,7 @@ def _picture_section(folder: Path, name: str) -> str:
 def row_table(found: Estimate) -> dict[str, ArrayLike]:
     """Every row of every track, and what became of it: columns for `write_table`.
 
-    `use` is ``used``, ``before`` or ``after`` the free slide, ``wild``, a jump,
+    `use` is ``used``, ``before`` or ``after`` a free slide, ``wild``, a jump,
     ``unlike`` all that the fit expects, or ``between`` rows that say as much in a track that a
     smoother or a fast camera made. `left_m` is the residual of the fit along the travel [m].
     """
@@ -173,21 +173,21 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
         name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
     }
     leftovers = found.leftovers
-    for part in found.slides:
-        track = part.track
-        place = np.arange(len(track))
-        use = np.full(len(track), "wild", dtype=object)
-        use[place < part.rows[0]], use[place > part.rows[-1]] = "before", "after"
-        use[part.rows] = "used"
+    for track in found.tracks:
+        use = np.full(len(track), "before", dtype=object)
         residual = np.full(len(track), np.nan)
-        which = found.place(part)
-        if found.fit is not None and which is not None:
-            t, left = leftovers[which]
-            begin = float(found.fit.session.clocks[which] - track.clock)
-            rows = np.searchsorted(track.t, t + begin - 1e-6)
-            thinned = np.diff(rows).min() > 1 if len(rows) > 1 else False
-            use[part.rows] = "between" if thinned else "unlike"
-            use[rows], residual[rows] = "used", left
+        for part in (slide for slide in found.slides if slide.track is track):
+            use[part.rows[0] :] = "wild"
+            use[part.rows[-1] + 1 :] = "after"
+            use[part.rows] = "used"
+            which = found.place(part)
+            if found.fit is not None and which is not None:
+                t, left = leftovers[which]
+                begin = float(found.fit.session.clocks[which] - track.clock)
+                rows = np.searchsorted(track.t, t + begin - 1e-6)
+                thinned = np.diff(rows).min() > 1 if len(rows) > 1 else False
+                use[part.rows] = "between" if thinned else "unlike"
+                use[rows], residual[rows] = "used", left
         own = (np.full(len(track), track.throw), track.t, *track.xy.T, use, residual)
         for name, values in zip(columns, own, strict=True):
             columns[name].append(values)
@@ -222,7 +222,7 @@ def _facts(found: Estimate, units: Units) -> list[tuple[str, str]]:
         known = "its error is not known: rounding has lost it"
     pairs = [(f"{found.mu:.5f}", f"friction μ, {known}")]
     pairs += draw_facts(found.ice, found.mu, units)
-    pairs.append((str(len(found.slides)), "throws measured"))
+    pairs.append((str(found.throws), "throws measured"))
     if found.resolution is not None:
         pairs.append((length(found.resolution, units), "finest detail that is resolved"))
     if found.noise is not None:

@@ -6,7 +6,9 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "camera_fusion": ("join_cameras",),
+        "contacts": ("contacts_of",),
         "free_slide": ("FreeSlide", "free_slides"),
+        "gates": ("GateLog", "read_gates"),
         "importers": ("Along", "on_sheet", "read_export"),
         "measured": ("Measured",),
         "outliers": ("wild_rows",),

@@ -1,34 +1,54 @@
-"""When stones touched each other, as the tracks of one throw tell together."""
+"""When a stone was touched, as the tracks of a throw show together and each by itself.
+
+Two stones that come within a diameter of each other touch. The track of a stone that is seen alone
+shows a contact too: its velocity changes suddenly, by more than ice can change it and by more than
+the noise of the track.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from itertools import pairwise
+from collections.abc import Iterator, Sequence
+from itertools import combinations, groupby, pairwise
 
 import numpy as np
 
+from curling_env.sheet import HOG_LINE_Y, Stone
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks.tuning import CONTACT_TIME_MARGIN, TOUCHING_DISTANCE
+from curling_env.typing import Flags, Floats
+from friction_estimation.tracks.local_changes import changes_about
+from friction_estimation.tracks.outliers import wild_rows
+from friction_estimation.tracks.smoothing import smooth_motion
+from friction_estimation.tracks.tuning import (
+    CLEAR_DEVIATIONS,
+    CONTACT_TIME_MARGIN,
+    HARD_HIT,
+    ICE_CHANGES_VELOCITY,
+    JUMP_ROWS,
+    JUMP_WINDOWS,
+    LEAST_CONTACT_SPEED,
+    LEAST_JUMP,
+    LONG_WAY,
+    MIN_NOISE,
+    MIN_SAMPLES,
+    TOUCHING_SLACK,
+)
+
+_DIAMETER = 2 * Stone().radius
 
 
 def contacts_of(tracks: Sequence[Trajectory]) -> list[list[float]]:
-    """Times at which each stone touched another, one list for each track [s].
+    """Times at which each stone was touched, one list for each track [s].
 
-    The track of a struck stone begins with the contact, and the stone next to it at that moment
-    struck it. A contact of which only one stone has a track is not seen.
+    Parameters
+    ----------
+    tracks : tracks of a session; the stones of one throw share its number and stand together
     """
-    found: list[list[float]] = [[] for _ in tracks]
-    for struck in tracks:
-        if len(struck) < 2 or stays_at_rest(struck):
-            continue
-        for k, other in enumerate(tracks):
-            at = float(struck.t[0])
-            alone = other.throw != struck.throw or other is struck
-            if alone or len(other) < 2 or not other.t[0] < at <= other.t[-1]:
-                continue
-            there = [np.interp(at, other.t, other.xy[:, axis]) for axis in range(2)]
-            if np.hypot(*(struck.xy[0] - there)) < TOUCHING_DISTANCE:
-                found[k].append(at)
+    found = [velocity_jumps(track) for track in tracks]
+    for _, group in groupby(range(len(tracks)), key=lambda k: tracks[k].throw):
+        for one, other in combinations(group, 2):
+            for time in _meetings(tracks[one], tracks[other]):
+                found[one].append(time)
+                found[other].append(time)
     return [sorted(times) for times in found]
 
 
@@ -37,24 +57,194 @@ def stays_at_rest(track: Trajectory) -> bool:
     return len(track) == 2 and bool((np.ptp(track.xy, axis=0) < 0.05).all())
 
 
-def longest_stretch(track: Trajectory, contacts: Sequence[float]) -> tuple[int, int]:
-    """First and past-last row of the longest way between contacts.
+def stretches(track: Trajectory, contacts: Sequence[float]) -> Iterator[tuple[int, int]]:
+    """First and past-last row of each stretch between contacts.
 
-    The row at a contact and the one before it may lie on either side of it.
+    Rows at a contact may lie on either side of it, and are in neither.
 
     Parameters
     ----------
     track : track of one stone
-    contacts : times at which it touched another stone [s]
+    contacts : times at which it was touched [s]
     """
-    edges = [-np.inf, *sorted(contacts), np.inf]
-    best, longest = (0, 0), -1.0
-    for begin, end in pairwise(edges):
-        after = track.t > begin + CONTACT_TIME_MARGIN
-        inside = np.flatnonzero(after & (track.t < end - CONTACT_TIME_MARGIN))
-        if len(inside) < 2:
-            continue
-        travel = float(np.hypot(*(track.xy[inside[-1]] - track.xy[inside[0]])))
-        if travel > longest:
-            best, longest = (int(inside[0]), int(inside[-1]) + 1), travel
-    return best
+    for begin, end in pairwise([-np.inf, *sorted(contacts), np.inf]):
+        first = int(np.searchsorted(track.t, begin + CONTACT_TIME_MARGIN, side="right"))
+        last = int(np.searchsorted(track.t, end - CONTACT_TIME_MARGIN))
+        if last > first:
+            yield first, last
+
+
+# --- two stones ----------------------------------------------------------------------------------
+
+
+def _meetings(one: Trajectory, other: Trajectory) -> Iterator[float]:
+    """Times at which two stones of a throw begin and cease to touch [s].
+
+    A struck stone may be tracked from the first frame after the contact on. Between two frames a
+    stone may have come nearer than it is seen, by a part of its way from frame to frame.
+    """
+    if len(one) < 2 or len(other) < 2 or (stays_at_rest(one) and stays_at_rest(other)):
+        return
+    frame = max(float(np.median(np.diff(track.t))) for track in (one, other) if len(track) > 2)
+    begin = max(float(one.t[0]), float(other.t[0]))
+    end = min(float(one.t[-1]), float(other.t[-1]))
+    t = np.union1d(one.t, other.t)
+    t = t[(t >= begin - 1.5 * frame) & (t <= end + 1e-9)]
+    if len(t) < 2:
+        return
+    apart = _at(one, t) - _at(other, t)
+    ways = np.hypot(*np.diff(apart, axis=0).T)
+    near = np.maximum(np.append(ways, ways[-1]), np.append(ways[0], ways))
+    slack = 0.0 if stays_at_rest(one) or stays_at_rest(other) else TOUCHING_SLACK + 0.6 * near
+    touching = np.hypot(*apart.T) < _DIAMETER + np.minimum(slack, _DIAMETER)
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], touching.astype(int), [0]])))
+    for first, past in zip(edges[::2], edges[1::2], strict=True):
+        yield float(t[first])
+        if t[past - 1] - t[first] > CONTACT_TIME_MARGIN:
+            yield float(t[past - 1])
+
+
+def _at(track: Trajectory, t: Floats) -> Floats:
+    return np.column_stack([np.interp(t, track.t, axis) for axis in track.xy.T])
+
+
+# --- one stone -----------------------------------------------------------------------------------
+
+
+def velocity_jumps(track: Trajectory) -> list[float]:
+    """Times at which the velocity of a stone changes suddenly, beyond the delivery hog line [s].
+
+    About every time, in windows of several lengths, a parabola is fitted with another velocity
+    before than after. The change must stand out from the noise, as the whole track shows it, and
+    be more than changes of friction can feign within the window.
+
+    Parameters
+    ----------
+    track : track of one stone
+    """
+    if len(track) < MIN_SAMPLES:
+        return []
+    wild, _ = wild_rows(track.t, track.xy)
+    kept = ~wild & _beyond_delivery(track.xy)
+    if kept.sum() < MIN_SAMPLES:
+        return []
+    return sorted(_Jumps(track.t[kept], track.xy[kept]).all())
+
+
+def _beyond_delivery(xy: Floats) -> Flags:
+    """Rows at which no hand delivers the stone any more."""
+    way = float(xy[-1, 1] - xy[0, 1])
+    if abs(way) < LONG_WAY:
+        return np.ones(len(xy), dtype=bool)
+    return np.sign(way) * xy[:, 1] >= -HOG_LINE_Y
+
+
+class _Jumps:
+    """The search for jumps of the velocity in one track.
+
+    Parameters
+    ----------
+    t, xy : rows that are not wild
+    """
+
+    def __init__(self, t: Floats, xy: Floats) -> None:
+        self._t, self._xy = t, xy
+        motion = smooth_motion(t, xy)
+        moving = motion.speed > LEAST_CONTACT_SPEED
+        self._speed = motion.speed
+        shortest = max(JUMP_WINDOWS[0], JUMP_ROWS * float(np.median(np.diff(t))))
+        self._windows = [shortest, *(w for w in JUMP_WINDOWS if w > shortest)]
+        slowing = float(np.median(-motion.acceleration[moving])) if moving.any() else 0.0
+        self._usual = max(slowing, 0.01)
+        self._excess: list[Floats] = []
+        for window in self._windows:
+            times = np.arange(t[0], t[-1], window / 8)
+            self._excess.append(_excess(self._changes(0, len(t), times, window)[1]))
+
+    def all(self) -> Iterator[float]:
+        """Every jump, in no order [s]."""
+        parts = [(0, len(self._t))]
+        while parts:
+            first, last = parts.pop()
+            time = self._clearest(first, last)
+            if time is None:
+                continue
+            yield time
+            until, since = np.searchsorted(
+                self._t, [time - CONTACT_TIME_MARGIN, time + CONTACT_TIME_MARGIN]
+            )
+            parts += [(first, max(int(until), first)), (min(int(since), last), last)]
+
+    def _clearest(self, first: int, last: int) -> float | None:
+        """The clearest jump within some rows, in the shortest window that shows one [s]."""
+        t = self._t[first:last]
+        for window, usual_excess in zip(self._windows, self._excess, strict=True):
+            if len(t) < 6:
+                break
+            step = max(window / 8, float(np.median(np.diff(t))))
+            times = np.arange(t[2] + 0.5 * step, t[-3], step)
+            size, deviations = self._changes(first, last, times, window)
+            by_ice = max(LEAST_JUMP, ICE_CHANGES_VELOCITY * self._usual * window)
+            excess = np.minimum(usual_excess, _excess(deviations))
+            threshold = CLEAR_DEVIATIONS * np.where(size > HARD_HIT * by_ice, *excess)
+            is_clear = (deviations > threshold) & (size > by_ice) & self._moved(times)
+            if is_clear.any():
+                time = float(times[np.argmax(np.where(is_clear, deviations, 0.0))])
+                return self._placed(first, last, time, window)
+        return None
+
+    def _placed(self, first: int, last: int, time: float, window: float) -> float:
+        """The time of a jump [s], sought again where rows about it are wild or lost."""
+        t = self._t[first:last]
+        low, high = np.searchsorted(t, [time - window, time + window])
+        low, high = max(int(low) - 1, 0), min(int(high), len(t) - 1)
+        widest = low + int(np.argmax(np.diff(t[low : high + 1])))
+        gap = float(t[widest + 1] - t[widest])
+        if gap < 1.5 * float(np.median(np.diff(t))):
+            return time
+        times = np.linspace(t[widest], t[widest + 1], 21)
+        _, deviations = self._changes(first, last, times, gap + window)
+        return float(times[np.argmax(deviations)]) if deviations.any() else time
+
+    def _moved(self, times: Floats) -> Flags:
+        """Whether the stone moved shortly before some times: one at rest is not hit on its way."""
+        before = [np.interp(times - shift, self._t, self._speed) for shift in (0.5, 0.75, 1.0)]
+        return np.min(before, axis=0) > LEAST_CONTACT_SPEED
+
+    def _changes(
+        self, first: int, last: int, times: Floats, window: float
+    ) -> tuple[Floats, Floats]:
+        """Changes of the velocity at some times [m/s], and these in standard errors."""
+        found = [
+            changes_about(
+                times,
+                self._t[first:last],
+                self._xy[first:last, axis],
+                span=(window, window),
+                order=1,
+                least_rows=(3, 3),
+            )
+            for axis in (0, 1)
+        ]
+        size = np.hypot(*(one.change for one in found))
+        known = np.isfinite(found[0].gain)
+        if not known.any():
+            return size, np.zeros(len(times))
+        usual = [max(float(np.median(one.spread[known])), MIN_NOISE) for one in found]
+        return size, np.hypot(
+            *(one.deviations(noise) for one, noise in zip(found, usual, strict=True))
+        )
+
+
+def _excess(deviations: Floats) -> Floats:
+    """Usual change of the velocity over what rows of independent noise would show, (2,).
+
+    The first is by the lowest quarter of the changes, which hard hits leave as it is even in a
+    short track; the second by the lower half, which is surer.
+    """
+    squares = deviations[deviations > 0] ** 2
+    if not len(squares):
+        return np.ones(2)
+    low = np.quantile(squares, [0.25, 0.5])
+    # Quantiles of the sum of two squares of normal deviates.
+    return np.maximum.accumulate(np.maximum(1.0, np.sqrt(low / (2 * np.log([4 / 3, 2.0])))))

@@ -12,11 +12,11 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.errors import TrackTooShortError
-from curling_env.physics.compiled import compiled
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats, Indices
-from friction_estimation.tracks.contacts import contacts_of, longest_stretch, stays_at_rest
+from friction_estimation.tracks.contacts import contacts_of, stays_at_rest, stretches
+from friction_estimation.tracks.local_changes import changes_about
 from friction_estimation.tracks.outliers import wild_rows
 from friction_estimation.tracks.smoothing import SmoothedMotion, smooth_motion
 from friction_estimation.tracks.tuning import (
@@ -27,6 +27,7 @@ from friction_estimation.tracks.tuning import (
     MIN_SAMPLES,
     MIN_TRAVEL,
     PUSHED_DECELERATION,
+    SLOWED_ALIKE,
 )
 
 
@@ -38,15 +39,15 @@ class FreeSlide:
     ----------
     track : the whole track
     rows : (k,) indices into the track, in order of time, without wild rows
-    released_at : time of the first of them [s]
-    rests : whether the stone came to rest by itself at the end of the track
-    wild : number of rows of the track left out as wild
+    stretch : first and past-last row of the track between the contacts before and after
+    rests : whether the stone came to rest by itself at the end of the stretch
+    wild : number of rows of the stretch left out as wild
     noise : robust standard deviation of one coordinate [m]
     """
 
     track: Trajectory
     rows: Indices
-    released_at: float
+    stretch: tuple[int, int]
     rests: bool
     wild: int
     noise: float
@@ -62,34 +63,139 @@ class FreeSlide:
         return self.track.xy[self.rows]
 
     @property
+    def released_at(self) -> float:
+        """Time of the first row [s]."""
+        return float(self.track.t[self.rows[0]])
+
+    @property
+    def travel(self) -> float:
+        """Distance from the first to the last row [m]."""
+        return float(np.hypot(*(self.xy[-1] - self.xy[0]))) if len(self.rows) else 0.0
+
+    @property
     def duration(self) -> float:
         """Time between the first and the last row [s]."""
         return float(self.t[-1] - self.t[0])
 
 
-def free_slide(track: Trajectory, contacts: Sequence[float] = ()) -> FreeSlide:
-    """The part of a track after the stone left the hand and before it rests or is stopped.
-
-    The end is where the stone has reached its last place, or where it is slowed or turned more than
-    ice can. The beginning is found in three steps: the stone moves; the last moment at which a push
-    ended, which shows as deceleration that sets in; and the delivery hog line, before which the
-    rules want the stone released. Rows before that line are used only where there are enough of
-    them to show that nobody pushed. Of a stone that struck or was struck, the longest way between
-    contacts is taken.
+def free_slide(track: Trajectory, contacts: Sequence[float] | None = None) -> FreeSlide:
+    """The longest free slide of a track.
 
     Parameters
     ----------
     track : track of one stone
-    contacts : times at which it touched another stone [s]
+    contacts : times at which it was touched [s]; those that the track itself shows by default
 
     Raises
     ------
     TrackTooShortError : no free slide of a metre and 20 samples
     """
-    if len(contacts):
-        first, last = longest_stretch(track, contacts)
-        part = free_slide(_rows_of(track, first, last))
-        return replace(part, track=track, rows=part.rows + first)
+    slides = _slides_of(track, contacts_of([track])[0] if contacts is None else contacts)
+    return max(slides, key=lambda slide: slide.travel)
+
+
+def free_slides(
+    tracks: Sequence[Trajectory], contacts: Sequence[Sequence[float]] | None = None
+) -> tuple[list[FreeSlide], list[str]]:
+    """The free slides of all tracks, and the reasons why some tracks have none.
+
+    A stone slides freely before a contact and again after it: these are two slides.
+
+    Parameters
+    ----------
+    tracks : tracks of one session; the stones of one throw share its number
+    contacts : times at which each stone was touched [s]; see `contacts_of`
+
+    Raises
+    ------
+    TrackTooShortError : no track has a free slide
+    """
+    slides: list[FreeSlide] = []
+    reasons: list[str] = []
+    found = contacts_of(tracks) if contacts is None else contacts
+    for track, times in zip(tracks, found, strict=True):
+        if stays_at_rest(track) and len(tracks) > 1:
+            continue  # a resting stone beside the thrown one
+        try:
+            slides += _slides_of(track, times)
+        except TrackTooShortError as error:
+            reasons.append(error.problem)
+    if not slides:
+        more = f" ({len(reasons) - 1} more like it)" if len(reasons) > 1 else ""
+        reason = reasons[0] if reasons else "every stone lies still"
+        raise TrackTooShortError(f"no throw slides freely: {reason}{more}")
+    return slides, reasons
+
+
+def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
+    """The free slides of a track, one for each stretch between contacts that has one.
+
+    Raises
+    ------
+    TrackTooShortError : none has a free slide of a metre and 20 samples
+    """
+    if track.by_gates:
+        raise TrackTooShortError(
+            f"throw {track.throw} was timed by light gates, which show no path"
+        )
+    found: list[FreeSlide] = []
+    problem: TrackTooShortError | None = None
+    for first, last in stretches(track, contacts):
+        try:
+            part = _slide_of_stretch(_rows_of(track, first, last))
+        except TrackTooShortError as error:
+            problem = problem or error
+            continue
+        found.append(replace(part, track=track, rows=part.rows + first, stretch=(first, last)))
+        if part.rests:
+            break  # who moves it now is not known
+    if not found:
+        count = len(track)
+        raise problem or TrackTooShortError(
+            f"throw {track.throw} has {count} samples, needs {MIN_SAMPLES}"
+        )
+    return _alike(found)
+
+
+def _alike(slides: list[FreeSlide]) -> list[FreeSlide]:
+    """The slides of one stone that are slowed as its longest one is: no hand is at it."""
+    if len(slides) == 1:
+        return slides
+    usual = max(slides, key=lambda slide: slide.travel)
+    least, most = SLOWED_ALIKE
+    mean, error = _deceleration(usual)
+    kept: list[FreeSlide] = []
+    for slide in slides:
+        own, sigma = _deceleration(slide)
+        slack = CLEAR_DEVIATIONS * float(np.hypot(sigma, error))
+        if least * mean - slack < own < most * mean + slack:
+            kept.append(slide)
+    return kept or [usual]
+
+
+def _deceleration(slide: FreeSlide) -> tuple[float, float]:
+    """Mean deceleration of a slide, and its standard error [m/s²]."""
+    way = slide.xy[-1] - slide.xy[0]
+    u = slide.t - slide.t.mean()
+    basis = np.column_stack([np.ones_like(u), u, -0.5 * u**2])
+    inverse = np.linalg.inv(basis.T @ basis)
+    along = slide.xy @ (way / np.hypot(*way))
+    found = inverse @ (basis.T @ along)
+    return float(found[2]), float(slide.noise * np.sqrt(inverse[2, 2]))
+
+
+def _slide_of_stretch(track: Trajectory) -> FreeSlide:
+    """The part of a track after the stone left the hand and before it rests; nothing touches it.
+
+    The beginning is found in three steps: the stone moves; the last moment at which a push ended,
+    which shows as deceleration that sets in; and the delivery hog line, before which the rules want
+    the stone released. Rows before that line are used only where there are enough of them to show
+    that nobody pushed.
+
+    Raises
+    ------
+    TrackTooShortError : no free slide of a metre and 20 samples
+    """
     name = f"throw {track.throw}"
     if len(track) < MIN_SAMPLES:
         raise TrackTooShortError(f"{name} has {len(track)} samples, needs {MIN_SAMPLES}")
@@ -107,47 +213,20 @@ def free_slide(track: Trajectory, contacts: Sequence[float] = ()) -> FreeSlide:
     stop, rests = _end_of_slide(t, motion, begin, end)
     start = _release(t, xy, motion, begin, stop, noise)
     kept = rows[start:stop]
-    travel = float(np.hypot(*(track.xy[kept[-1]] - track.xy[kept[0]]))) if len(kept) else 0.0
-    if len(kept) < MIN_SAMPLES or travel < MIN_TRAVEL:
-        raise TrackTooShortError(
-            f"{name}: only {travel:.2f} m and {len(kept)} samples of free sliding, "
-            f"needs {MIN_TRAVEL:g} m and {MIN_SAMPLES}"
-        )
-    return FreeSlide(
+    slide = FreeSlide(
         track=track,
         rows=kept,
-        released_at=float(track.t[kept[0]]),
+        stretch=(0, len(track)),
         rests=rests,
         wild=int(wild.sum()),
         noise=noise,
     )
-
-
-def free_slides(tracks: Sequence[Trajectory]) -> tuple[list[FreeSlide], list[str]]:
-    """The free slides of all tracks that have one, and the reasons why others have none.
-
-    Parameters
-    ----------
-    tracks : tracks of one session; the stones of one throw share its number
-
-    Raises
-    ------
-    TrackTooShortError : no track has a free slide
-    """
-    slides: list[FreeSlide] = []
-    reasons: list[str] = []
-    for track, contacts in zip(tracks, contacts_of(tracks), strict=True):
-        if stays_at_rest(track) and len(tracks) > 1:
-            continue  # a resting stone beside the thrown one
-        try:
-            slides.append(free_slide(track, contacts))
-        except TrackTooShortError as error:
-            reasons.append(error.problem)
-    if not slides:
-        more = f" ({len(reasons) - 1} more like it)" if len(reasons) > 1 else ""
-        reason = reasons[0] if reasons else "every stone lies still"
-        raise TrackTooShortError(f"no throw slides freely: {reason}{more}")
-    return slides, reasons
+    if len(kept) < MIN_SAMPLES or slide.travel < MIN_TRAVEL:
+        raise TrackTooShortError(
+            f"{name}: only {slide.travel:.2f} m and {len(kept)} samples of free sliding, "
+            f"needs {MIN_TRAVEL:g} m and {MIN_SAMPLES}"
+        )
+    return slide
 
 
 def _rows_of(track: Trajectory, first: int, last: int) -> Trajectory:
@@ -167,14 +246,6 @@ def _end_of_slide(t: Floats, motion: SmoothedMotion, begin: int, end: int) -> tu
     """Past-last index of the free slide, and whether the stone came to rest by itself."""
     middle = motion.acceleration[begin:end]
     usual = max(-float(np.median(middle)), 0.01)
-    sigma = np.maximum(motion.acceleration_sigma, 1e-9)
-    # Ice decelerates by some hundredths of g; a board, a broom or another stone by much more.
-    stopped = motion.acceleration < -5 * usual - CLEAR_DEVIATIONS * sigma
-    stopped[: begin + 5] = False
-    hit = np.flatnonzero(stopped[:end])
-    if hit.size:
-        until = t[hit[0]] - 0.4
-        return max(int(np.searchsorted(t, until)), begin), False
     if end == len(t):
         # The track ends with the slide: at rest if the last two seconds lead to a standstill.
         last = t >= t[-1] - 2.0
@@ -213,70 +284,20 @@ def _end_of_push(t: Floats, distance: Floats, begin: int, stop: int, noise: floa
     times = np.arange(t[begin] + 0.25, latest, 0.05)
     if not len(times):
         return None
-    after, change, sigma = _accelerations_about(times, t[begin:stop], distance[begin:stop], noise)
-    certainty = change / sigma
+    found = changes_about(
+        times,
+        t[begin:stop],
+        distance[begin:stop],
+        span=(BEFORE_PUSH_ENDS, AFTER_PUSH_ENDS),
+        order=2,
+        least_rows=(6, 15),
+    )
+    certainty = found.deviations(noise)
     a_push_ends = (
-        (after < 0) & (change > (1 - PUSHED_DECELERATION) * -after) & (certainty > CLEAR_DEVIATIONS)
+        (found.after < 0)
+        & (found.change > (1 - PUSHED_DECELERATION) * -found.after)
+        & (certainty > CLEAR_DEVIATIONS)
     )
     if not a_push_ends.any():
         return None
     return float(times[np.argmax(np.where(a_push_ends, certainty, 0.0))])
-
-
-def _accelerations_about(
-    times: Floats, t: Floats, distance: Floats, noise: float
-) -> tuple[Floats, Floats, Floats]:
-    """Acceleration after each time, how much more there was before it, and the error of that.
-
-    Parameters
-    ----------
-    times : (m,) times [s]
-    t : (n,) times of the rows [s]
-    distance : (n,) distance along the path [m]
-    noise : least standard deviation of the distances [m]
-
-    Returns
-    -------
-    three arrays (m,) [m/s²]; the error is infinite where there are too few rows
-    """
-    grams, counts = np.zeros((len(times), 5, 5)), np.zeros((len(times), 2))
-    _sum_products(times, t, distance, np.empty(5), grams, counts)
-    known = np.flatnonzero((counts[:, 0] >= 6) & (counts[:, 1] >= 15))
-    after, change, sigma = np.zeros(len(times)), np.zeros(len(times)), np.full(len(times), np.inf)
-    inverse, right = np.linalg.inv(grams[known, :4, :4]), grams[known, :4, 4]
-    solution = np.einsum("kij,kj->ki", inverse, right)
-    left = np.maximum(grams[known, 4, 4] - np.einsum("ki,ki->k", solution, right), 0.0)
-    spread = np.sqrt(left / np.maximum(counts[known].sum(axis=1) - 4, 1))
-    after[known], change[known] = solution[:, 2], solution[:, 3]
-    sigma[known] = np.maximum(noise, spread) * np.sqrt(inverse[:, 3, 3])
-    return after, change, sigma
-
-
-@compiled
-def _sum_products(
-    times: Floats, t: Floats, distance: Floats, row: Floats, grams: Floats, counts: Floats
-) -> None:
-    """Sums of products of a fit's columns, and the distance, about each time.
-
-    Parameters
-    ----------
-    times : (m,) times [s]
-    t, distance : (n,) times of the rows [s] and distances [m]
-    row : (5,) room for a row of the fit: 1, u, u²/2, the same before the time only, distance
-    grams : (m, 5, 5) zeros, that the sums are added to
-    counts : (m, 2) zeros, that the numbers of rows before and after are added to
-    """
-    for k in range(len(times)):
-        for i in range(len(t)):
-            u = t[i] - times[k]
-            if u < -BEFORE_PUSH_ENDS or u >= AFTER_PUSH_ENDS:
-                continue
-            if u < 0:
-                counts[k, 0] += 1
-            elif u > 0:
-                counts[k, 1] += 1
-            row[0], row[1], row[2], row[3] = 1.0, u, 0.5 * u**2, 0.5 * min(u, 0.0) ** 2
-            row[4] = distance[i] - distance[0]
-            for p in range(5):
-                for q in range(5):
-                    grams[k, p, q] += row[p] * row[q]

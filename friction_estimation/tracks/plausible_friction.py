@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
+from curling_env.errors import TrackTooShortError
 from curling_env.physics.motion import GRAVITY
 from curling_env.trajectory import Trajectory
+from friction_estimation.tracks.free_slide import free_slide
 
 FRICTION_OF_ICE = (0.004, 0.03)
 """Friction between a stone and any curling ice lies within this."""
@@ -36,16 +38,18 @@ def question_about(mu: float) -> str | None:
 
 
 def rough_friction(track: Trajectory) -> float:
-    """Friction that slows a stone down over all of its track, in which nothing pushes it.
+    """Friction that slows a stone down over its longest free slide.
 
     NaN where it slides less than `MIN_SLIDE`.
     """
-    along = track.path_length
-    if len(track) < 5 or along[-1] < MIN_SLIDE:
+    try:
+        slide = free_slide(track)
+    except TrackTooShortError:
         return np.nan
-    moving = along < 0.98 * along[-1]
-    if moving.sum() < 5:
+    if slide.travel < MIN_SLIDE:
         return np.nan
-    t = track.t[moving]
-    curve = np.polyfit(t - t[0], along[moving], 2)
+    u = slide.t - slide.t[0]
+    along = slide.xy @ ((slide.xy[-1] - slide.xy[0]) / slide.travel)
+    moving = along - along[0] < 0.98 * slide.travel
+    curve = np.polyfit(u[moving], along[moving], 2)
     return float(-2 * curve[0] / GRAVITY)

@@ -14,11 +14,12 @@ from itertools import groupby
 import numpy as np
 
 from curling_env.errors import TrackTooShortError
-from curling_env.sheet import Direction, to_delivery
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction, to_delivery
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from friction_estimation.tracks.contacts import contacts_of, stays_at_rest
+from friction_estimation.tracks.contacts import contacts_of, stays_at_rest, velocity_jumps
 from friction_estimation.tracks.free_slide import free_slide
+from friction_estimation.tracks.gates import passing_times
 from friction_estimation.tracks.measured import Measured, difference, times, together
 from friction_estimation.tracks.seen_throw import (
     FAR_HOG,
@@ -157,16 +158,18 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
     Parameters
     ----------
     track : track of the thrown stone
-    contacts : times at which it touched another stone [s]; what it would have done without is not
-        told
+    contacts : times at which it touched another stone [s], beside those that its own track shows;
+        its way after the first of them is not measured
 
     Raises
     ------
     TrackTooShortError : no free slide of a metre and 20 samples
     """
-    before = [time for time in contacts if time > track.t[0]]
+    if track.by_gates:
+        return _measure_by_gates(track)
+    before = [time for time in (*contacts, *velocity_jumps(track)) if time > track.t[0]]
     first = rows_until(track, min(before, default=np.inf))
-    slide = free_slide(first)
+    slide = free_slide(first, ())
     seen = SeenThrow(first, slide)
     found: dict[str, Measured | None] = {}
     hog = seen.crossing(NEAR_HOG)
@@ -202,6 +205,30 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
         touched=bool(before),
         origin=origin,
         **found,
+    )
+
+
+def _measure_by_gates(track: Trajectory) -> ThrowMeasures:
+    """The splits of a throw that light gates timed: they show nothing else of it."""
+    away = bool(track.xy[-1, 1] >= track.xy[0, 1])
+    lines = {
+        "near_tee": -TEE_Y,
+        "near_hog": -HOG_LINE_Y,
+        "far_hog": HOG_LINE_Y,
+        "far_tee": TEE_Y,
+    }
+    passed = {
+        name: None if (found := passing_times(track, line)) is None else Measured(*found)
+        for name, line in lines.items()
+    }
+    return ThrowMeasures(
+        throw=track.throw,
+        stone=track.stone,
+        clock=track.clock,
+        direction=Direction.AWAY if away else Direction.HOME,
+        tee_to_hog=difference(passed["near_tee"], passed["near_hog"]),
+        hog_to_hog=difference(passed["near_hog"], passed["far_hog"]),
+        hog_to_tee=difference(passed["near_hog"], passed["far_tee"]),
     )
 
 

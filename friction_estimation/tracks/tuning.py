@@ -27,7 +27,10 @@ PUSHED_DECELERATION = 0.5
 """Part of the deceleration of the free slide below which a stone is still pushed. Ice varies by
 some per cent; a hand takes the deceleration away altogether."""
 CLEAR_DEVIATIONS = 6.0
-"""Standard errors by which the end of a push, or a stop, must stand out."""
+"""Standard errors by which the end of a push, or a contact, must stand out."""
+SLOWED_ALIKE = (0.5, 3.0)
+"""Deceleration of a slide between two contacts, over that of the longest slide of the same stone,
+within which ice alone slows it."""
 
 # --- what a coach reads ------------------------------------------------------------------------
 
@@ -59,10 +62,27 @@ USUAL_SPIN = 0.9
 
 # --- contacts between stones -------------------------------------------------------------------
 
-TOUCHING_DISTANCE = 0.6
-"""Distance of two centres in the frame after a contact [m]: two radii and the way of one frame."""
-CONTACT_TIME_MARGIN = 0.07
-"""Time by which the first row of a track may miss the contact that began it [s]: two frames."""
+TOUCHING_SLACK = 0.03
+"""How much farther apart than a diameter two touching stones may seem to be [m]."""
+CONTACT_TIME_MARGIN = 0.2
+"""Time on either side of a contact in which rows are not used [s]: that of some frames, and of the
+corner that a smoother rounds off."""
+JUMP_WINDOWS = (0.25, 0.5, 1.0, 2.0)
+"""Times before and after a jump of the velocity in which it is sought [s]: a hard hit is found in
+the shortest, a glancing one or that of a slow camera in the longest."""
+JUMP_ROWS = 6
+"""Fewest rows that the shortest of these holds on either side."""
+LEAST_JUMP = 0.03
+"""Smallest jump of the velocity that is sought [m/s]."""
+ICE_CHANGES_VELOCITY = 0.5
+"""Jump of the velocity that ice may feign, over the usual deceleration and the window. Friction
+that changes to nought or to the double somewhere within the window feigns 0.2."""
+HARD_HIT = 4.0
+"""Size of a jump, over the smallest that counts in its window, from which on it is a hard hit."""
+LEAST_CONTACT_SPEED = 0.15
+"""Speed before a contact from which on it matters [m/s]."""
+LONG_WAY = 5.0
+"""Way along the sheet from which on a stone was thrown in that direction [m]."""
 
 # --- cameras joined into one track -------------------------------------------------------------
 
@@ -95,3 +115,26 @@ SAME_STONE_DISTANCE = 0.2
 SAME_THROW_SECONDS = 8.0
 """Two cameras see one throw begin within this time of each other, once their clocks agree on
 average [s]: a stone takes that much more or less from one view to the next."""
+
+# --- light gates ---------------------------------------------------------------------------------
+
+GATE_WIDTH = 0.27
+"""Length of a stone where a beam crosses it [m]: 0.29 at the striking band, less above and below
+(rule book: circumference at most 0.914 m)."""
+GATE_PLACE_SIGMA = 0.01
+"""Standard error of the place at which an edge of a stone breaks a beam [m], for all throws alike:
+the height of the beam and the distance of the gate from its line."""
+GATE_TIME_SIGMA = 0.003
+"""Standard error of a time where none is given [s]."""
+NEAR_LINE = 0.3
+"""Distance from a line within which a time is that of the gate there [m]."""
+FASTEST_AT_GATE = 5.0
+"""No stone passes a gate faster [m/s]."""
+HOG_TO_HOG_SECONDS = (5.0, 30.0)
+"""Time of a throw from hog line to hog line [s]."""
+SPLIT_SECONDS = (1.5, 4.5)
+"""Time of a throw from the near tee line to the near hog line [s]."""
+OTHER_BEAM = 0.3
+"""Part by which a stone may be longer or shorter than usual where the beams cross it."""
+SAME_SPEED = 0.15
+"""Part by which the speeds of a sliding stone may differ from what the times between gates say."""

@@ -7,12 +7,18 @@ contacts of the running band and a smooth field of friction that is a function, 
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import cv2
 import numpy as np
 import pytest
 
+from curling_env.ice import Ice
+from curling_env.physics.slides import NO_BOUNDS, slide
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
 G = 9.80665
@@ -132,6 +138,67 @@ def sliding() -> SimpleNamespace:
         varied_starts=varied_starts,
         measured_throws=measured_throws,
     )
+
+
+def gate_log(
+    ice: Ice,
+    rng: np.random.Generator,
+    *,
+    throws: int = 24,
+    width: float = 0.262,
+    noise: float = 0.003,
+    offset: float = 0.005,
+    scatter: float = 0.01,
+) -> list[tuple[str, float, float]]:
+    """Sensor, start and end of every break of a beam by thrown stones, in both directions.
+
+    Parameters
+    ----------
+    width : length of a stone where the beams cross it, which differ by 6 mm [m]
+    noise : standard deviation of a time [s]
+    offset : standard deviation of the places of the gates [m]
+    scatter : standard deviation of ln μ from throw to throw
+    """
+    gates = {"T-Line": TEE_Y, "Hog-Line": HOG_LINE_Y}
+    names = [(name, end) for name in gates for end in (1, 2)]
+    widths = dict(zip(names, width + rng.normal(0, 0.006, 4), strict=True))
+    offsets = dict(zip(names, rng.normal(0, offset, 4), strict=True))
+    rows: list[tuple[str, float, float]] = []
+    for k in range(throws):
+        away = k % 2 == 0
+        mu = ice.friction.mu * np.exp(rng.normal(0, scatter))
+        own = replace(ice, friction=replace(ice.friction, mu=mu))
+        speed = rng.uniform(1.95, 2.7)
+        spin = rng.choice([-1.4, 1.4])
+        throw = Throw(speed=speed, angle=rng.normal(0, 0.005), spin=spin)
+        direction = Direction.AWAY if away else Direction.HOME
+        path = slide(own, throw.release(direction=direction), bounds=NO_BOUNDS, fps=240).trajectory
+        assert path is not None
+        t, y = path.t, direction * path.xy[:, 1]
+        for name, end in names:
+            line = gates[name] * (1 if (end == 2) == away else -1) + offsets[name, end]
+            edges = line + np.array([-0.5, 0.5]) * widths[name, end]
+            if edges[1] > y[-1]:
+                continue
+            # A hand slides with the stone at one speed before the hog line.
+            before = (edges + HOG_LINE_Y) / speed
+            times = np.where(edges < y[0], before, np.interp(edges, y, t)) + rng.normal(0, noise, 2)
+            rows.append((f"{name} {end}", *(1e3 + 60 * k + times)))
+    return sorted(rows, key=lambda row: -row[1])
+
+
+def write_gate_log(path: Path, rows: list[tuple[str, float, float]]) -> Path:
+    """Write a log of gates, the last event first."""
+    lines = ["Sensor,Break,Interval,Time,Start,End,Comments"]
+    lines += [f"{name},{b - a:.4f},0.0,{a:.4f},{a:.6f},{b:.6f}," for name, a, b in rows]
+    path.write_text("\n".join(lines) + "\n")
+    return path
+
+
+@pytest.fixture(scope="session")
+def gates() -> SimpleNamespace:
+    """The generator of logs of light gates: log, write."""
+    return SimpleNamespace(log=gate_log, write=write_gate_log)
 
 
 @pytest.fixture(scope="session")

@@ -101,7 +101,7 @@ def read_release(
     TrackTooShortError : the first metres beyond the hog line were not seen, or too little of them
     """
     first = rows_until(track, min((t for t in contacts if t > track.t[0]), default=np.inf))
-    slide = free_slide(first)
+    slide = free_slide(first, ())
     return _Fit(slide, ice, order, others, whole).result()
 
 

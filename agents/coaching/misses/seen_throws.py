@@ -112,7 +112,7 @@ def _ending(
         )
     line = call.target[1]
     first = rows_until(track, min((t for t in contacts if t > track.t[0]), default=np.inf))
-    slide = free_slide(first)
+    slide = free_slide(first, ())
     xy = to_delivery(slide.xy, one.direction)
     past = np.flatnonzero(xy[:, 1] >= line)
     last = int(past[0]) if past.size else len(xy) - 1

@@ -7,6 +7,7 @@ follow.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -20,6 +21,7 @@ from friction_estimation.discovery.tuning import (
     OUTLIER_DEVIATIONS,
     SLOWEST_NOISE_PERIOD,
 )
+from friction_estimation.tracks.contacts import stretches
 
 
 def slow_basis(t: Floats, period: float = SLOWEST_NOISE_PERIOD) -> Floats:
@@ -56,22 +58,30 @@ def fast_series(t: Floats, values: Floats) -> Floats:
     return residual - median_filter(residual, min(21, len(residual) // 2 * 2 - 1))
 
 
-def without_outliers(track: Trajectory) -> Trajectory:
-    """A track without the rows whose position is an outlier, and without outlying headings."""
-    if len(track) < LEAST_ROWS:
-        return track
+def without_outliers(track: Trajectory, contacts: Sequence[float] = ()) -> Trajectory:
+    """A track without the rows whose position is an outlier, and without outlying headings.
+
+    Parameters
+    ----------
+    track : track of one stone
+    contacts : times at which it was touched [s]; no smooth motion leads across them
+    """
     keep = np.ones(len(track), dtype=bool)
-    for axis in range(2):
-        fast = fast_series(track.t, track.xy[:, axis])
-        keep &= np.abs(fast) <= OUTLIER_DEVIATIONS * max(
-            robust_deviation(fast), LEAST_TRACK_NOISE[0]
-        )
     theta = track.theta.copy()
-    known = np.flatnonzero(np.isfinite(theta))
-    if len(known) >= LEAST_ROWS:
-        fast = fast_series(track.t[known], theta[known])
-        limit = OUTLIER_DEVIATIONS * max(robust_deviation(fast), LEAST_TRACK_NOISE[1])
-        theta[known[np.abs(fast) > limit]] = np.nan
+    for first, last in stretches(track, contacts):
+        if last - first < LEAST_ROWS:
+            continue
+        rows = slice(first, last)
+        for axis in range(2):
+            fast = fast_series(track.t[rows], track.xy[rows, axis])
+            keep[rows] &= np.abs(fast) <= OUTLIER_DEVIATIONS * max(
+                robust_deviation(fast), LEAST_TRACK_NOISE[0]
+            )
+        known = first + np.flatnonzero(np.isfinite(theta[rows]))
+        if len(known) >= LEAST_ROWS:
+            fast = fast_series(track.t[known], theta[known])
+            limit = OUTLIER_DEVIATIONS * max(robust_deviation(fast), LEAST_TRACK_NOISE[1])
+            theta[known[np.abs(fast) > limit]] = np.nan
     columns = {
         name: getattr(track, name)[keep]
         for name in ("sigma_xy", "sigma_theta")

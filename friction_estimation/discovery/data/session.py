@@ -21,6 +21,12 @@ from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.camera.scene import Scene
+from friction_estimation.discovery.data.gates import (
+    GateErrors,
+    gate_errors,
+    gate_slides,
+    row_noise,
+)
 from friction_estimation.discovery.data.measurement import (
     measurement_effects,
     measurement_effects_through,
@@ -34,6 +40,7 @@ from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.data.wear_tracks import WearTracks, smoothed_path
 from friction_estimation.discovery.tuning import (
     CLAIMED_NOISE,
+    FORECAST_SECONDS,
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
     LEAST_THROWS,
@@ -46,10 +53,13 @@ from friction_estimation.discovery.tuning import (
     SURE_BEND,
     USUAL_SPIN,
 )
+from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
 """Where the middle of a track may lie [m]: a little beyond the ice of the widest sheet."""
+LEAST_TIMES = 4
+"""Most gate times of a throw of which all but the last are needed to forecast."""
 AT_HOG_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
@@ -81,6 +91,7 @@ class Session:
     wear_tracks : tracks of the stones in all throws of the session; throws that are not searched
         wear the ice too
     pushes : what something unknown does to the stones; None for nothing
+    gates : errors of light gates that timed the throws, whose x are not known; None for cameras
     """
 
     throws: Indices
@@ -102,9 +113,19 @@ class Session:
     measurements: tuple[EffectCard, ...] = field(default_factory=measurement_effects)
     wear_tracks: WearTracks = field(default_factory=WearTracks)
     pushes: UnknownPushes | None = None
+    gates: GateErrors | None = None
 
     def __len__(self) -> int:
         return len(self.throws)
+
+    @property
+    def slides(self) -> list[tuple[int, int, float]]:
+        """Throw, stone and session time of the release of each slide: no two are alike.
+
+        The stones of a throw share its number, and a stone that was hit slides again.
+        """
+        columns = (self.throws.tolist(), self.stones.tolist(), self.clocks.tolist())
+        return list(zip(*columns, strict=True))
 
     @property
     def errs_slowly(self) -> bool:
@@ -124,9 +145,23 @@ class Session:
         return np.repeat(np.arange(len(self)), np.diff(self.starts))
 
     @cached_property
+    def early(self) -> Flags:
+        """Rows from which throws are forecast: the first seconds, or all gates but the last.
+
+        Throws of two gates are forecast from all times but the last.
+        """
+        if self.gates is None:
+            return self.times <= FORECAST_SECONDS
+        to_come = self.starts[1:][self.owner] - np.arange(len(self.times))
+        return to_come > np.where(np.diff(self.starts) > LEAST_TIMES, 2, 1)[self.owner]
+
+    @cached_property
     def observed(self) -> Floats:
-        """Measured x, y and heading, (rows, 3)."""
-        return np.column_stack([self.xy, self.theta])
+        """Measured x, y and heading, (rows, 3); NaN where not measured."""
+        out = np.column_stack([self.xy, self.theta])
+        if self.gates is not None:
+            out[:, 0] = np.nan
+        return out
 
     @cached_property
     def sweeps(self) -> tuple[Floats, Indices, Floats]:
@@ -313,13 +348,19 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     """
     _refuse_beyond_a_session(tracks)
     _refuse_repeated_throws(tracks)
-    cleaned = [without_outliers(track) for track in tracks]
+    if any(track.by_gates for track in tracks):
+        return _session_of_gates(tracks)
+    contacts = contacts_of(tracks)
+    cleaned = [
+        without_outliers(track, times) for track, times in zip(tracks, contacts, strict=True)
+    ]
     elsewhere = [_elsewhere(track) for track in cleaned]
     on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]
+    contacts = [times for times, reason in zip(contacts, elsewhere, strict=True) if not reason]
     off_sheet = [reason for reason in elsewhere if reason]
     if not on_sheet and off_sheet:
         raise InputError(f"no throw lies on the sheet: {off_sheet[0]}")
-    slides, reasons = free_slides(on_sheet)
+    slides, reasons = free_slides(on_sheet, contacts)
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
     claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
@@ -364,6 +405,45 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
             (order_of[track.throw], smoothed_path(track.t, track.xy)) for track in on_sheet
         ),
     ).with_usual_spins()
+
+
+def _session_of_gates(tracks: Sequence[Trajectory]) -> Session:
+    """The session of throws that light gates timed.
+
+    Raises
+    ------
+    InputError : a camera saw some of the throws
+    TrackTooShortError : no throw has enough times
+    """
+    seen = next((track.throw for track in tracks if not track.by_gates), None)
+    if seen is not None:
+        raise InputError(
+            f"throw {seen} was seen by a camera, and others were timed by light gates; expected "
+            "one of the two in a session"
+        )
+    slides, reasons = gate_slides(tracks)
+    errors = gate_errors(slides)
+    order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
+    counts = [len(slide.rows) for slide in slides]
+    noise = np.concatenate([row_noise(slide.track)[slide.rows] for slide in slides])
+    rows = len(noise)
+    return Session(
+        throws=np.array([s.track.throw for s in slides], dtype=np.intp),
+        orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
+        stones=np.array([s.track.stone for s in slides], dtype=np.intp),
+        clocks=np.array([s.track.clock + s.t[0] for s in slides]),
+        rests=np.zeros(len(slides), dtype=bool),
+        times=np.concatenate([s.t - s.t[0] for s in slides]),
+        xy=np.concatenate([s.xy for s in slides]),
+        theta=np.full(rows, np.nan),
+        swept=np.concatenate([s.track.swept[s.rows] for s in slides]),
+        sigma=np.column_stack([noise / errors.noise, np.ones(rows)]),
+        usual_spins=np.full(len(slides), USUAL_SPIN),
+        starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+        left_out=tuple(reasons),
+        measurements=(),
+        gates=errors,
+    )
 
 
 def _with_heading(
@@ -439,5 +519,6 @@ def _from_hog_line(slide: FreeSlide) -> Indices:
     """
     xy, rows = slide.track.xy, slide.rows
     direction = 1.0 if xy[rows[-1], 1] >= xy[rows[0], 1] else -1.0
-    beyond = np.flatnonzero(direction * xy[: rows[0], 1] >= -HOG_LINE_Y - AT_HOG_LINE)
-    return np.concatenate([beyond, rows]).astype(np.intp)
+    first = slide.stretch[0]
+    beyond = np.flatnonzero(direction * xy[first : rows[0], 1] >= -HOG_LINE_Y - AT_HOG_LINE)
+    return np.concatenate([first + beyond, rows]).astype(np.intp)

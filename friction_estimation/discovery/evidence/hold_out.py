@@ -20,7 +20,6 @@ from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import (
-    FORECAST_SECONDS,
     HELD_OUT_SHARE,
     RELEASE_SIGMA,
 )
@@ -86,20 +85,20 @@ def choose_held_out(session: Session, rng: np.random.Generator) -> Indices:
 
 def forecast(model: Model, session: Session, noise: SessionNoise) -> ForecastGap:
     """Forecast every throw from its first seconds and compare with what was measured."""
-    early = session.times <= FORECAST_SECONDS
+    early = session.early
     short = session.without_rows(~early)
     # The friction of a single throw is not known in advance: its factor stays one.
     plain = replace(model, spread=0.0)
     states = fit(plain, short, noise, shared=False).states
     predicted = predict(model, session, states, np.zeros(len(session)))[:, :2]
-    miss = session.xy - predicted
+    miss = np.nan_to_num(session.observed[:, :2] - predicted)
     return _gap(session, (miss**2).sum(axis=1), ~early, predicted)
 
 
 def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
     """The forecast gap that a perfect model would have on these throws."""
     model, noise = fitted.model, fitted.noise
-    early = session.times <= FORECAST_SECONDS
+    early = session.early
     whole = fit(model, session, noise, shared=False)
     predicted, columns = sensitivities(model, session, whole.states, whole.ln_factors)
     variance = np.empty(len(session.times))
@@ -108,17 +107,21 @@ def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
         one = session.only([i])
         short = one.without_rows(~early[rows])
         own = np.concatenate(
-            [columns[rows][early[rows]][:, :, :6], session.observed[rows][early[rows]][:, :, None]],
+            [columns[rows][early[rows]][:, :, :7], session.observed[rows][early[rows]][:, :, None]],
             axis=2,
         )
-        gram = gram_matrices(short, noise, own)[0][:6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
-        covariance = np.linalg.pinv(gram)
-        reach = columns[rows][:, :2, :6]
-        spread = (model.spread * columns[rows][:, :2, 6]) ** 2
+        gram = gram_matrices(short, noise, own)[0]
+        covariance = np.linalg.pinv(gram[:6, :6] + np.diag(1.0 / RELEASE_SIGMA**2))
+        # A throw of more friction than usual looks like one that was released with less speed.
+        taken_for_release = covariance @ gram[:6, 6]
+        seen = np.isfinite(session.observed[rows, :2])
+        reach = columns[rows][:, :2, :6] * seen[:, :, None]
+        by_friction = columns[rows][:, :2, 6] * seen - reach @ taken_for_release
+        spread = (model.spread * by_friction) ** 2
         variance[rows] = (
             np.einsum("ncj,jk,nck->n", reach, covariance, reach)
             + spread.sum(axis=1)
-            + 2 * (noise.position * session.sigma[rows, 0]) ** 2
+            + seen.sum(axis=1) * (noise.position * session.sigma[rows, 0]) ** 2
         )
     return _gap(session, variance, ~early, predicted[:, :2])
 

@@ -160,6 +160,9 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
         "x": states[:, State.X],
         "swept": swept,
     }
+    if not session.turns.any():
+        # A spin that was not measured follows the friction, which it eases.
+        del columns["spin"], columns["spin side"]
     for stone in np.unique(session.stones):
         columns[f"stone {stone}"] = (session.stones == stone).astype(float)
     spread = {k: float(np.std(v)) for k, v in columns.items()}

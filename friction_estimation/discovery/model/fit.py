@@ -167,6 +167,9 @@ def linearise(
     blind = ~session.turns
     off = session.usual_spins[blind] - states[blind, State.OMEGA]
     grams[blind, State.THETA, State.THETA] += FROZEN
+    if session.gates is not None:
+        for across in (State.X, State.VX):
+            grams[:, across, across] += FROZEN
     grams[blind, State.OMEGA, State.OMEGA] += USUAL_SPIN_SIGMA**-2
     grams[blind, State.OMEGA, -1] += off / USUAL_SPIN_SIGMA**2
     grams[blind, -1, State.OMEGA] += off / USUAL_SPIN_SIGMA**2
@@ -283,11 +286,11 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
     """
     states, ln_factors = session.first_states.copy(), np.zeros(len(session))
     for fitted in fits:
-        known = {throw: i for i, throw in enumerate(fitted.session.throws.tolist())}
-        for k, throw in enumerate(session.throws.tolist()):
-            if throw in known:
-                states[k] = fitted.states[known[throw]]
-                ln_factors[k] = fitted.ln_factors[known[throw]]
+        known = {slide: i for i, slide in enumerate(fitted.session.slides)}
+        for k, slide in enumerate(session.slides):
+            if slide in known:
+                states[k] = fitted.states[known[slide]]
+                ln_factors[k] = fitted.ln_factors[known[slide]]
     return states, ln_factors
 
 

@@ -26,9 +26,10 @@ from friction_estimation.discovery.model.forward import (
     slide_session,
 )
 from friction_estimation.discovery.model.friction_field import FrictionField
+from friction_estimation.discovery.model.gate_places import GatePlaces
 from friction_estimation.discovery.model.systematic_error import SystematicError
 
-CameraField = SystematicError | CameraRipple
+CameraField = SystematicError | GatePlaces | CameraRipple
 """A displacement that all throws share, whose coefficients are fitted."""
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
@@ -59,7 +60,7 @@ class Model:
     ln_mu: float = 0.0
     ln_coupling: float = 0.0
     spread: float = 0.0
-    systematic_error: SystematicError | None = None
+    systematic_error: SystematicError | GatePlaces | None = None
     ripple: CameraRipple | None = None
     own_cells_wear: bool = False
     steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)

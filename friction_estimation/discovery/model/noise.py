@@ -200,6 +200,13 @@ def estimate_noise(
     start : an earlier estimate, from which fewer steps are needed
     lasting : whether the noise of raw tracks, too, may last for seconds, as that of films
     """
+    if session.gates is not None:
+        stated = session.gates.noise
+        return SessionNoise(
+            white=(stated, stated, LEAST_NOISE[1]),
+            fading=(0.0, 0.0, 0.0),
+            memory=(MEMORY_BOUNDS[0], MEMORY_BOUNDS[0], MEMORY_BOUNDS[0]),
+        )
     slow = lasting or session.errs_slowly or (start is not None and start.lasts)
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
     together = ((0,), (1,), (2,)) if session.errs_slowly else ((0, 1), (2,))

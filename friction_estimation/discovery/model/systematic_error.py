@@ -19,6 +19,7 @@ import numpy as np
 from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.gate_places import GatePlaces
 from friction_estimation.discovery.tuning import (
     SYSTEMATIC_AMPLITUDES,
     SYSTEMATIC_LENGTH,
@@ -122,8 +123,10 @@ def _over_the_sheet(xy: Floats) -> Floats:
     return np.column_stack([along, along**2])
 
 
-def systematic_error_of(session: Session) -> SystematicError | None:
+def systematic_error_of(session: Session) -> SystematicError | GatePlaces | None:
     """A systematic error of zero over all places of a session; None for tracks without any."""
+    if session.gates is not None:
+        return GatePlaces.of(session.gates)
     if session.claimed <= 0.0:
         return None
     low, high = float(session.xy[:, 1].min()), float(session.xy[:, 1].max())

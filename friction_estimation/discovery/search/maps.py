@@ -28,9 +28,9 @@ from friction_estimation.discovery.tuning import BETTER_MAP
 def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     """The friction map that promises most, as a term, and the fall of F that it promises.
 
-    None if the model has a map.
+    None if the model has a map, or where gates timed the throws and show no places.
     """
-    if fitted.model.map_field is not None:
+    if fitted.model.map_field is not None or fitted.session.gates is not None:
         return None
     without = least_deviance(fitted, fitted.model, eliminate_states(fitted.grams))
     fields = fields_of(fitted.session, fitted.model.ice.sheet)

@@ -77,10 +77,11 @@ def grid_over(xy: Floats, size: tuple[float, float]) -> Grid:
 def find_patches(fitted: SessionFit) -> list[Term]:
     """Effects within the rectangle that promises most, as terms at their neutral values.
 
-    They are the effects of the catalogue whose card names an area, unless the model has them.
+    They are the effects of the catalogue whose card names an area, unless the model has them. Gates
+    time the way between them as a whole, and show no places.
     """
     cards = cards_of_areas(fitted)
-    if not cards:
+    if not cards or fitted.session.gates is not None:
         return []
     session, model = fitted.session, fitted.model
     predicted, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)

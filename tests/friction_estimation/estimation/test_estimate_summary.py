@@ -19,11 +19,11 @@ from friction_estimation.tracks import FreeSlide
 
 
 def slide(throw: int, rows: int) -> FreeSlide:
-    t = np.arange(rows) / 10
+    t = 1.5 + np.arange(rows) / 10
     return FreeSlide(
         track=Trajectory(t=t, xy=np.column_stack([0 * t, t]), throw=throw),
         rows=np.arange(rows),
-        released_at=1.5,
+        stretch=(0, rows),
         rests=throw == 4,
         wild=3,
         noise=0.002,
@@ -38,10 +38,11 @@ def fitted(smoothness: float, field: bool = True) -> Any:
     noise = SessionNoise(
         white=(0.002, 0.002, 0.01), fading=(0.001, 0.001, 0.0), memory=(0.4, 0.4, 0.1)
     )
+    none = np.empty(0, dtype=int)
     return SimpleNamespace(
         model=SimpleNamespace(spread=0.003, map_field=found if field else None),
         noise=noise,
-        session=SimpleNamespace(throws=np.empty(0, dtype=int)),
+        session=SimpleNamespace(throws=none, stones=none, clocks=none),
     )
 
 

@@ -20,7 +20,12 @@ def braked(mu: float, x: float = 0.1, speed: float = 2.0, fps: float = 30.0) -> 
     y = -10.0 + speed * t - 0.5 * mu * G * t**2
     track = Trajectory(t=t, xy=np.column_stack([np.full(len(t), x), y]))
     return FreeSlide(
-        track=track, rows=np.arange(len(t)), released_at=0, rests=False, wild=0, noise=1e-4
+        track=track,
+        rows=np.arange(len(t)),
+        stretch=(0, len(t)),
+        rests=False,
+        wild=0,
+        noise=1e-4,
     )
 
 
@@ -82,6 +87,11 @@ def test_friction_is_never_negative():
 def test_a_track_shorter_than_a_window_is_used_whole():
     slide = braked(MU)
     short = FreeSlide(
-        track=slide.track, rows=np.arange(20), released_at=0, rests=False, wild=0, noise=1e-4
+        track=slide.track,
+        rows=np.arange(20),
+        stretch=(0, 20),
+        rests=False,
+        wild=0,
+        noise=1e-4,
     )
     assert average_cells([short], Ice.uniform(0.01))[1] == pytest.approx(MU, rel=1e-6)

@@ -18,7 +18,12 @@ def sliding_stone(theta_of) -> FreeSlide:
     theta = theta_of(t, v / V0)
     track = Trajectory(t=t, xy=np.column_stack([0 * t, V0 * t - MU_G * t**2 / 2]), theta=theta)
     return FreeSlide(
-        track=track, rows=np.arange(len(t)), released_at=0, rests=True, wild=0, noise=0.001
+        track=track,
+        rows=np.arange(len(t)),
+        stretch=(0, len(t)),
+        rests=True,
+        wild=0,
+        noise=0.001,
     )
 
 

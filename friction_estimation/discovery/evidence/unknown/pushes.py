@@ -49,6 +49,8 @@ def variables(paths: LinearisedPaths, off: Floats | float = 0.0) -> dict[str, Fl
         functions.pop("theta")
         functions.pop("spin")
         functions.pop("spin side")
+    if session.gates is not None:
+        functions.pop("x")
     return {k: v for k, v in functions.items() if np.ptp(v, axis=0).max() > 1e-9}
 
 

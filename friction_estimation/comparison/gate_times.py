@@ -1,0 +1,238 @@
+"""Throws that light gates timed, thrown again: as long from hog line to hog line, and how slowed.
+
+The release of such a throw is not known. It is thrown again with the speed that takes the measured
+time from hog line to hog line. What is left to compare is how much slower it is at the second hog
+line than at the first, by the times for which it breaks both beams, and when it is at the tee line.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from curling_env.errors import TrackTooShortError
+from curling_env.ice import Ice
+from curling_env.infrastructure.files.storage import write_table
+from curling_env.physics.slides import NO_BOUNDS, slide
+from curling_env.physics.wear import IceInUse
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import MAX_SPEED, Release
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats
+from friction_estimation.tracks.tuning import NEAR_LINE, USUAL_SPIN
+
+ROUNDS = 40
+"""Halvings of the interval of speeds."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class GateRethrow:
+    """A timed throw and its prediction at equal time from hog line to hog line.
+
+    Parameters
+    ----------
+    throw : number of the throw
+    direction : end played to
+    hog_to_hog_s : time from hog line to hog line [s]
+    speed : speed at the first hog line with which it takes that long on the ice [m/s]
+    kept, predicted_kept : speed at the second hog line over that at the first; None where it does
+        not break both beams measurably
+    kept_sigma : standard error of the measured one by its times
+    hog_to_tee_s, predicted_hog_to_tee_s : time from the second hog line to the tee line [s]; None
+        where it is not timed there, or not predicted to get there
+    """
+
+    throw: int
+    direction: str
+    hog_to_hog_s: float
+    speed: float
+    kept: float | None = None
+    kept_sigma: float | None = None
+    predicted_kept: float | None = None
+    hog_to_tee_s: float | None = None
+    predicted_hog_to_tee_s: float | None = None
+
+
+class GateComparison(NamedTuple):
+    """All timed throws beside their predictions.
+
+    Parameters
+    ----------
+    rethrows : throws in order of play
+    skipped : reasons why other throws were not thrown again
+    """
+
+    rethrows: tuple[GateRethrow, ...]
+    skipped: tuple[str, ...]
+
+    def summary(self) -> dict[str, Any]:
+        """Means by direction and each throw in numbers, for JSON.
+
+        Beams of different height change `kept` in opposite ways in both directions of play.
+        """
+        found: dict[str, Any] = {"throws": len(self.rethrows), "directions": {}}
+        for direction in ("away", "home"):
+            own = [throw for throw in self.rethrows if throw.direction == direction]
+            if own:
+                found["directions"][direction] = _means(own)
+        found["each"] = [asdict(throw) for throw in self.rethrows]
+        if self.skipped:
+            found["skipped"] = list(self.skipped)
+        return found
+
+    def in_words(self) -> str:
+        """Describe in a sentence how well the ice predicts."""
+        count = "one throw" if len(self.rethrows) == 1 else f"{len(self.rethrows)} throws"
+        parts: list[str] = []
+        for direction, means in self.summary()["directions"].items():
+            if means["kept_less_predicted"] is not None:
+                parts.append(
+                    f"{means['kept']:.3f} of the speed is kept to the {direction} end, "
+                    f"{means['predicted_kept']:.3f} on this ice"
+                )
+        words = "; ".join(parts) or "no beam was broken at both hog lines measurably"
+        return f"{count}, at equal times from hog line to hog line: {words}"
+
+
+def _means(throws: Sequence[GateRethrow]) -> dict[str, Any]:
+    """Means over throws in one direction."""
+    both = [
+        (one.kept, one.predicted_kept)
+        for one in throws
+        if one.kept is not None and one.predicted_kept is not None
+    ]
+    tees = [
+        (one.hog_to_tee_s, one.predicted_hog_to_tee_s)
+        for one in throws
+        if one.hog_to_tee_s is not None and one.predicted_hog_to_tee_s is not None
+    ]
+    kept, tee = np.array(both).reshape(-1, 2), np.array(tees).reshape(-1, 2)
+    off = kept[:, 0] - kept[:, 1]
+    return {
+        "throws": len(throws),
+        "kept": _mean(kept[:, 0]),
+        "predicted_kept": _mean(kept[:, 1]),
+        "kept_less_predicted": _mean(off),
+        "kept_less_predicted_sd": float(off.std(ddof=1)) if len(off) > 1 else None,
+        "hog_to_tee_less_predicted_s": _mean(tee[:, 0] - tee[:, 1]),
+    }
+
+
+def _mean(values: Floats) -> float | None:
+    return float(values.mean()) if len(values) else None
+
+
+def compare_gate_times(tracks: Sequence[Trajectory], ice: Ice) -> GateComparison:
+    """Throw every timed throw again so that it takes as long from hog line to hog line.
+
+    Parameters
+    ----------
+    tracks : throws that light gates timed, in order of play
+    ice : ice on which they are thrown again
+
+    Raises
+    ------
+    TrackTooShortError : no throw was timed at both hog lines
+    """
+    found: list[GateRethrow] = []
+    skipped: list[str] = []
+    in_use = IceInUse(ice)
+    for order, track in enumerate(tracks):
+        try:
+            rethrow, path = _again(track, in_use.now, order)
+        except TrackTooShortError as error:
+            skipped.append(error.problem)
+            continue
+        found.append(rethrow)
+        in_use.ran(path)
+    if not found:
+        raise TrackTooShortError(f"no throw can be thrown again: {skipped[0]}")
+    return GateComparison(tuple(found), tuple(skipped))
+
+
+def write_gate_comparison(comparison: GateComparison, folder: Path) -> None:
+    """Write `throws.csv` with a row per throw."""
+    rows = [asdict(throw) for throw in comparison.rethrows]
+    write_table(
+        folder / "throws.csv",
+        {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},
+    )
+
+
+def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats]:
+    """A throw thrown again, and the path that it is predicted to take (n, 2) [m]."""
+    away = bool(track.xy[-1, 1] >= track.xy[0, 1])
+    forward = 1.0 if away else -1.0
+    along = forward * track.xy[:, 1]
+    first, second, tee = (
+        np.flatnonzero(np.abs(along - line) < NEAR_LINE)
+        for line in (-HOG_LINE_Y, HOG_LINE_Y, TEE_Y)
+    )
+    if not len(first) or not len(second):
+        raise TrackTooShortError(f"throw {track.throw} was not timed at both hog lines")
+    seconds = float(track.t[second].mean() - track.t[first].mean())
+    low, high = 0.1, MAX_SPEED
+    for _ in range(ROUNDS):
+        speed = 0.5 * (low + high)
+        t, y, path = _path(ice, track, forward, speed, order)
+        times = _times_at(t, y, along)
+        is_slow = np.isnan(times[second]).any()
+        is_slow = is_slow or times[second].mean() - times[first].mean() > seconds
+        low, high = (speed, high) if is_slow else (low, speed)
+    t, y, path = _path(ice, track, forward, high, order)
+    times = _times_at(t, y, along)
+    kept = predicted = sigma = None
+    if len(first) == len(second) == 2:
+        broken = np.array([np.ptp(track.t[rows]) for rows in (first, second)])
+        kept = float(broken[0] / broken[1])
+        predicted = float(np.ptp(times[first]) / np.ptp(times[second]))
+        errors = [float(np.hypot(*track.sigma_t[rows])) for rows in (first, second)]
+        sigma = kept * float(np.hypot(*(errors / broken)))
+    later = again = None
+    if len(tee):
+        later = float(track.t[tee].mean() - track.t[second].mean())
+        reached = float(times[tee].mean() - times[second].mean())
+        again = reached if np.isfinite(reached) else None
+    rethrow = GateRethrow(
+        throw=track.throw,
+        direction=Direction(1 if away else -1).name.lower(),
+        hog_to_hog_s=seconds,
+        speed=high,
+        kept=kept,
+        kept_sigma=sigma,
+        predicted_kept=predicted,
+        hog_to_tee_s=later,
+        predicted_hog_to_tee_s=again,
+    )
+    return rethrow, path
+
+
+def _path(
+    ice: Ice, track: Trajectory, forward: float, speed: float, order: int
+) -> tuple[Floats, Floats, Floats]:
+    """Times [s], way along the play [m] and path (n, 2) [m] of a throw down the centre line."""
+    release = Release(
+        x=0.0,
+        y=-forward * (HOG_LINE_Y + NEAR_LINE),
+        vx=0.0,
+        vy=forward * speed,
+        theta=0.0,
+        omega=USUAL_SPIN,
+        stone=track.stone,
+        clock=track.clock,
+        order=order,
+    )
+    trajectory = slide(ice, release, bounds=NO_BOUNDS, fps=60.0).trajectory
+    assert trajectory is not None
+    return trajectory.t, forward * trajectory.xy[:, 1], trajectory.xy
+
+
+def _times_at(t: Floats, y: Floats, places: Floats) -> Floats:
+    """Times at which a path is first at places; NaN where it does not get there or begins later."""
+    furthest = np.maximum.accumulate(y)
+    rising = np.concatenate([[True], np.diff(furthest) > 0])
+    return np.interp(places, furthest[rising], t[rising], left=np.nan, right=np.nan)
