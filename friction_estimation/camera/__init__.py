@@ -5,6 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
+        "agreement": ("disagreeing", "seen_curves"),
         "annotation.annotate": ("Annotation",),
         "annotation.server": ("AnnotationServer",),
         "camera": ("Camera",),
@@ -12,10 +13,10 @@ __getattr__, __dir__ = lazy_names(
         "lens": ("FreeLens", "TERMS"),
         "lens_formula": ("CIRCLE_POINTS",),
         "markings": ("grey_levels", "keypoints_of", "markings_of", "measure_markings"),
-        "pose": ("camera_from_scene",),
+        "pose": ("camera_from_scene", "place_sigma"),
         "refinement": ("log_height_prior", "refine", "refine_at_focal", "unrefined"),
         "scene": ("CORNERS", "Scene", "load_lens", "load_scene", "save_scene"),
-        "single_photo": ("camera_from_photo",),
+        "locate": ("camera_from_photo",),
         "top_view": ("TopView",),
     },
 )

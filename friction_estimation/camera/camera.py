@@ -113,10 +113,14 @@ class Camera:
 
     def sees(self, points: ArrayLike, margin_px: float = 0.0) -> Flags:
         """Whether each point (n, 3) of the sheet frame falls into the image."""
-        u, v = self.project(points).T
+        local = self.local(points)
+        u, v = self.lens.project(local).T
         width, height = self.size
+        with np.errstate(divide="ignore", invalid="ignore"):
+            angle = np.hypot(local[:, 0], local[:, 1]) / local[:, 2]
         return (
-            (u >= margin_px)
+            (angle < self.lens.reach)
+            & (u >= margin_px)
             & (u <= width - 1 - margin_px)
             & (v >= margin_px)
             & (v <= height - 1 - margin_px)
@@ -163,9 +167,9 @@ class Camera:
         )
         return xy, slope
 
-    def with_pose(self, rotation: Floats, translation: Floats) -> Camera:
-        """The same lens at another place."""
-        return replace(self, rotation=rotation, translation=translation)
+    def resized(self, scale: Floats, size: tuple[int, int]) -> Camera:
+        """The same camera for pictures enlarged along both sides (2,); see `Lens.resized`."""
+        return replace(self, lens=self.lens.resized(scale, size))
 
     def moved(self, step: Floats, free: FreeLens) -> Camera:
         """The camera after a step of a fit.

@@ -102,6 +102,17 @@ class Lens:
         ).reshape(-1, 2)
         return np.column_stack([flat, np.ones(len(flat))]).astype(np.float64, copy=False)
 
+    @property
+    def reach(self) -> float:
+        """Tangent of the largest angle to the axis that the formula can show.
+
+        Beyond it the terms of a strong distortion fold the picture back over itself.
+        """
+        k1, k2, _, _, k3 = self.distortion
+        roots = np.roots([7 * k3, 5 * k2, 3 * k1, 1.0])
+        folds = roots.real[(np.abs(roots.imag) < 1e-9) & (roots.real > 0)]
+        return float(np.sqrt(folds.min(initial=np.inf)))
+
     def squeeze(self, points: Floats) -> Floats:
         """How much smaller the lens shows points (n, 3) of the camera's frame outwards, 0 to 1."""
         r2 = np.sum(points[:, :2] ** 2, axis=1) / points[:, 2] ** 2
@@ -118,10 +129,17 @@ class Lens:
 
     # --- other lenses ------------------------------------------------------------------------
 
-    def bent(self, share: float) -> Lens:
-        """The lens with no distortion but that which moves the longer side's end by a share."""
+    def bent(self, share: float, *, further: bool = False) -> Lens:
+        """The lens with no distortion but that which moves the longer side's end by a share.
+
+        Parameters
+        ----------
+        further : whether the second term is the square of the first, about as of wide lenses; then
+            the formula never folds the picture back
+        """
         distortion = NO_DISTORTION.copy()
         distortion[0] = share * (2 * self.matrix[0, 0] / max(self.size)) ** 2
+        distortion[1] = further * distortion[0] ** 2
         return replace(self, distortion=distortion)
 
     def stretched(self, log_stretch: float) -> Lens:
@@ -129,6 +147,10 @@ class Lens:
         matrix = self.matrix.copy()
         matrix[1, 1] *= np.exp(log_stretch)
         return replace(self, matrix=matrix)
+
+    def resized(self, scale: Floats, size: tuple[int, int]) -> Lens:
+        """The lens for pictures enlarged along both sides (2,) to a size (width, height) [px]."""
+        return replace(self, matrix=resized_matrix(self.matrix, scale), size=size)
 
     def with_terms_added(self, changes: Mapping[str, float]) -> Lens:
         """The lens with something added to terms of its distortion, by name."""
@@ -160,6 +182,17 @@ class Lens:
             matrix=matrix,
             distortion=shares / (self.half_side_px / matrix[0, 0]) ** POWERS,
         )
+
+
+def resized_matrix(matrix: Floats, scale: Floats) -> Floats:
+    """A camera matrix (3, 3) for pictures made larger along both sides (2,).
+
+    Pixels are counted from the first one's centre.
+    """
+    matrix = matrix.copy()
+    matrix[:2, :2] *= scale[:, None]
+    matrix[:2, 2] = (matrix[:2, 2] + 0.5) * scale - 0.5
+    return matrix
 
 
 class LensChange(NamedTuple):

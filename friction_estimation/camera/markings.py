@@ -42,8 +42,15 @@ from friction_estimation.camera.tuning import (
 )
 
 RINGS = ("12-foot ring", "8-foot ring", "4-foot ring", "button")
-CURVES = ("border", "hog line", "centre line", *RINGS)
+CURVES = ("border", "hog line", "centre line", *RINGS, "tee line", "back line")
 """Names of the painted curves."""
+FITTED_CURVES = CURVES[:-2]
+"""Curves to which films are fitted. Clubs differ in whether the middle or an edge of a tee or back
+line is meant."""
+
+
+CURVE_STEP = 0.25
+"""Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -58,7 +65,6 @@ class Markings:
     clear : (n,) distance along the normal to the next thing that is painted [m]
     bend : (n,) how much the curve bends, away from its normal: 1 / radius [1/m]
     group : (n,) number of the group of neighbours that are searched for together
-    strong : (n,) whether no other curve can be mistaken for it: hog lines and the border
     curve : (n,) index of the curve's name in `CURVES`
     """
 
@@ -68,7 +74,6 @@ class Markings:
     clear: Floats
     bend: Floats
     group: Integers
-    strong: Flags
     curve: Integers
 
     def __getitem__(self, chosen: Flags) -> Markings:
@@ -126,8 +131,6 @@ def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
 def markings_of(sheet: Sheet) -> Markings:
     """The markings of a sheet whose place the rule book fixes.
 
-    Tee and back lines are left out: clubs differ in whether their middle or an edge is meant.
-
     Source
     ------
     World Curling, rule book, R1.
@@ -146,10 +149,40 @@ def markings_of(sheet: Sheet) -> Markings:
         clear=np.concatenate([np.full(len(row[0]), row[3]) for row in rows]),
         bend=np.concatenate([np.full(len(row[0]), _bend(row[4])) for row in rows]),
         group=np.concatenate(groups),
-        strong=np.isin(curve, [CURVES.index(name) for name in ("border", "hog line")]),
         curve=curve,
     )
     return _without_crossings(markings)
+
+
+def fitted_markings(sheet: Sheet) -> Markings:
+    """The markings to which films are fitted, see `FITTED_CURVES`."""
+    markings = markings_of(sheet)
+    return markings[markings.of(*FITTED_CURVES)]
+
+
+def curves_of(sheet: Sheet) -> list[tuple[str, Floats]]:
+    """Names and polylines (n, 2) of the painted curves and the border, sheet frame [m]."""
+    x, y = sheet.width / 2, sheet.length / 2
+
+    def line(start: tuple[float, float], stop: tuple[float, float]) -> Floats:
+        count = int(np.ceil(np.hypot(stop[0] - start[0], stop[1] - start[1]) / CURVE_STEP)) + 1
+        return np.linspace(start, stop, count)
+
+    curves = [("border", line((s * x, -y), (s * x, y))) for s in (-1, 1)]
+    curves.append(("centre line", line((0, -BACK_LINE_Y), (0, BACK_LINE_Y))))
+    around = np.linspace(0, 2 * np.pi, 73)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    depths = {
+        "border": y,
+        "back line": BACK_LINE_Y,
+        "tee line": TEE_Y,
+        "hog line": HOG_LINE_Y + HOG_LINE_WIDTH / 2,
+    }
+    for s in (-1, 1):
+        curves += [(name, line((-x, s * at), (x, s * at))) for name, at in depths.items()]
+        for name, radius in zip(RINGS, RING_RADII, strict=True):
+            curves.append((name, radius * circle + np.array([0.0, s * TEE_Y])))
+    return curves
 
 
 def _bend(curve: str) -> float:
@@ -186,13 +219,18 @@ def _lines(sheet: Sheet, end: float) -> list[_Row]:
         -side * across + end * back * along,
         side * across + end * back * along,
     )
-    hog_line = (-side * across + hog * along, side * across + hog * along)
+
+    def crossing(y: float) -> tuple[Floats, Floats]:
+        return -side * across + y * along, side * across + y * along
+
     centre = (end * (TEE_Y - RING_RADII[0] - 0.1) * along, 0.0 * along)
     return [
         row(sideline, end * across, 216, (0.0, side - RING_RADII[0]), "border"),
         row(backboard, end * along, 48, (0.0, back - HACK_Y - 0.21), "border"),
-        row(hog_line, end * along, 60, (HOG_LINE_WIDTH, 1.0), "hog line"),
+        row(crossing(hog), end * along, 60, (HOG_LINE_WIDTH, 1.0), "hog line"),
         row(centre, across, 96, (LINE_WIDTH, 1.0), "centre line"),
+        row(crossing(end * TEE_Y), end * along, 60, (LINE_WIDTH, 0.3), "tee line"),
+        row(crossing(end * BACK_LINE_Y), end * along, 60, (LINE_WIDTH, 0.2), "back line"),
     ]
 
 
@@ -225,6 +263,9 @@ def _without_crossings(markings: Markings) -> Markings:
         & ((np.abs(depth - TEE_Y) < 0.1) | (np.abs(depth - BACK_LINE_Y) < 0.1))
     )
     bad |= ~ring & ~upright & (np.abs(x) < 0.3)
+    bad |= (markings.curve == CURVES.index("back line")) & (np.abs(x) < 0.8)
+    from_ring = np.abs(np.abs(x)[:, None] - np.array(RING_RADII)).min(axis=1)
+    bad |= (markings.curve == CURVES.index("tee line")) & (from_ring < 0.1)
     return markings[~bad]
 
 
@@ -234,25 +275,41 @@ def grey_levels(image: Image | Singles) -> Singles:
     return np.asarray(cv2.cvtColor(colours, cv2.COLOR_BGR2GRAY), dtype=np.float32)
 
 
-def measure_markings(
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Responses:
+    """The strength of a curve's own shape along the normals of its points.
+
+    Parameters
+    ----------
+    index : (n,) index of each point among the markings
+    normal_px : (n, 2) unit vector across the curve in the image
+    px_per_metre : (n,) scale across the curve [px/m]
+    along_px : (k,) distances from where the camera puts a point, along its normal
+    strength : (n, k) answer of the curve's filter there [grey levels], signed
+    """
+
+    index: Integers
+    normal_px: Floats
+    px_per_metre: Floats
+    along_px: Floats
+    strength: Floats
+
+
+def responses_of(
     grey: Singles,
     origin_px: tuple[int, int],
     camera: Camera,
     markings: Markings,
     search_px: float,
     *,
-    only_strong: bool = False,
-) -> MarkingMeasurements:
-    """Where markings are seen in an image, near where a camera puts them.
+    flanks: tuple[float, float] = (1.0, 1.0),
+) -> Responses:
+    """The image around the markings, compared with their shapes.
 
     Parameters
     ----------
-    grey : grey levels of the image or of a part of it, best without what moves
-    origin_px : column and row of its upper left pixel in the image
-    camera : puts the markings where they are expected
-    markings : what to look for
-    search_px : how far from there they may be
-    only_strong : look for hog lines and the border only
+    grey, origin_px, camera, markings, search_px : as in `measure_markings`
+    flanks : weights of the ice on either side of a line, with which the line is compared
     """
     there, normal_px, scale, radius_px = _seen(camera, markings)
     width_px = np.clip(markings.width * scale, MIN_LINE_WIDTH_PX, MAX_LINE_WIDTH_PX)
@@ -268,38 +325,69 @@ def measure_markings(
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves an edge that bends towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX
-    if only_strong:
-        usable &= markings.strong
     index = np.flatnonzero(usable)
+    half = int(np.ceil(search_px / PROFILE_STEP_PX))
+    along: Floats = np.arange(-half, half + 1, dtype=np.float64) * PROFILE_STEP_PX
+    strength = np.empty((len(index), len(along)))
+    found = Responses(
+        index=index,
+        normal_px=normal_px[index],
+        px_per_metre=scale[index],
+        along_px=along,
+        strength=strength,
+    )
     if len(index) == 0:
-        return MarkingMeasurements(
-            index=index, normal_px=np.empty((0, 2)), offset_px=np.empty(0), expected=0
-        )
-    half = int(np.ceil((search_px + POINT_SEARCH_PX) / PROFILE_STEP_PX))
+        return found
     widest = int(np.ceil((3 * EDGE_BLUR_PX + float(width_px[index].max())) / PROFILE_STEP_PX)) + 1
     steps = np.arange(-half - widest, half + widest + 1) * PROFILE_STEP_PX
-    maps = (
-        there[index, None] + steps[None, :, None] * normal_px[index, None] - np.array(origin_px)
-    ).astype(np.float32)
-    looked_up = cv2.remap(
+    at = there[index, None] + steps[None, :, None] * normal_px[index, None] - np.array(origin_px)
+    maps = at.astype(np.float32)
+    profile = cv2.remap(
         grey, maps[..., 0], maps[..., 1], cv2.INTER_LINEAR, borderMode=cv2.BORDER_REPLICATE
-    )
-    profile = np.asarray(looked_up, dtype=np.float32)
-    response = np.empty((len(index), 2 * half + 1))
+    ).astype(np.float32, copy=False)
     lines = markings.width[index] > 0
-    response[~lines] = _filtered(profile[~lines], _step_filter(), half)
+    strength[~lines] = _filtered(profile[~lines], _step_filter(), half)
     # Widths of half a pixel's steps are enough: the filter is symmetric whatever its width.
     rounded = np.round(width_px[index] / PROFILE_STEP_PX) * PROFILE_STEP_PX
     for width in np.unique(rounded[lines]):
         own = lines & (rounded == width)
-        response[own] = _filtered(profile[own], _line_filter(float(width)), half)
-    offset, strength = _peaks(response, markings.group[index], search_px, half)
-    found = np.isfinite(offset) & (strength > MIN_CONTRAST)
+        strength[own] = _filtered(profile[own], _line_filter(float(width), flanks), half)
+        # A line is compared with its surroundings, which the image must show.
+        reach = int(np.ceil(width / PROFILE_STEP_PX))
+        shown: Flags = np.all((at[own] >= 0) & (at[own] <= (columns - 1, rows - 1)), axis=2)
+        middle = shown.shape[1] // 2
+        both = shown[:, middle - half - reach : middle + half - reach + 1]
+        both = both & shown[:, middle - half + reach : middle + half + reach + 1]
+        strength[own] *= both
+    return found
+
+
+def measure_markings(
+    grey: Singles,
+    origin_px: tuple[int, int],
+    camera: Camera,
+    markings: Markings,
+    search_px: float,
+) -> MarkingMeasurements:
+    """Where markings are seen in an image, near where a camera puts them.
+
+    Parameters
+    ----------
+    grey : grey levels of the image or of a part of it, best without what moves
+    origin_px : column and row of its upper left pixel in the image
+    camera : puts the markings where they are expected
+    markings : what to look for
+    search_px : how far from there they may be
+    """
+    found = responses_of(grey, origin_px, camera, markings, search_px + POINT_SEARCH_PX)
+    lines = markings.width[found.index] > 0
+    offset, strength = _peaks(found, markings.group[found.index], lines, search_px)
+    good = np.isfinite(offset) & (strength > MIN_CONTRAST)
     return MarkingMeasurements(
-        index=index[found],
-        normal_px=normal_px[index][found],
-        offset_px=offset[found],
-        expected=len(index),
+        index=found.index[good],
+        normal_px=found.normal_px[good],
+        offset_px=offset[good],
+        expected=len(found.index),
     )
 
 
@@ -339,7 +427,7 @@ def _step_filter() -> Floats:
     return bell / np.abs(bell).sum() * 2
 
 
-def _line_filter(width_px: float) -> Floats:
+def _line_filter(width_px: float, flanks: tuple[float, float] = (1.0, 1.0)) -> Floats:
     """A line beside its surroundings, as a camera blurs it.
 
     Without the blur a line that is thinner than a pixel is drawn to the nearest row of pixels.
@@ -349,6 +437,7 @@ def _line_filter(width_px: float) -> Floats:
     # Shares of a sample's reach inside the line and beside it, so that the width need not divide.
     inside = np.clip((width_px / 2 - np.abs(s)) / PROFILE_STEP_PX + 0.5, 0, 1)
     beside = np.clip((width_px - np.abs(s)) / PROFILE_STEP_PX + 0.5, 0, 1) - inside
+    beside *= np.where(s < 0, *flanks)
     line = inside / inside.sum() - beside / beside.sum()
     bell = np.exp(-0.5 * (np.arange(-6, 7) * PROFILE_STEP_PX / EDGE_BLUR_PX) ** 2)
     return np.convolve(line, bell / bell.sum())
@@ -364,17 +453,21 @@ def _filtered(profile: Singles, taps: Floats, half: int) -> Floats:
     return out[:, middle - half : middle + half + 1].astype(np.float64)
 
 
-def _peaks(response: Floats, group: Integers, search_px: float, half: int) -> tuple[Floats, Floats]:
-    """Offset and strength of each point's strongest response, near that of its group."""
+def _peaks(
+    found: Responses, group: Integers, lines: Flags, search_px: float
+) -> tuple[Floats, Floats]:
+    """Offset and strength of each point's strongest response, near that of its group.
+
+    Lines are darker than the ice.
+    """
+    response, s = found.strength, found.along_px
     _, member = np.unique(group, return_inverse=True)
-    count = np.bincount(member)
-    total = np.zeros((len(count), response.shape[1]))
-    np.add.at(total, member, response)
-    total /= count[:, None]
-    s = (np.arange(response.shape[1]) - half) * PROFILE_STEP_PX
-    together = np.where(np.abs(s) <= search_px, np.abs(total), -1.0)
-    at = together.argmax(axis=1)
-    sign = np.sign(total[np.arange(len(total)), at])
+    total = group_means(response, member)
+    dark = np.zeros(len(total), dtype=bool)
+    dark[member[lines]] = True
+    together = np.where(dark[:, None], -total, np.abs(total))
+    at = np.where(np.abs(s) <= search_px, together, -np.inf).argmax(axis=1)
+    sign = np.where(dark, -1.0, np.sign(total[np.arange(len(total)), at]))
     signed = response * sign[member][:, None]
     near = np.abs(s[None] - s[at][member][:, None]) <= POINT_SEARCH_PX
     signed = np.where(near, signed, -np.inf)
@@ -390,3 +483,10 @@ def _peaks(response: Floats, group: Integers, search_px: float, half: int) -> tu
     offset[r[good]] = (s[k] + PROFILE_STEP_PX * shift)[good]
     strength = np.where(np.isfinite(offset), signed[rows, own], 0.0)
     return offset, strength
+
+
+def group_means(values: Floats, member: Integers) -> Floats:
+    """Means of rows (n, k) by the number of their group (n,)."""
+    total = np.zeros((int(member.max(initial=-1)) + 1, values.shape[1]))
+    np.add.at(total, member, values)
+    return total / np.bincount(member)[:, None]

@@ -6,7 +6,8 @@ measures it on the painted lines.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Sequence
+from dataclasses import replace
 
 import cv2
 import numpy as np
@@ -15,9 +16,16 @@ from scipy.optimize import minimize_scalar
 from curling_env.errors import InputError
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import NO_DISTORTION, TRIAL_BENDS, TRIAL_FOCALS, Lens
+from friction_estimation.camera.lens import (
+    KNOWN_LENS,
+    NO_DISTORTION,
+    TRIAL_BENDS,
+    TRIAL_FOCALS,
+    Lens,
+)
 from friction_estimation.camera.scene import MIN_POINTS, Scene
 from friction_estimation.camera.tuning import (
+    CLICK_SIGMA_PX,
     FOCAL_PRIOR,
     FOCAL_RANGE,
     MAX_AXIS_OFFSET,
@@ -29,29 +37,10 @@ PLANE_TURNS = (0.0, 0.5, 1.0)
 """Angles by which the axes of the ice may be turned before a pose is sought [rad]."""
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Pose:
-    """Where a camera stands.
-
-    Parameters
-    ----------
-    rotation : (3, 3) from the sheet frame to the camera's
-    translation : (3,) the sheet's origin in the camera's frame [m]
-    rms_px : root mean square distance of the given points from where this pose puts them [px]
-    """
-
-    rotation: Floats
-    translation: Floats
-    rms_px: float
-
-    @property
-    def height(self) -> float:
-        """Height of the camera above the ice [m]."""
-        return float(-self.rotation[:, 2] @ self.translation)
-
-
-def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> list[Pose]:
-    """The poses above the ice under which known points fall where they were marked, best first.
+def cameras_from_points(
+    sheet_points: Floats, points_px: Floats, lens: Lens
+) -> list[tuple[float, Camera]]:
+    """The cameras above the ice that see known points where they were marked, best first.
 
     A plane seen by a pinhole allows two poses that fit almost equally well; both are refined.
 
@@ -63,7 +52,8 @@ def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> li
 
     Returns
     -------
-    no, one or two poses above the ice that have all points before the camera
+    no, one or two cameras above the ice that have all points before them, each after the root mean
+    square distance of the points from where it puts them [px]
 
     Source
     ------
@@ -71,20 +61,18 @@ def poses_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> li
     """
     world = np.column_stack([sheet_points, np.zeros(len(sheet_points))])
     pixels, matrix, distortion = lens.for_opencv(points_px)
-    poses: list[Pose] = []
+    found: list[tuple[float, Camera]] = []
     for rvec, tvec in _first_poses(world, pixels, matrix, distortion):
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
-        rotation = np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64)
-        translation = np.asarray(tvec, dtype=np.float64).ravel()
-        pose = Pose(rotation=rotation, translation=translation, rms_px=np.nan)
-        above = pose.height > 0
-        before = (world @ rotation.T + translation)[:, 2].min() > 0
-        if not (above and before):
-            continue
-        seen = cv2.projectPoints(world, rvec, tvec, matrix, distortion)[0].reshape(-1, 2)
-        rms = float(np.sqrt(np.mean(np.sum((seen - pixels) ** 2, axis=1))))
-        poses.append(replace(pose, rms_px=rms))
-    return sorted(poses, key=lambda pose: pose.rms_px)
+        camera = Camera(
+            lens=lens,
+            rotation=np.asarray(cv2.Rodrigues(rvec)[0], dtype=np.float64),
+            translation=np.asarray(tvec, dtype=np.float64).ravel(),
+        )
+        if camera.position[2] > 0 and camera.local(world)[:, 2].min() > 0:
+            apart = camera.project(world) - points_px
+            found.append((float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))), camera))
+    return sorted(found, key=lambda one: one[0])
 
 
 def _first_poses(
@@ -111,73 +99,46 @@ def _first_poses(
     return []
 
 
-def pose_from_points(sheet_points: Floats, points_px: Floats, lens: Lens) -> Pose | None:
-    """The best of `poses_from_points`; None where there is none."""
-    return next(iter(poses_from_points(sheet_points, points_px, lens)), None)
+def best_camera(
+    sheet_points: Floats, points_px: Floats, lenses: Sequence[Lens]
+) -> tuple[float, Camera] | None:
+    """The best of `cameras_from_points` with any of several lenses; None where there is none."""
+    found = [one for k in lenses for one in cameras_from_points(sheet_points, points_px, k)[:1]]
+    return min(found, key=lambda one: one[0], default=None)
 
 
-def solve_focal(
-    sheet_points: Floats, points_px: Floats, lens: Lens, height: float | None = None
-) -> Lens:
-    """The lens with the focal length whose best pose fits known points best.
+def _solve_focal(scene: Scene, lens: Lens) -> Lens:
+    """The lens with the focal length whose best pose fits the scene's points best.
 
     A weak prior decides where the points cannot.
-
-    Parameters
-    ----------
-    sheet_points : (n, 2) sheet frame [m]
-    points_px : (n, 2) raw image [px]
-    lens : distortion and size of the image; its focal length is not used, its axis is taken to
-        meet the middle of the image
-    height : the camera's height, where somebody measured it [m]
     """
-    side = max(lens.size)
+    side, points = max(lens.size), (scene.sheet_points, scene.points_px)
 
     def with_focal(log_ratio: float) -> Lens:
         return Lens.centred(float(np.exp(log_ratio)) * side, lens.size, lens.distortion)
 
     def cost(log_ratio: float) -> float:
-        pose = pose_from_points(sheet_points, points_px, with_focal(log_ratio))
-        misfit = 1e6 if pose is None else len(points_px) * pose.rms_px**2
-        if pose is not None and height is not None:
-            misfit += (np.log(pose.height / height) / MEASURED_HEIGHT_SIGMA) ** 2
+        found = best_camera(*points, [with_focal(log_ratio)])
+        misfit = 1e6 if found is None else len(scene.points_px) * found[0] ** 2
+        if found is not None and scene.camera_height is not None:
+            rise = np.log(found[1].position[2] / scene.camera_height)
+            misfit += (rise / MEASURED_HEIGHT_SIGMA) ** 2
         return misfit + ((log_ratio - np.log(FOCAL_PRIOR[0])) / FOCAL_PRIOR[1]) ** 2
 
     tried = np.linspace(np.log(FOCAL_RANGE[0]), np.log(FOCAL_RANGE[1]), 61)
-    costs = [cost(x) for x in tried]
-    best = int(np.argmin(costs))
+    best = int(np.argmin([cost(x) for x in tried]))
     low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
     found = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
     return with_focal(found.x)
 
 
-def solve_bent_lens(
-    sheet_points: Floats, points_px: Floats, lens: Lens, *, free_focal: bool
-) -> tuple[Lens, Pose] | None:
-    """The trial lens that fits known points best, and its pose.
-
-    Parameters
-    ----------
-    sheet_points : (n, 2) sheet frame [m]
-    points_px : (n, 2) raw image [px]
-    lens : the lens, of which all but the distortion is known
-    free_focal : whether its focal length is unknown as well
-
-    Returns
-    -------
-    lens and pose; None where no trial lens has a pose
-    """
+def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
+    """A lens, and others to try where its focal length or its distortion is unknown."""
     lenses = [lens]
-    if free_focal:
-        lenses = [Lens.centred(share * max(lens.size), lens.size) for share in TRIAL_FOCALS]
-    found: list[tuple[Lens, Pose]] = []
-    for straight in lenses:
-        for bend in TRIAL_BENDS:
-            bent = straight.bent(bend)
-            pose = pose_from_points(sheet_points, points_px, bent)
-            if pose is not None:
-                found.append((bent, pose))
-    return min(found, key=lambda one: one[1].rms_px, default=None)
+    if focal:
+        focals = [share * max(lens.size) for share in TRIAL_FOCALS]
+        lenses += [Lens.centred(focal, lens.size, lens.distortion) for focal in focals]
+    return [one.bent(bend) for one in lenses for bend in TRIAL_BENDS] if bends else lenses
 
 
 def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
@@ -194,75 +155,85 @@ def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
 
     Raises
     ------
-    InputError : points outside the image, or points that no camera above the ice sees so
+    InputError : points outside the image, pictures of another shape than the scene's, or points
+        that no camera above the ice sees so
     """
+    _check_axis(scene, size)
+    scene = scene.for_size(size)
     scene.check_inside(size)
     distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
-    matrix = _matrix_for(scene, size)
+    matrix = scene.camera_matrix
+    lens = Lens.centred(1.0, size, distortion)
+    lens = _solve_focal(scene, lens) if matrix is None else replace(lens, matrix=matrix)
     points = scene.sheet_points, scene.points_px
-    if matrix is None:
-        lens = solve_focal(*points, Lens.centred(1.0, size, distortion), scene.camera_height)
-    else:
-        lens = Lens(matrix=matrix, distortion=distortion, size=size)
-    pose = pose_from_points(*points, lens)
+    found = best_camera(*points, [lens])
     limit_px = MAX_MISFIT * float(np.hypot(*size))
-    if scene.distortion is None and (pose is None or pose.rms_px > limit_px):
-        bent = solve_bent_lens(*points, lens, free_focal=scene.camera_matrix is None)
-        lens, pose = bent or (lens, pose)
-    if pose is None or pose.rms_px > limit_px:
+    if scene.distortion is None and (found is None or found[0] > limit_px):
+        found = best_camera(*points, trial_lenses(lens, focal=matrix is None, bends=True)) or found
+    if found is None or found[0] > limit_px:
         raise InputError(
             "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
             source=scene.source,
             where="corners_px" if scene.has_corners else "points",
         )
-    return Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
+    return found[1]
 
 
-def _matrix_for(scene: Scene, size: tuple[int, int]) -> Floats | None:
-    """The scene's camera matrix for frames of `size`, which may be a resized picture."""
-    matrix, own = scene.camera_matrix, scene.image_size
-    if matrix is not None and own is None:
-        off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
-        if off.max() > MAX_AXIS_OFFSET:
-            raise InputError(
-                f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
-                f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
-                "image_size tells which they belong to",
-                source=scene.source,
-                where="camera_matrix",
-            )
-    if matrix is None or own is None or own == size:
-        return matrix
-    scale = size[0] / own[0]
-    if abs(size[1] - scale * own[1]) > 1.0:
+def place_sigma(scene: Scene, camera: Camera, xy: Floats) -> Floats:
+    """Standard error of each coordinate of places on the ice due to the camera, (n,) [m].
+
+    Where `curling locate` made the scene, what it found is interpolated. Else the points were
+    marked by hand, and the error of the marks is propagated through the pose.
+
+    Parameters
+    ----------
+    scene : the scene
+    camera : the camera that follows from it, see `camera_from_scene`
+    xy : (n, 2) places [m]
+    """
+    if scene.place_sigma is not None:
+        places, sigma = scene.place_sigma[:, :2], scene.place_sigma[:, 2]
+        weight = 1 / np.maximum(np.linalg.norm(xy[:, None] - places, axis=2), 1e-3) ** 4
+        return weight @ sigma / weight.sum(axis=1)
+    steps = 1e-5 * np.eye(6)
+    beside = [camera.moved(step, KNOWN_LENS) for step in steps]
+    marks = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
+    pull = np.stack([(c.project(marks) - camera.project(marks)).ravel() for c in beside], axis=1)
+    px = camera.project(np.column_stack([xy, np.zeros(len(xy))]))
+    moved = np.stack([c.on_plane(px) - xy for c in beside], axis=2)
+    covariance = CLICK_SIGMA_PX**2 * np.linalg.pinv(pull.T @ pull)
+    return np.sqrt(np.einsum("nip,pq,niq->n", moved, covariance, moved) / 2)
+
+
+def _check_axis(scene: Scene, size: tuple[int, int]) -> None:
+    """Refuse a camera matrix of unknown size whose axis is far from the middle of the picture."""
+    matrix = scene.camera_matrix
+    if matrix is None or scene.image_size is not None:
+        return
+    off = np.abs(matrix[:2, 2] - np.array(size) / 2) / size
+    if off.max() > MAX_AXIS_OFFSET:
         raise InputError(
-            f"the camera was calibrated on {own[0]} × {own[1]} px and the film has "
-            f"{size[0]} × {size[1]} px; calibrate it as it films",
+            f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
+            f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
+            "image_size tells which they belong to",
             source=scene.source,
-            where="image_size",
+            where="camera_matrix",
         )
-    resized = matrix.copy()
-    resized[:2] *= scale
-    resized[:2, 2] += (scale - 1) / 2  # pixels are counted from the first one's centre
-    return resized
 
 
 def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:
     """Which point is the wrong one, as far as the others tell."""
-    n = len(scene.points_px)
-    if scene.has_corners:
-        for turn in (1, 3):
-            turned = np.roll(scene.points_px, turn, axis=0)
-            pose = pose_from_points(scene.sheet_points, turned, lens)
-            if pose is not None and pose.rms_px <= limit_px:
-                return "each corner is marked where the next one around the sheet is"
-    alone: list[int] = []
-    for k in range(n) if n > MIN_POINTS else ():
-        rest = np.arange(n) != k
-        pose = pose_from_points(scene.sheet_points[rest], scene.points_px[rest], lens)
-        if pose is not None and pose.rms_px <= limit_px:
-            alone.append(k)
+
+    def agree(sheet_points: Floats, points_px: Floats) -> bool:
+        found = best_camera(sheet_points, points_px, [lens])
+        return found is not None and found[0] <= limit_px
+
+    ice, px = scene.sheet_points, scene.points_px
+    if scene.has_corners and any(agree(ice, np.roll(px, turn, axis=0)) for turn in (1, 3)):
+        return "each corner is marked where the next one around the sheet is"
+    others = ~np.eye(len(px), dtype=bool) if len(px) > MIN_POINTS else []
+    alone = [k for k, rest in enumerate(others) if agree(ice[rest], px[rest])]
     if len(alone) == 1:
-        x, y = scene.sheet_points[alone[0]]
+        x, y = ice[alone[0]]
         return f"point {alone[0] + 1}, of ({x:g}, {y:g}) m on the ice, contradicts all others"
     return "check that each is the right one"

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import combinations
 from pathlib import Path
 from typing import Annotated, Any
@@ -17,7 +17,7 @@ from curling_env.infrastructure.files.schema import Document, FileFormat, Short,
 from curling_env.infrastructure.files.storage import write_json
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats
-from friction_estimation.camera.lens import TERMS
+from friction_estimation.camera.lens import TERMS, resized_matrix
 
 CORNERS = ("home_left", "home_right", "away_right", "away_left")
 """The ice corners in order around the sheet, counter-clockwise seen from above."""
@@ -28,6 +28,8 @@ CAMERA_HEIGHTS = (0.5, 50.0)
 """How high cameras may hang above the ice [m]."""
 MIN_POINTS, MAX_POINTS = 4, 500
 """Known points of a scene. People mark a dozen; a thousand would take a minute to fit."""
+SIZE_ROUNDING_PX = 2.0
+"""Encoders crop pictures to even sides."""
 MIN_SPREAD = 1e-3
 """Points lie in a line where their narrower extent is below this share of their wider one."""
 
@@ -44,11 +46,15 @@ class Scene:
     distortion : (5,) in the order of `lens.TERMS`; None where it is not known
     image_size : width and height of the images that the camera matrix belongs to [px]; those of
         the film where None
+    picture_size : width and height of the picture in which the points were marked [px]; None where
+        an older scene file does not have it
     camera_height : measured height of the camera above the ice [m]; None where nobody measured it
     stone_radius, stone_height : radius and height of the stone's body, without its handle [m]
     sheet : the ice whose points these are
     fps : frames per second where the film's own times are wrong; None trusts the film
     source : the file that it was read from, for messages
+    place_sigma : (k, 3) places on the ice, and the standard error there of each coordinate due to
+        the camera, as `curling locate` found it [m]; None for points marked by hand
 
     Raises
     ------
@@ -60,12 +66,14 @@ class Scene:
     camera_matrix: Floats | None = None
     distortion: Floats | None = None
     image_size: tuple[int, int] | None = None
+    picture_size: tuple[int, int] | None = None
     camera_height: float | None = None
     stone_radius: float = 0.145
     stone_height: float = 0.1143
     sheet: Sheet = PAPER_SHEET
     fps: float | None = None
     source: str | None = None
+    place_sigma: Floats | None = None
 
     def __post_init__(self) -> None:
         n = len(self.points_px)
@@ -108,6 +116,44 @@ class Scene:
         if abs(turns) != 4:
             self._refuse("the corners cross: going round the sheet they must not change sides")
         self._refuse("the corners are mirrored: left and right, or home and away, are swapped")
+
+    def for_size(self, size: tuple[int, int]) -> Scene:
+        """The scene for pictures of another size (width, height) [px] that show the same view.
+
+        Points and camera matrix are scaled. Where an older scene does not have the size in which
+        its points were marked, that is the smallest one of the lens and the film that holds them.
+
+        Raises
+        ------
+        InputError : pictures of another shape: they are cropped, or of another camera
+        """
+        marked = self.picture_size
+        if marked is None and self.image_size is not None:
+            fitting = [s for s in (self.image_size, size) if (self.points_px <= s).all()]
+            marked = min(fitting, default=size)
+        points, matrix = self.points_px, self.camera_matrix
+        if marked is not None and marked != size:
+            self._check_shape("was marked in pictures of", marked, size, "mark it in this one")
+            points = (points + 0.5) * np.divide(size, marked) - 0.5
+        if matrix is not None and self.image_size is not None and self.image_size != size:
+            own = self.image_size
+            self._check_shape("has a lens calibrated on", own, size, "calibrate it as it films")
+            matrix = resized_matrix(matrix, np.divide(size, own))
+        known = None if self.image_size is None else size
+        return replace(
+            self, points_px=points, camera_matrix=matrix, image_size=known, picture_size=size
+        )
+
+    def _check_shape(
+        self, what: str, own: tuple[int, int], size: tuple[int, int], advice: str
+    ) -> None:
+        scale = size[0] / own[0]
+        if abs(size[1] - scale * own[1]) > SIZE_ROUNDING_PX * max(1.0, scale):
+            self._refuse(
+                f"the scene {what} {own[0]} × {own[1]} px, and this one has {size[0]} × "
+                f"{size[1]} px, another shape; {advice}",
+                "image_size" if self.picture_size is None else "picture_size",
+            )
 
     def check_inside(self, size: tuple[int, int]) -> None:
         """Refuse points that lie outside an image of `size` (width, height) px.
@@ -177,6 +223,10 @@ def document_of(scene: Scene) -> dict[str, Any]:
             {"sheet": sheet.tolist(), "px": px.tolist()}
             for sheet, px in zip(scene.sheet_points, scene.points_px, strict=True)
         ]
+    if scene.place_sigma is not None:
+        document["place_sigma"] = scene.place_sigma.tolist()
+    if scene.picture_size is not None:
+        document["picture_size"] = list(scene.picture_size)
     if scene.camera_matrix is not None:
         document["camera_matrix"] = scene.camera_matrix.tolist()
     if scene.distortion is not None:
@@ -196,6 +246,7 @@ def document_of(scene: Scene) -> dict[str, Any]:
 
 Metres = Annotated[float, within(-1e4, 1e4, "m")]
 Pixels = Annotated[float, within(-1e6, 1e6, "px")]
+Sigma = Annotated[float, within(0.0, 1e4, "m")]
 Side = Annotated[float, within(1, 1e5, "px")]
 
 
@@ -246,6 +297,11 @@ class SceneDocument(LensDocument):
     """A scene file."""
 
     format: Short = ""
+    picture_size: tuple[Side, Side] | None = None
+    place_sigma: (
+        Annotated[list[tuple[Metres, Metres, Sigma]], Meta(min_length=1, max_length=MAX_POINTS)]
+        | None
+    ) = None
     corners_px: CornersDocument | None = None
     points: Annotated[list[PointDocument], Meta(max_length=MAX_POINTS)] | None = None
     camera_height: Annotated[float, within(*CAMERA_HEIGHTS, "m")] | None = None
@@ -289,6 +345,8 @@ def scene_of(document: Any, source: str) -> Scene:
         stone_height=scene.stone.height,
         sheet=sheet,
         fps=scene.fps,
+        picture_size=_whole(scene.picture_size),
+        place_sigma=None if scene.place_sigma is None else np.array(scene.place_sigma),
         source=source,
         **_lens(scene),
     )
@@ -303,9 +361,12 @@ def _lens(document: LensDocument) -> dict[str, Any]:
         terms = [*document.distortion, *[0.0] * (len(TERMS) - len(document.distortion))]
         given["distortion"] = np.array(terms)
     if document.image_size is not None:
-        width, height = document.image_size
-        given["image_size"] = (int(width), int(height))
+        given["image_size"] = _whole(document.image_size)
     return given
+
+
+def _whole(size: tuple[float, float] | None) -> tuple[int, int] | None:
+    return None if size is None else (int(size[0]), int(size[1]))
 
 
 def _points(scene: SceneDocument, sheet: Sheet) -> tuple[Floats, Floats]:

@@ -82,32 +82,22 @@ OUTLIER_AT = 3.0
 """Residuals of this many times their scale count a quarter (Geman-McClure weights)."""
 NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search radius of each round once the camera is nearly right."""
-WIDE_SEARCHES_PX = (10.0, 6.0)
-"""Search radius of the rounds before, for hog lines and border only."""
-WIDER_SEARCHES_PX = (24.0, 14.0, 8.0, 6.0)
-"""The same where the first search did not find most of the markings."""
-UNKNOWN_LENS_SEARCHES_PX = (16.0, 10.0, 6.0)
-"""The same where the lens is unknown."""
+WIDE_SEARCHES_PX = ((16.0, 10.0, 6.0), (24.0, 14.0, 8.0, 6.0))
+"""Search radius of the rounds before, and of those where the first do not lead to the paint."""
+SEARCHED_SIDE = 1280
+"""Longer side of the pictures for which that is right; in smaller ones it is smaller [px]."""
+WORKING_SIDE = 1920
+"""Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
 MIN_STARTS = 4
 """Starting cameras that are followed at least where the lens is unknown."""
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
-CONVINCING_COST = 0.5
-"""Mean squared miss from which on no more than `MIN_STARTS` are followed [px²]; a marking that is
-not found counts 9."""
-DOUBTFUL_COST = 1.5
-"""Mean squared miss from which on the wider search is tried as well [px²]."""
 DISPLACED_SEARCH_PX = 6.0
 """How far from its place the paint is looked for where a camera may have moved."""
 MIN_MARKINGS = 60
 """Fewer measured points do not outweigh what was marked by hand."""
 MIN_MARKINGS_SHARE = 0.25
 """Share of the points in view that must be found; fewer are chance."""
-WRONG_PAINT_RMS_PX = 0.35
-"""A fit that is no better than this and finds fewer points than `WRONG_PAINT_SHARE` met other
-paint."""
-WRONG_PAINT_SHARE = 0.75
-"""See `WRONG_PAINT_RMS_PX`."""
 EQUAL_COST_RATIO = 1.02
 """Two cameras whose costs differ by less than this factor agree with the paint equally well: there
 is nothing left to improve on points that were marked exactly."""
@@ -128,28 +118,15 @@ RIM_SHIFT_POWER = 4
 
 # --- a camera from a single photo -----------------------------------------------------------------
 
+PHOTO_SIDE = 720
+"""Longer side of the picture in which a photo's camera is found [px]; larger ones are reduced."""
+PHOTO_TRIALS = 6
+"""Searches at most; two that agree with the paint are enough."""
+PHOTO_SEARCHES = (0.15, 0.08, 0.05)
+"""Search radius of each round before the camera is nearly right [m]."""
 PHOTO_MIN_SCALE_PX = 1.5
 """`MIN_SCALE_PX` for a photo of a club's ice, whose paint is laid to a centimetre or so."""
 PHOTO_CORRELATION = 24.0
 """`MARKING_CORRELATION` for the same."""
-PHOTO_SEARCH_PX = 6.0
-"""Search radius of the first round."""
-PHOTO_TRIAL_STRETCHES = (-0.16, 0.0, 0.16)
-"""How far a picture may be stretched, in log, where a fit begins."""
-PHOTO_STARTS = 12
-"""Cameras that a fit begins with."""
-PHOTO_MAX_START_MISS = 0.05
-"""A camera that misses the clicks by more than this share of the longer side is no start."""
-PHOTO_CLICK_REACH = 0.3
-"""How far from the click the tee may be [m]."""
-PHOTO_RING_SCALES = (0.7, 1.6)
-"""Range of the scale at the house over that between house and hog line, where perspective,
-stretching and lens differ."""
-PHOTO_RING_BLUR = 0.03
-"""How much the photo is blurred to find the rings [m]."""
-PHOTO_MIN_CLICK_DISTANCE_PX = 4.0
-"""Two places that were clicked nearer than this were clicked at the same place."""
-PHOTO_CURVE_SEARCH_PX = 4.0
-"""A curve farther off than this is not the one that was meant."""
-PHOTO_MAX_RMS_PX = 1.5
-"""Rings and a hog line that fit no better were not found."""
+MARK_SIGMA = 0.2
+"""Standard error of a mark that was read off roughly [m]."""

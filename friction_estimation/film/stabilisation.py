@@ -57,6 +57,10 @@ CHECKED_FRAMES = 12
 """Frames in which the camera's motion is measured."""
 
 
+class CameraMovesError(InputError):
+    """A film of a camera that pans, zooms or cuts."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stabiliser:
     """Moves frames back to where the camera first stood.
@@ -180,7 +184,7 @@ def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) ->
 
     Raises
     ------
-    InputError : the camera moves or zooms by more than can be corrected
+    CameraMovesError : the camera moves or zooms by more than can be corrected
     """
     if len(sample) < 2:
         return None
@@ -195,25 +199,26 @@ def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) ->
         if motion is None and stabiliser.same_view(frame):
             continue
         if motion is None:
-            raise InputError(
-                "the camera shows another view than in the first frame; it must stand still: cut "
-                "the film there, and mark the sheet anew for the rest",
+            raise CameraMovesError(
+                "this camera moves: it shows another view than in the first frame; only films of a "
+                "camera that stands still can be tracked",
                 source=source,
                 where=f"at {t:.1f} s",
             )
         zoom = float(np.hypot(*motion[:, 0])) - 1
         moved = sway_px(motion, stabiliser.corners_px)
         if abs(zoom) > ZOOM_SHARE:
-            raise InputError(
-                f"the camera has zoomed by {100 * zoom:+.1f} % since the first frame; the zoom "
-                "must not change during a throw",
+            raise CameraMovesError(
+                f"this camera moves: it has zoomed by {100 * zoom:+.1f} % since the first frame; "
+                "only films of a camera that stands still can be tracked",
                 source=source,
                 where=f"at {t:.1f} s",
             )
         if moved > SWAY_SHARE * width:
-            raise InputError(
-                f"the camera has moved by {moved:.0f} px since the first frame; it must stand "
-                f"still (sway below {SWAY_SHARE * width:.0f} px is corrected)",
+            raise CameraMovesError(
+                f"this camera moves: by {moved:.0f} px since the first frame; only films of a "
+                f"camera that stands still can be tracked (sway below {SWAY_SHARE * width:.0f} px "
+                "is corrected)",
                 source=source,
                 where=f"at {t:.1f} s",
             )

@@ -168,9 +168,11 @@ def found_or_misplaced(
     except InputError as error:
         if refined.measured or not refine_camera:
             raise
+        wrong = ", ".join(refined.disagreeing)
+        seen = f" ({wrong} elsewhere)" if wrong else ""
         raise InputError(
-            "the paint is not where this scene says, and no thrown stone is found; is it the scene "
-            "of this camera, and of films of this size? `curling corners` marks it anew",
+            f"the paint is not where this scene says{seen}, and no thrown stone is found; is it "
+            "the scene of this camera? `curling corners` marks it again",
             source=film.path,
         ) from error
 

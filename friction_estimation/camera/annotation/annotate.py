@@ -15,24 +15,18 @@ import cv2
 import numpy as np
 
 from curling_env.errors import InputError
-from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, RING_RADII, TEE_Y, Sheet
-from curling_env.typing import Floats, Image
+from curling_env.sheet import Sheet
+from curling_env.typing import Image
 from friction_estimation.camera.annotation.height_range import (
     height_from_clicks,
     height_from_paint,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings import (
-    grey_levels,
-    keypoints_of,
-    markings_of,
-    measure_markings,
-)
+from friction_estimation.camera.markings import curves_of, keypoints_of
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import refine
+from friction_estimation.camera.refinement import refine, unrefined
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.camera.top_view import TopView
-from friction_estimation.camera.tuning import MIN_MARKINGS, MIN_MARKINGS_SHARE
 from friction_estimation.film.pictures import SUFFIXES, read_picture
 from friction_estimation.film.video import Film
 
@@ -42,10 +36,6 @@ MAX_STILL_PIXELS = 60_000_000
 """Pixels of all these frames together; of larger frames fewer are taken."""
 VIEW_PX_PER_M = 26.0
 """Scale of the view from above [px/m]."""
-PAINT_SEARCH_PX = 2.0
-"""Paint is searched for within this distance of its expected place."""
-CURVE_STEP = 0.25
-"""Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
 Clicks: TypeAlias = Mapping[str, tuple[float, float]]
 """The names of keypoints (`markings.keypoints_of`) and where they were clicked [px]."""
@@ -61,7 +51,8 @@ class AnnotatedCamera:
     camera : sees the keypoints where they were clicked
     misfit_px : root mean square distance between the clicks and the projected keypoints [px]
     paint_px : root mean square distance between the paint and its projection [px]; None if the
-        paint was not searched for, or too little of it is in view
+        paint was not searched for, too little of it is in view, or a part of it disagrees
+    disagreeing : names of rings and lines that are elsewhere than the camera puts them
     height_range : between which heights the camera hangs with 95 % probability, as far as an
         unknown lens leaves that open [m]
     """
@@ -71,6 +62,7 @@ class AnnotatedCamera:
     misfit_px: float
     height_range: tuple[float, float]
     paint_px: float | None = None
+    disagreeing: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -121,8 +113,11 @@ class Annotation:
 
         Raises
         ------
-        InputError : as `open`, or a point of the scene is no keypoint
+        InputError : as `open`; a point of the scene is no keypoint, or its pictures have another
+            shape
         """
+        opened = cls.open(path, scene.sheet)
+        scene = scene.for_size(opened.size)
         names = {np.round(xy, 3).tobytes(): name for name, xy in keypoints_of(scene.sheet).items()}
         clicks: dict[str, tuple[float, float]] = {}
         for i, (xy, px) in enumerate(zip(scene.sheet_points, scene.points_px, strict=True)):
@@ -136,9 +131,9 @@ class Annotation:
                 )
             clicks[name] = (float(px[0]), float(px[1]))
         known = {f.name: getattr(scene, f.name) for f in fields(scene)}
-        for own in ("sheet_points", "points_px", "sheet", "source"):
+        for own in ("sheet_points", "points_px", "place_sigma", "picture_size", "sheet", "source"):
             del known[own]
-        return replace(cls.open(path, scene.sheet, known), clicks=clicks)
+        return replace(opened, known=known, clicks=clicks)
 
     @property
     def size(self) -> tuple[int, int]:
@@ -165,6 +160,7 @@ class Annotation:
         return Scene(
             sheet_points=np.array([keypoints[name] for name in names]),
             points_px=np.array([clicks[name] for name in names], dtype=np.float64),
+            picture_size=self.size,
             sheet=self.sheet,
             **self.known,
         )
@@ -184,34 +180,25 @@ class Annotation:
         """
         scene = self.scene(clicks)
         camera = camera_from_scene(scene, self.size)
-        paint_px, heights = None, None
-        if paint:
-            refined = refine(camera, scene, self.stills[0])
-            camera = refined.camera
-            paint_px = self._paint_px(camera)
-            if refined.measured:
-                heights = height_from_paint(refined)
+        refined = refine(camera, scene, self.stills[0]) if paint else unrefined(camera)
+        camera = refined.camera
+        measured = refined.measured > 0
+        heights = height_from_paint(refined) if measured else height_from_clicks(scene, camera)
         there = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
         apart = camera.project(there) - scene.points_px
         return AnnotatedCamera(
             scene=scene,
             camera=camera,
             misfit_px=float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
-            paint_px=paint_px,
-            height_range=heights or height_from_clicks(scene, camera),
+            paint_px=refined.rms_px if measured else None,
+            disagreeing=refined.disagreeing,
+            height_range=heights,
         )
-
-    def _paint_px(self, camera: Camera) -> float | None:
-        grey = grey_levels(self.stills[0])
-        found = measure_markings(grey, (0, 0), camera, markings_of(self.sheet), PAINT_SEARCH_PX)
-        if len(found.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * found.expected):
-            return None
-        return float(np.sqrt(np.mean(found.offset_px**2)))
 
     def lines_px(self, camera: Camera) -> list[list[list[float]]]:
         """The lines of the sheet as a camera sees them: polylines of raw pixels in the image."""
         lines: list[list[list[float]]] = []
-        for curve in curves_of(self.sheet):
+        for _, curve in curves_of(self.sheet):
             points = np.column_stack([curve, np.zeros(len(curve))])
             px = camera.project(points)
             px[~camera.sees(points)] = np.nan
@@ -225,29 +212,6 @@ class Annotation:
         """The ice as a camera shows it, seen from above with the home end on the left."""
         view = TopView.of(self.sheet, VIEW_PX_PER_M).of_frame(self.stills[still], camera)
         return np.asarray(cv2.rotate(view, cv2.ROTATE_90_CLOCKWISE), dtype=np.uint8)
-
-
-def curves_of(sheet: Sheet) -> list[Floats]:
-    """The painted lines, rings and the border as polylines, each (n, 2) in the sheet frame [m]."""
-    x, y = sheet.width / 2, sheet.length / 2
-
-    def line(start: tuple[float, float], stop: tuple[float, float]) -> Floats:
-        count = int(np.ceil(np.hypot(stop[0] - start[0], stop[1] - start[1]) / CURVE_STEP)) + 1
-        return np.linspace(start, stop, count)
-
-    curves = [
-        line((-x, -y), (-x, y)),
-        line((x, -y), (x, y)),
-        line((0, -BACK_LINE_Y), (0, BACK_LINE_Y)),
-    ]
-    around = np.linspace(0, 2 * np.pi, 73)
-    for s in (-1, 1):
-        for depth in (y, BACK_LINE_Y, TEE_Y, HOG_LINE_Y):
-            curves.append(line((-x, s * depth), (x, s * depth)))
-        for radius in RING_RADII:
-            ring = radius * np.column_stack([np.cos(around), np.sin(around)])
-            curves.append(ring + np.array([0.0, s * TEE_Y]))
-    return curves
 
 
 def _median(frames: list[Image]) -> Image:

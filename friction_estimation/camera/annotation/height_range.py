@@ -6,7 +6,7 @@ import numpy as np
 
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import Lens
-from friction_estimation.camera.pose import pose_from_points
+from friction_estimation.camera.pose import cameras_from_points
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
 from friction_estimation.camera.scene import Scene
 
@@ -43,20 +43,20 @@ def height_from_clicks(scene: Scene, camera: Camera) -> tuple[float, float]:
     lenses = [Lens.centred(float(f), camera.size, camera.lens.distortion) for f in focals]
     if scene.distortion is None:
         lenses = [lens.bent(bend) for lens in lenses for bend in BENDS]
-    heights, costs = np.full((2, len(lenses)), np.inf)
-    for k, lens in enumerate(lenses):
-        pose = pose_from_points(scene.sheet_points, scene.points_px, lens)
-        if pose is None:
-            continue
-        seen = Camera(lens=lens, rotation=pose.rotation, translation=pose.translation)
-        heights[k] = seen.position[2]
-        misfit = len(scene.points_px) * (pose.rms_px / CLICK_PX) ** 2
-        costs[k] = misfit + log_height_prior(seen, scene.camera_height)
-    likely = np.isfinite(costs)
-    order = np.argsort(heights[likely])
-    weight = np.exp(-0.5 * (costs[likely] - costs[likely].min()))[order]
+    points = scene.sheet_points, scene.points_px
+    found = [one for lens in lenses for one in cameras_from_points(*points, lens)[:1]]
+    heights = np.array([seen.position[2] for _, seen in found])
+    costs = np.array(
+        [
+            len(scene.points_px) * (rms_px / CLICK_PX) ** 2
+            + log_height_prior(seen, scene.camera_height)
+            for rms_px, seen in found
+        ]
+    )
+    order = np.argsort(heights)
+    weight = np.exp(-0.5 * (costs - costs.min()))[order]
     share = np.cumsum(weight) / weight.sum()
-    low, high = np.interp([OUTSIDE, 1 - OUTSIDE], share, heights[likely][order])
+    low, high = np.interp([OUTSIDE, 1 - OUTSIDE], share, heights[order])
     return float(low), float(high)
 
 

@@ -105,6 +105,7 @@ class AnnotationPage:
             "problem": None,
             "misfit_px": found.misfit_px,
             "paint_px": found.paint_px,
+            "disagreeing": list(found.disagreeing),
             "lines": self.annotation.lines_px(camera),
             "view": "data:image/jpeg;base64," + base64.b64encode(view).decode(),
             "focal_px": camera.lens.focal_px,

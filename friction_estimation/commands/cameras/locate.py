@@ -45,8 +45,8 @@ def locate(
     from curling_env.infrastructure.files.writing import together
     from curling_env.sheet import PAPER_SHEET
     from friction_estimation.camera.annotation.annotate import Annotation
+    from friction_estimation.camera.locate import camera_from_photo, draw_markings
     from friction_estimation.camera.scene import load_scene, save_scene
-    from friction_estimation.camera.single_photo import camera_from_photo, draw_markings
     from friction_estimation.film.pictures import write_picture
     from friction_estimation.tracking.films.in_words import UNSURE_HEIGHT
 
@@ -69,11 +69,14 @@ def locate(
             write_picture(picture, draw_markings(empty, found.camera, known.sheet, scale))
     x, y, z = found.camera.position.tolist()
     spread = found.refined.log_focal_sigma
+    at = f"the camera is {length(z, results.units)} above ({x:.1f}, {y:.1f}) m"
     words = [
         f"{found.refined.measured} places on rings and lines agree to "
-        f"{found.refined.rms_px:.2f} px; the camera is {length(z, results.units)} above "
-        f"({x:.1f}, {y:.1f}) m"
+        f"{found.refined.rms_px:.2f} px; {at}"
     ]
+    if found.disagreeing:
+        missed = ", ".join(f"{name} {found.misses_px[name]:.1f} px" for name in found.disagreeing)
+        words = [f"not all of the paint agrees to 2 px: {missed}; {at}"]
     if spread > UNSURE_HEIGHT and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"
         words.append(f"{uncertainty}: measure it and give --height")

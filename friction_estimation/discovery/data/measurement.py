@@ -13,7 +13,7 @@ from curling_env.physics.effects.card import Values
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import TERMS
-from friction_estimation.camera.pose import camera_from_scene, pose_from_points
+from friction_estimation.camera.pose import best_camera, camera_from_scene
 from friction_estimation.camera.scene import Scene
 
 LENS = "lens_distortion"
@@ -42,7 +42,7 @@ def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
     ------
     InputError : a scene that says neither how large its image is nor where its centre lies
     """
-    size = scene.image_size
+    size = scene.picture_size or scene.image_size
     if size is None and scene.camera_matrix is not None:
         size = (round(2 * scene.camera_matrix[0, 2]), round(2 * scene.camera_matrix[1, 2]))
     if size is None:
@@ -56,9 +56,8 @@ def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
     @lru_cache(maxsize=64)
     def camera_with(*terms: float) -> Camera:
         lens = assumed.lens.with_terms_added(dict(zip(LENS_TERMS, terms, strict=True)))
-        pose = pose_from_points(scene.sheet_points, scene.points_px, lens)
-        camera = replace(assumed, lens=lens)
-        return camera if pose is None else camera.with_pose(pose.rotation, pose.translation)
+        found = best_camera(scene.sheet_points, scene.points_px, [lens])
+        return replace(assumed, lens=lens) if found is None else found[1]
 
     def displacement(xy: Floats, _theta: Floats, values: Values) -> Floats:
         true = camera_with(*(values[f"lens_{term}"] for term in LENS_TERMS))

@@ -11,9 +11,13 @@ from curling_env.errors import NoThrowError
 from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import Scene
+from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting import tuning
 from friction_estimation.tracking.cutting.throws import find_throws
+
+STILL_FRAMES = 25
+"""Frames in which a film without a throw is checked for a camera that moves."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -92,6 +96,7 @@ def cut(
     if len(throws) <= 1 and film.duration <= tuning.ONE_THROW_SECONDS:
         return [Piece.whole(film)]
     if not throws:
+        stabiliser_for(film.sample(STILL_FRAMES), film.path)  # refuses a camera that moves
         raise NoThrowError(
             f"no throw found in {minutes(film.duration)} of film: nothing slides along the ice as "
             "a stone does",

@@ -41,7 +41,7 @@ from friction_estimation.tracking.found_stone import (
 )
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
-SOLVER = 2
+SOLVER = 3
 """Raised whenever cameras are solved better: those that were kept before are then solved anew."""
 
 

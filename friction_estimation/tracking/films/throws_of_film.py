@@ -10,6 +10,7 @@ from curling_env.errors import InputError
 from curling_env.typing import Progress
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
+from friction_estimation.film.stabilisation import CameraMovesError
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short
 from friction_estimation.tracking.cutting.throws import shows_several
@@ -89,7 +90,11 @@ class ThrowTracker:
                 try:
                     one = self._track(piece, scene, camera)
                 except InputError as error:
+                    moves = isinstance(error, CameraMovesError)
+                    known = moves and any(isinstance(k, CameraMovesError) for k in refused)
                     refused.append(alone(error))
+                    if known:  # reported once
+                        continue
                     self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
                     continue
                 self._keep(one, key, scene, even_alone=True)

@@ -25,17 +25,7 @@ def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
     xy : (n, 2) places [m]
     z : their height above the ice [m]
     """
-    px = refined.camera.project(np.column_stack([xy, np.full(len(xy), z)]))
-    count = len(refined.covariance)
-    moved = np.zeros((len(xy), 2, count))
-    if refined.measured:
-        step = 1e-5
-        for p in range(count):
-            moved[:, :, p] = (refined.moved(p, step).on_plane(px, z) - xy) / step
-    variance = np.einsum("nip,pq,niq->ni", moved, refined.covariance, moved)
-    if refined.farther is not None:
-        variance += (refined.farther.on_plane(px, z) - xy) ** 2
-    return variance
+    return refined.place_variance(xy, z)
 
 
 def systematic_sigma(

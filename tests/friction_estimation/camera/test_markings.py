@@ -13,12 +13,14 @@ from curling_env.sheet import RING_RADII, TEE_Y, Sheet
 from friction_estimation.camera import (
     Camera,
     camera_from_scene,
+    disagreeing,
     grey_levels,
     log_height_prior,
     markings_of,
     measure_markings,
     refine,
     refine_at_focal,
+    seen_curves,
 )
 from friction_estimation.synthetic import FilmRenderer, FilmSpec, scene_of
 
@@ -180,6 +182,33 @@ def test_part_of_a_picture_serves_with_its_place(views):
     whole = refine(before, known, still).camera
     part = refine(before, known, still[10:, 40:], (40, 10)).camera
     assert part.translation == pytest.approx(whole.translation, abs=0.01)
+
+
+def test_the_size_of_the_picture_does_not_matter(views):
+    true, scene, still = views["end"]
+    known = marked(scene, true, 1)
+    large = tuple(3 * side for side in true.size)
+    enlarged = cv2.resize(still, large, interpolation=cv2.INTER_CUBIC)[30:, 121:]
+    at_large = replace(known, picture_size=true.size, image_size=true.size).for_size(large)
+    refined = refine(camera_from_scene(at_large, large), at_large, enlarged, (121, 30))
+    assert refined.camera.size == large
+    found = replace(refined.camera, lens=refined.camera.lens.resized(np.full(2, 1 / 3), true.size))
+    assert misplaced(found, true) < 0.004
+    assert refined.rms_px < 1.0
+
+
+@pytest.mark.parametrize("name", SIZES)
+def test_a_camera_beside_its_place_disagrees_with_rings_or_hog_lines(views, name):
+    true, scene, still = views[name]
+    markings, grey = markings_of(scene.sheet), grey_levels(still)
+    assert disagreeing(seen_curves(true, grey, (0, 0), markings)) == ()
+    bold = markings.xy[markings.of("12-foot ring", "hog line")]
+    there = np.column_stack([bold, np.zeros(len(bold))])
+    for shift in ([0.3, 0.0, 0.0], [0.0, -0.4, 0.0], [0.2, 0.2, 0.1]):
+        moved = replace(true, translation=true.translation + true.rotation @ np.array(shift))
+        missed = moved.project(there) - true.project(there)
+        if np.median(np.linalg.norm(missed[true.sees(there)], axis=1)) > 4.0:
+            assert disagreeing(seen_curves(moved, grey, (0, 0), markings))
 
 
 def test_a_line_thinner_than_a_pixel_is_seen_where_it_is():

@@ -131,3 +131,45 @@ def test_points_in_a_line_are_refused(tmp_path):
 def test_three_points_are_too_few():
     with pytest.raises(InputError, match="four points"):
         Scene(sheet_points=np.eye(3)[:, :2], points_px=np.eye(3)[:, :2])
+
+
+POINTS = [
+    ([0, 11], [130, 510]),
+    ([0, 17], [129, 140]),
+    ([-1.8, 17], [20, 143]),
+    ([1.8, 17], [236, 142]),
+]
+
+
+def of_a_picture(tmp_path, **more):
+    points = [{"sheet": sheet, "px": px} for sheet, px in POINTS]
+    return load_scene(written(tmp_path, corners_px=None, points=points, **more))
+
+
+def test_a_scene_serves_pictures_of_another_size(tmp_path):
+    matrix = [[312, 0, 129.5], [0, 312, 259.5], [0, 0, 1]]
+    scene = of_a_picture(
+        tmp_path, picture_size=[257, 519], image_size=[257, 519], camera_matrix=matrix
+    )
+    twice = scene.for_size((514, 1038))
+    assert twice.points_px[0].tolist() == [260.5, 1020.5]
+    assert twice.camera_matrix[0].tolist() == [624.0, 0.0, 259.5]
+    assert twice.for_size((257, 519)).points_px == pytest.approx(scene.points_px)
+    scene.for_size((256, 518))  # encoders crop to even sides
+
+
+def test_pictures_of_another_shape_are_refused(tmp_path):
+    scene = of_a_picture(tmp_path, picture_size=[257, 519])
+    with pytest.raises(InputError, match="257 × 519 px, and this one has 300 × 300 px"):
+        scene.for_size((300, 300))
+
+
+def test_an_older_scene_whose_points_fit_its_lens_is_scaled_with_it(tmp_path):
+    older = of_a_picture(tmp_path, image_size=[257, 519])
+    twice = older.for_size((514, 1038))
+    assert twice.points_px == pytest.approx(2 * (older.points_px + 0.5) - 0.5)
+
+
+def test_an_older_scene_with_a_lens_calibrated_on_larger_pictures_keeps_its_points(tmp_path):
+    older = of_a_picture(tmp_path, image_size=[1028, 2076])
+    assert older.for_size((257, 519)).points_px == pytest.approx(older.points_px)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import cv2
 import numpy as np
 import pytest
@@ -9,7 +11,17 @@ import pytest
 from curling_env.errors import InputError
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
 from friction_estimation import load_scene
-from friction_estimation.camera import camera_from_photo, camera_from_scene
+from friction_estimation.camera import (
+    Camera,
+    camera_from_photo,
+    camera_from_scene,
+    grey_levels,
+    markings_of,
+    place_sigma,
+    save_scene,
+    seen_curves,
+)
+from friction_estimation.synthetic import FilmRenderer, FilmSpec
 
 TEE = [0.0, TEE_Y]
 HOG = [0.0, HOG_LINE_Y + HOG_LINE_WIDTH / 2]
@@ -95,3 +107,79 @@ def test_a_photo_without_paint_is_refused(club_photo):
     blank = np.random.default_rng(1).normal(200, 3, club_photo.empty.shape)
     with pytest.raises(InputError, match="clicked|check the clicks"):
         camera_from_photo(blank.astype(np.uint8), clicks(club_photo))
+
+
+@pytest.mark.parametrize("factor", [2.0, 3.0])
+def test_the_size_of_the_photo_does_not_matter(club_photo, factor):
+    large = cv2.resize(club_photo.empty, None, fx=factor, fy=factor, interpolation=cv2.INTER_CUBIC)
+    marks = {
+        name: ((u + 0.5) * factor - 0.5, (v + 0.5) * factor - 0.5)
+        for name, (u, v) in clicks(club_photo).items()
+    }
+    found = camera_from_photo(large, marks)
+    ice = landmarks()
+    true = (club_photo.px(ice) + 0.5) * factor - 0.5
+    inside = ((true > 0) & (true < np.array(found.camera.size) - 1)).all(axis=1)
+    off = found.camera.on_plane(true[inside]) - ice[inside]
+    assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < 0.03
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_strongly_bent_photo_with_marks_a_third_of_a_metre_off(seed):
+    """A wide camera upright over the sheet, whose lens bends lines at the rim by a fifth."""
+    true = Camera.looking_at(
+        position=(0.3, 14.6, 5.0),
+        target=(0.0, 14.4, 0.0),
+        up=(0.0, 1.0, 0.0),
+        focal_px=470.0,
+        size=(540, 960),
+        distortion=(-0.22, 0.045, 0.0, 0.0, 0.0),
+    )
+    rng = np.random.default_rng(seed)
+    still = FilmRenderer(FilmSpec(camera=true, people=False)).still
+    photo = np.clip(still + rng.normal(0, 2.0, still.shape), 0, 255).astype(np.uint8)
+    turn = rng.uniform(0, 2 * np.pi, 2)
+    off = np.column_stack([np.cos(turn), np.sin(turn), 0 * turn]) * 0.3
+    (tee, hog) = true.project(np.array([[*TEE, 0.0], [*HOG, 0.0]]) + off)
+    found = camera_from_photo(photo, {"away_tee": tuple(tee), "away_hog_centre": tuple(hog)})
+    x, y = np.meshgrid([-1.5, 0.0, 1.5], np.linspace(11.0, 19.0, 9))
+    ice = np.column_stack([x.ravel(), y.ravel(), 0 * x.ravel()])
+    missed = found.camera.on_plane(true.project(ice)) - ice[:, :2]
+    assert np.abs(missed).max() < 0.02
+    assert found.summary()["agrees"]
+
+
+@pytest.mark.parametrize("shift", [(0.2, 0.0), (0.0, 0.3), (-0.3, 0.2)])
+def test_a_camera_that_is_wrong_never_agrees_and_the_curve_is_named(club_photo, shift):
+    found = camera_from_photo(club_photo.empty, clicks(club_photo))
+    markings, grey = markings_of(found.scene.sheet), grey_levels(club_photo.empty)
+    assert not any(c.contradicts for c in seen_curves(found.camera, grey, (0, 0), markings))
+    camera = found.camera
+    aside = camera.rotation @ np.array([*shift, 0.0])
+    moved = replace(camera, translation=camera.translation + aside)
+    wrong = {c.name for c in seen_curves(moved, grey, (0, 0), markings) if c.contradicts}
+    assert wrong & {"12-foot ring", "8-foot ring", "hog line"}
+
+
+def test_a_ring_of_another_size_is_named(club_photo):
+    """The 8-foot ring is painted over, and another one is drawn 0.2 m outside it."""
+    photo = club_photo.empty.copy()
+    around = np.linspace(0, 2 * np.pi, 90)
+    circle = np.column_stack([np.cos(around), np.sin(around)])
+    inner, outer = (np.round(club_photo.px(r * circle + TEE)).astype(np.int32) for r in (1.5, 0.7))
+    cv2.fillPoly(photo, [inner], (60, 60, 190))
+    cv2.fillPoly(photo, [outer], (235, 235, 235))
+    with pytest.raises(InputError, match="ring would be elsewhere"):
+        camera_from_photo(photo, clicks(club_photo))
+
+
+def test_the_scene_has_the_standard_error_of_its_places(club_photo, tmp_path):
+    found = camera_from_photo(club_photo.empty, clicks(club_photo))
+    save_scene(found.scene, tmp_path / "scene.json")
+    scene = load_scene(tmp_path / "scene.json")
+    x, y = np.meshgrid([-1.3, 0.0, 1.3], np.linspace(11.5, 18.5, 8))
+    places = np.column_stack([x.ravel(), y.ravel()])
+    sigma = place_sigma(scene, found.camera, places)
+    off = found.camera.on_plane(club_photo.px(places)) - places
+    assert np.mean(np.abs(off) < 1.96 * sigma[:, None]) > 0.9
+    assert (sigma < 0.05).all()
