@@ -63,7 +63,7 @@ def plan(
     from agents.planning import plan as find
     from agents.planning import plan_task
     from agents.planning.request import check_stones
-    from agents.planning.stones_file import read_stones
+    from agents.planning.stones_file import count_doubtful, read_stones
     from curling_env.game.skill_file import load_skill
     from curling_env.ice import load_ice
     from curling_env.physics.slides import NO_OBSTACLES
@@ -98,4 +98,9 @@ def plan(
         draw_plan(known, result, picture, results.units)
     best, units = result.best, results.units
     sentences = [best.description.call_in(units), result.expectation(best, units)]
+    if stones is not None and (count := count_doubtful(stones)):
+        sentences.append(
+            f"ignored as doubtful: {count} of the stones in {stones}; "
+            "look at the picture that `curling stones --picture` draws"
+        )
     results.show(result.as_dict(), *filter(None, sentences), *result.remarks)

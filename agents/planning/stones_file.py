@@ -23,10 +23,13 @@ class StoneDocument(msgspec.Struct, kw_only=True):
     x: Annotated[float, within(-1e3, 1e3, "m")]
     y: Annotated[float, within(-1e3, 1e3, "m")]
     team: Literal["own", "other"] | None = None
+    doubtful: bool = False
 
 
 def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats, Flags | None]:
     """Read resting stones from `[{"x": …, "y": …, "team": "own" | "other"}, …]`.
+
+    Stones with `"doubtful": true` are not read, see `count_doubtful`.
 
     Parameters
     ----------
@@ -43,24 +46,39 @@ def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats
     ------
     InputError : the file cannot be read, holds no list of places, or lacks a team that is needed
     """
-    document = read_json(path)
-    if not isinstance(document, list):
-        raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
-    if len(document) > MOST_STONES:
-        raise InputError(f"lists {len(document)} stones; {MOST_STONES} are read", source=path)
-    with placed(source=path):
-        stones = [
-            checked(stone, StoneDocument, inside=f"stone {k + 1}")
-            for k, stone in enumerate(document)
-        ]
+    listed = _documents(path)
+    stones = [stone for stone in listed if not stone.doubtful]
     teams = [stone.team for stone in stones]
     if teams_needed and None in teams:
         raise InputError(
             'no team: points need "team": "own" or "other" for each stone; '
             "`curling stones --own red` tells them apart by the colour of their handles",
             source=path,
-            where=f"stone {teams.index(None) + 1}",
+            where=f"stone {listed.index(stones[teams.index(None)]) + 1}",
         )
     own = np.array([team == "own" for team in teams], dtype=np.bool_) if any(teams) else None
     places = np.array([(stone.x, stone.y) for stone in stones], dtype=np.float64)
     return places.reshape(-1, 2), own
+
+
+def count_doubtful(path: str | Path) -> int:
+    """Return the number of stones in a file that may be something else.
+
+    Raises
+    ------
+    InputError : the file cannot be read, or holds no list of places
+    """
+    return sum(stone.doubtful for stone in _documents(path))
+
+
+def _documents(path: str | Path) -> list[StoneDocument]:
+    document = read_json(path)
+    if not isinstance(document, list):
+        raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
+    if len(document) > MOST_STONES:
+        raise InputError(f"lists {len(document)} stones; {MOST_STONES} are read", source=path)
+    with placed(source=path):
+        return [
+            checked(stone, StoneDocument, inside=f"stone {k + 1}")
+            for k, stone in enumerate(document)
+        ]

@@ -15,25 +15,31 @@ from friction_estimation.appearance.colour_names import HandleColour
 @grouped
 def stones(
     picture: Annotated[Path, Argument(metavar="PICTURE", help="Stones on the ice.")],
-    empty: Annotated[Path, Option(metavar="EMPTY", help="Picture of the empty ice.")],
-    scene: Annotated[Path, Option(metavar="SCENE.json", help="From `curling locate EMPTY`.")],
+    scene: Annotated[Path, Option(metavar="SCENE.json", help="From `curling locate`.")],
+    empty: Annotated[
+        Path | None,
+        Option(metavar="EMPTY", help="The same view of empty ice, if any."),
+    ] = None,
     own: Annotated[HandleColour | None, Option(help="Handle colour of the own team.")] = None,
     output: OutputFile = Path("stones.json"),
     drawn: PictureOption = None,
     *,
     results: Results,
 ) -> None:
-    """Find the stones that lie on the ice in a picture; players are ignored.
+    """Find the stones in play in a picture; players, letters and logos are ignored.
 
     \b
     Example:
         curling locate empty.png --mark away_tee=131,141 --mark away_hog_centre=131,509
-        curling stones now.png --empty empty.png --scene scene.json --own red
+        curling stones now.png --scene scene.json --own red --picture drawn.png
         curling plan --ice ice.json --task score --stones stones.json
 
-    The camera must not move between the two pictures. `curling plan --stones` reads the stones
-    file: x and y in metres, standard error, pixel and colours of each stone, and with --own its
-    team, which `curling plan --task score` needs. See docs/how-to/ceiling-camera.md.
+    Whatever may be something else than a stone is doubtful: amber in the picture, "doubtful" in the
+    stones file, and ignored by `curling plan`. With --empty, doubtful paint is recognised.
+
+    The stones file lists x and y in metres, standard error, pixel, score and colours of each stone,
+    and with --own its team, which `curling plan --task score` needs. See
+    docs/how-to/ceiling-camera.md.
     """
     import cv2
 
@@ -45,25 +51,41 @@ def stones(
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.pictures import write_picture
     from friction_estimation.tracking.detection.single_image import (
+        DetectedStone,
         draw_stones,
         find_stones_in_image,
+        without_paint,
     )
 
     cv2.setNumThreads(1)
     known = load_scene(scene)
-    image, bare = (Annotation.open(path, known.sheet).stills[0] for path in (picture, empty))
-    camera = camera_from_scene(known, (image.shape[1], image.shape[0]))
+
     model = StoneModel(radius=known.stone_radius, height=known.stone_height)
-    found = find_stones_in_image(image, bare, camera, model, known.sheet)
+    image = Annotation.open(picture, known.sheet).stills[0]
+    camera = camera_from_scene(known, (image.shape[1], image.shape[0]))
+    found = find_stones_in_image(image, camera, model, known.sheet)
+    bare: list[DetectedStone] = []
+    if empty is not None:
+        ice = Annotation.open(empty, known.sheet).stills[0]
+        bare = find_stones_in_image(ice, camera, model, known.sheet)
+        found = without_paint(found, bare)
     places = [stone.as_dict(own) for stone in found]
     with together():
         write_json(output, places)
         if drawn is not None:
             write_picture(drawn, draw_stones(image, found, camera, model))
-    seen = Counter(str(stone.handle) for stone in found)
+    sure = [stone for stone in found if not stone.doubtful]
+    seen = Counter(str(stone.handle) for stone in sure)
     colours = ", ".join(f"{count} {name}" for name, count in sorted(seen.items()))
-    words = f"{len(found)} stone{'s' * (len(found) != 1)} on the ice"
-    words += f" ({colours}): {output}" if found else f": {output}"
-    if own is not None and found and str(own) not in seen:
+    words = f"{len(sure)} stone{'s' * (len(sure) != 1)} on the ice"
+    words += f" ({colours})" if sure else ""
+    words += f", {len(found) - len(sure)} doubtful" if len(found) > len(sure) else ""
+    words += f": {output}"
+    if own is not None and sure and str(own) not in seen:
         words += f"; none has a {own} handle, so that all are the opponents'"
-    results.show(places, words)
+    remarks = [
+        f"{empty} is not empty: a stone lies at ({stone.xy[0]:.2f}, {stone.xy[1]:.2f}) m"
+        for stone in bare
+        if not stone.doubtful
+    ]
+    results.show(places, words, *remarks)

@@ -182,18 +182,6 @@ SOLVING_FILMS = 3
 
 # --- stones at rest ---------------------------------------------------------------------------
 
-CANDIDATE_SCALE_STEP = 1.5
-"""Factor between the sizes in which dark blobs are looked for."""
-CANDIDATE_REACH = 1.8
-"""Blobs up to this many stones wide stand out; wider ones are paint or people."""
-MIN_CANDIDATE_PX = 4.0
-"""Stones are looked for as if they were at least this wide [px]."""
-STRONG_CONTRAST_FACTOR = 2.5
-"""Factor on the threshold for the second search, for stones on dark paint."""
-MIN_OPENED_PX = 8.0
-"""Pictures of stones flatter than this may vanish when thin lines are removed [px]."""
-MIN_CANDIDATE_LIKENESS = 0.05
-"""Blobs less like a stone are no candidates."""
 SAME_PLACE = 0.2
 """Candidates nearer to each other than this are one stone [m]."""
 AGREEING_SHARE = 0.95
@@ -202,15 +190,6 @@ those whose stone is always alone in the picture have 1.0, and those with sweepe
 stone that is sighted in so many of the frames in which it should be is alone all the way."""
 NEIGHBOURS = 3.0
 """Stones farther from each other than this do not overlap in a picture [m]."""
-MIN_RESTING_VISIBLE = 0.6
-"""Share of a candidate's picture that must look like a stone."""
-MIN_RESTING_CONTRAST = 3.0
-"""How badly bare ice explains a pixel of a stone at least, in squared standard errors: stones on
-the rings had 10 and more, and paint that was taken for one 0.3."""
-MAX_RESTING_MISFIT = 0.5
-"""Share of the misfit of bare ice that a stone may leave, in the pixels that show it..."""
-MOSTLY = 0.5
-"""... by so much or more."""
 HEADINGS_TRIED = 24
 """Headings at which the handle of a stone at rest is looked for."""
 REST_TOLERANCE = 0.04
@@ -236,8 +215,6 @@ USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
 SHADOW_WIDTH = 0.10
 """Distance beyond its edge to which a stone darkens the ice [m]."""
 
-STONE_LIKE = 30.0
-"""What has the colours of a stone's body, but for so much, may be one [grey levels]."""
 AROUND_PX = 12
 """The ice beneath a stone is compared with what is around it so far out [px]."""
 LEAST_AROUND = 30
@@ -433,18 +410,3 @@ MIN_CHROMA = 25.0
 """Handles whose colour is weaker are taken for grey [of 255]."""
 SAME_HUE = np.radians(35.0)
 """Handles whose hues differ by more are of two stones [rad]."""
-
-# --- stones in a single picture ---------------------------------------------------------------
-
-MIN_PICTURE_SHARE = 0.5
-"""Share of a stone's width and height that must stand out; on dark paint that is its handle."""
-MAX_PICTURE_SHARE = 1.35
-"""Share of a stone's width and height that may stand out at most."""
-MAX_PICTURE_SHARE_WITH_SHADOW = 1.9
-"""The same, with its shadow."""
-MAX_PICTURE_STRETCH = 1.5
-"""Largest ratio of length and width, relative to what a stone in that place shows."""
-MIN_PICTURE_FILL = 0.5
-"""Least share of its own box that a stone fills; a full disc fills 0.79."""
-PICTURE_RIM_PX = 2.0
-"""What blur and the threshold add to a stone's picture."""

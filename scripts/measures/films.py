@@ -19,17 +19,22 @@ from films.render import rendered
 from films.takeouts import BARE, WITH_PEOPLE, Film, judged
 
 from curling_env.infrastructure.files.writing import make_directory
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
+from friction_estimation.film.pictures import read_picture
 from friction_estimation.film.video import Film as Decoder
 from friction_estimation.synthetic import FilmSpec, render_films
-from friction_estimation.tracking import track_film
+from friction_estimation.tracking import find_stones_in_image, track_film
 
 MEASURES = (
     *("cameras", "independent", "independent_unknown_lens", "sweepers"),
-    *("practice", "takeouts", "all_takeouts", "copies", "speed", "live"),
+    *("practice", "takeouts", "all_takeouts", "copies", "speed", "live", "photos", "real_paint"),
 )
 FILMS = ROOT / "runs" / "figures" / "films"
 INDEPENDENT = ROOT / "runs" / "independent" / "films"
+REAL = ROOT / "runs" / "independent" / "real"
+STONE = StoneModel(radius=0.145, height=0.114)
 CAMERAS = ("end", "gantry", "side", "ceiling")
 FEW_TAKEOUTS = (BARE[5], BARE[8])
 """One of 480 lines from the side, and one of 720 from the end."""
@@ -95,6 +100,31 @@ def all_takeouts() -> dict[str, float]:
     """Stones of 17 takeouts, six of them with sweepers at work."""
     bare, with_people = ([(film, k == 1) for film in (BARE, WITH_PEOPLE)[k]] for k in (0, 1))
     return _takeouts("all_takeouts", [*bare, *with_people])
+
+
+def photos() -> dict[str, float]:
+    """Stones in pictures from two clubs' ceilings, whose names tell how many there are."""
+    found, total, invented = 0, 0, 0
+    for path in sorted((REAL / "photos").glob("club_[ab]_*.png")):
+        scene = load_scene(path.with_name(f"{path.stem[:6]}.scene.json"))
+        picture = read_picture(path)
+        camera = camera_from_scene(scene, (picture.shape[1], picture.shape[0]))
+        stones = find_stones_in_image(picture, camera, STONE, scene.sheet)
+        sure = sum(not stone.doubtful for stone in stones)
+        count = 0 if path.stem.endswith("empty") else int(path.stem.split("_")[2])
+        found, total = found + min(sure, count), total + count
+        invented += max(sure - count, 0)
+    return {"found": 100 * found / total, "invented": invented}
+
+
+def real_paint() -> dict[str, float]:
+    """Stones at rest in films made of real pictures: a house with letters, and six stones."""
+    seen = {}
+    for name, scene in (("club_a_empty_ice", "club_a"), ("broadcast", "broadcast")):
+        folder = REAL / "half_real"
+        track = track_film(folder / f"{name}.mp4", load_scene(folder / f"{scene}.scene.json"))
+        seen[name] = len(track.others)
+    return {"invented": seen["club_a_empty_ice"], "found": seen["broadcast"]}
 
 
 def copies() -> dict[str, float]:

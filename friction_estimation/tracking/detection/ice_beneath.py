@@ -12,7 +12,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from itertools import islice
 
 import cv2
 import numpy as np
@@ -20,12 +19,10 @@ from numpy.typing import NDArray
 
 from curling_env.sheet import HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Sheet
 from curling_env.typing import Floats, Image
-from friction_estimation.appearance import Appearance, StoneModel, channels_of
-from friction_estimation.appearance.shape import PARTS
+from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.blobs import find_stone_candidates
 from friction_estimation.tracking.detection.connected import connected_parts
 
 Mask = NDArray[np.uint8]
@@ -238,133 +235,32 @@ def _fill_part(
     return still
 
 
-@dataclass(frozen=True, kw_only=True, eq=False)
-class Places:
-    """What may be a stone, and the ice without any of it.
-
-    Parameters
-    ----------
-    found : for each picture the places in it, each (2,) [m]
-    empty : (rows, columns, 3) the ice beneath
-    """
-
-    found: Sequence[Sequence[Floats]]
-    empty: NDArray[np.float32]
-
-
-def places_on_ice(
+def ice_without_stones(
     pictures: Sequence[Image],
+    places: Sequence[Sequence[Floats]],
     background: Background,
     camera: Camera,
-    appearance: Appearance,
+    model: StoneModel,
     sheet: Sheet,
-) -> Places:
-    """What lies on the sheet in pictures of the same ice, and that ice without it.
+) -> NDArray[np.float32]:
+    """The ice beneath the stones in pictures of one sheet, (rows, columns, 3).
 
     Parameters
     ----------
     pictures : the background's part of a frame at the film's beginning, in its middle, at its end
-    appearance : what the thrown stone looks like
+    places : for each picture the places of the stones in it, each (2,) [m]
     """
-    origin, model = background.origin_px, appearance.model
-    shape = background.image.shape
-    reflected = mirrors(shape, origin, camera, sheet)
-    first = list(islice(reflected, 2))
-    across, along = (one.within((slice(0, shape[0]), slice(0, shape[1]))) for one in first)
-    found: list[list[Floats]] = []
-    for k, picture in enumerate(pictures):
-        without = [across.of(picture), along.of(picture)]
-        others = [other for j, other in enumerate(pictures) if j != k]
-        tried = find_stone_candidates(
-            picture, background, camera, model, sheet, [*without, *others]
-        )
-        looks = (_Place(picture, origin, camera, appearance, xy) for xy in tried)
-        found.append([one.xy for one in looks if one.may_be_stone(without, across.valid, others)])
-    masks = [[footprint(shape, origin, camera, model, xy) for xy in there] for there in found]
-    covered = [np.zeros(shape[:2], dtype=np.uint8) for _ in found]
-    for all_of_it, own in zip(covered, masks, strict=True):
-        for mask in own:
-            np.maximum(all_of_it, mask, out=all_of_it)
+    origin, shape = background.origin_px, background.image.shape
+    masks = [[footprint(shape, origin, camera, model, xy) for xy in there] for there in places]
+    covered = [np.maximum.reduce([np.zeros(shape[:2], dtype=np.uint8), *own]) for own in masks]
     missing = np.maximum.reduce(covered)
     empty = background.image.astype(np.float32)
-    for k, picture in enumerate(pictures):
-        for xy, mask in zip(found[k], masks[k], strict=True):
-            place = _Place(picture, origin, camera, appearance, xy)
-            for j in (2, 0, 1):
-                if j == k or place.change(pictures[j]) < 2 * tuning.MIN_CONTRAST:
-                    continue
-                left, top, width, height = cv2.boundingRect(mask)
-                part = slice(top, top + height), slice(left, left + width)
-                free = (mask[part] & missing[part] & (1 - covered[j][part])) > 0
-                empty[part][free] = pictures[j][part][free]
-                missing[part][free] = 0
-    seen = np.clip(np.rint(empty), 0, 255).astype(np.uint8)
+    for k, j in ((k, j) for k in range(len(pictures)) for j in (2, 0, 1) if j != k):
+        free = (covered[k] & missing & (1 - covered[j])) > 0
+        empty[free] = pictures[j][free]
+        missing[free] = 0
     if not missing.any():
-        return Places(found=found, empty=empty)
-    whole, _ = fill_from_mirrors(seen, missing, missing, [*first, *reflected])
-    return Places(found=found, empty=np.where(missing[..., None] > 0, whole, empty))
-
-
-class _Place:
-    """A place on the ice as a picture shows it.
-
-    Parameters
-    ----------
-    picture : the background's part of a frame
-    origin : column and row of its upper left pixel in the frame
-    xy : (2,) the place [m]
-    """
-
-    def __init__(
-        self,
-        picture: Image,
-        origin: tuple[int, int],
-        camera: Camera,
-        appearance: Appearance,
-        xy: Floats,
-    ) -> None:
-        self.xy = xy
-        outline = appearance.model.outline_px(camera, xy) - np.array(origin)
-        low = np.maximum(np.floor(outline.min(axis=0)).astype(int), 0)
-        high = np.ceil(outline.max(axis=0)).astype(int) + 1
-        self._part = slice(low[1], high[1]), slice(low[0], high[0])
-        own = np.zeros(picture[self._part].shape[:2], dtype=np.uint8)
-        if own.size:
-            cv2.fillConvexPoly(own, np.round(outline - low).astype(np.int32), 1)
-        self._own = own > 0
-        self._picture = picture
-        self._body = appearance.colours[: len(PARTS)]
-
-    def change(self, other: Image) -> float:
-        """Mean difference from another picture where a stone would be seen [grey levels]."""
-        if not self._own.any():
-            return 0.0
-        one, two = (np.ascontiguousarray(each[self._part]) for each in (self._picture, other))
-        return float(cv2.absdiff(one, two).max(axis=2)[self._own].mean())
-
-    def may_be_stone(self, mirrored: Sequence[Image], valid: Mask, others: Sequence[Image]) -> bool:
-        """Whether it is more like a stone than what is seen there else, or on the other side.
-
-        Parameters
-        ----------
-        mirrored : the picture mirrored at the centre line and at the tee line
-        valid : (rows, columns) 1 where there is a mirror image at the centre line
-        others : the same ice at other times
-        """
-        if not self._own.any():
-            return False
-        like = self._unlikeness(self._picture)
-        for other in others:
-            if self.change(other) > 2 * tuning.MIN_CONTRAST and like < self._unlikeness(other):
-                return True
-        if like < tuning.STONE_LIKE or not valid[self._part][self._own].all():
-            return True
-        own_image = abs(self.xy[0]) < 2 * tuning.SAME_PLACE
-        other = mirrored[1] if own_image else mirrored[0]
-        return self.change(other) > tuning.MIN_CONTRAST and like < self._unlikeness(other)
-
-    def _unlikeness(self, picture: Image) -> float:
-        """How far its colours are from those of a stone's body, in the middle [grey levels]."""
-        colours = channels_of(np.ascontiguousarray(picture[self._part]))[self._own]
-        apart = np.linalg.norm(colours[:, None] - self._body, axis=2)
-        return float(np.median(apart.min(axis=1)))
+        return empty
+    seen = np.clip(np.rint(empty), 0, 255).astype(np.uint8)
+    whole, _ = fill_from_mirrors(seen, missing, missing, mirrors(shape, origin, camera, sheet))
+    return np.where(missing[..., None] > 0, whole, empty)

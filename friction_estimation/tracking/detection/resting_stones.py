@@ -1,8 +1,8 @@
 """The other stones on the sheet: what they look like, and where and when they lie.
 
-A stone at rest is part of a film's background, where nothing that moves gives it away. So dark
-blobs as large as stones are fitted with the appearance that was learnt from the thrown stone, over
-ice that is filled in from around them.
+A stone at rest is part of a film's background, where nothing that moves gives it away. So what the
+detector finds is fitted with the appearance that was learnt from the thrown stone, over ice that is
+filled in from around it.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -26,21 +26,14 @@ from friction_estimation.appearance import (
     measure,
     measure_occluded,
 )
-from friction_estimation.appearance.crops import (
-    Crop,
-    composite,
-    coverage,
-    misfit_of,
-    painted_planes,
-)
 from friction_estimation.appearance.occlusion import set_among
-from friction_estimation.appearance.shape import PARTS
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.background import Background, median_picture
-from friction_estimation.tracking.detection.ice_beneath import places_on_ice
+from friction_estimation.tracking.detection.ice_beneath import ice_without_stones
 from friction_estimation.tracking.detection.own_look import own_look
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
+from friction_estimation.tracking.detector import Detector, OnIce, detected_sigma
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -122,23 +115,27 @@ def find_resting_stones(
     ]
     pictures = [median_picture(part) for part in cuts]
     pictures.insert(1, np.clip(np.rint(background.image), 0, 255).astype(np.uint8))
-    on_ice = places_on_ice(pictures, background, camera, appearance, sheet)
-    ice = PictureChannels(on_ice.empty)
+    detector = OnIce(Detector(), camera, appearance.model, sheet)
+    wholes = [_whole(picture, background, camera) for picture in pictures]
+    spots = [
+        [one.xy for one in detector.detect(whole) if one.is_sure and one.in_play]
+        for whole in wholes
+    ]
+    bare = ice_without_stones(pictures, spots, background, camera, appearance.model, sheet)
+    ice = PictureChannels(bare)
     places: list[Floats] = []
-    for picture, found in zip(pictures, on_ice.found, strict=True):
-        frame = _whole(picture, background, camera)
+    for frame, found in zip(wholes, spots, strict=True):
         new = [
             xy for xy in found if all(np.linalg.norm(xy - k) > tuning.SAME_PLACE for k in places)
         ]
-        fitted = (_fitted_place(xy, frame, ice, background, camera, appearance) for xy in new)
-        places += [xy for xy in fitted if xy is not None]
+        places += [_fitted_place(xy, frame, ice, background, camera, appearance) for xy in new]
     end = rough.sightings[-1].xy
     if all(np.linalg.norm(xy - end) < 2 * tuning.SAME_PLACE for xy in places):
         return []
     lying: list[_Lying] = []
     for xy in places:
         if all(np.linalg.norm(xy - other.xy) > tuning.SAME_PLACE for other in lying):
-            one = _lying_at(xy, frames, ice, background, camera, appearance)
+            one = _lying_at(xy, frames, detector, ice, background, appearance)
             lying += [] if one is None else [one]
     body = replace(appearance, has_handle=False)
     known: list[FilmedRestingStone] = []
@@ -149,27 +146,9 @@ def find_resting_stones(
             if other is not one and other.is_beside(one)
         ]
         stone = _resting_stone(one, frames, ice, background, camera, appearance, beside)
-        if (
-            stone is not None
-            and lies_within(sheet, stone.xy, appearance.model.radius)
-            and all(np.linalg.norm(stone.xy - k.xy) > tuning.SAME_PLACE for k in known)
-        ):
+        if all(np.linalg.norm(stone.xy - k.xy) > tuning.SAME_PLACE for k in known):
             known.append(stone)
     return known
-
-
-def lies_within(sheet: Sheet, xy: Floats, radius: float) -> bool:
-    """Whether a stone lies between the boards, as near to them as a rough scene may put it.
-
-    A dark corner of the boards may look like one that reaches into them.
-
-    Parameters
-    ----------
-    xy : (2,) where it is seen to lie [m]
-    radius : of the stone [m]
-    """
-    room = np.array([sheet.width, sheet.length]) / 2 - np.abs(xy)
-    return bool((room > radius / 2).all())
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -210,37 +189,34 @@ def _fitted_place(
     background: Background,
     camera: Camera,
     appearance: Appearance,
-) -> Floats | None:
-    """Where the body of a stone explains a dark blob in a frame; None where it does not."""
+) -> Floats:
+    """The place at which the body of a stone explains a frame best, near where one was detected."""
     body = replace(appearance, has_handle=False)
     fit = measure(frame, ice, background.origin_px, camera, body, np.array([*xy, 0.0]))
-    if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
-        return None
-    return fit.xy if np.linalg.norm(fit.xy - xy) < 2 * tuning.SAME_PLACE else None
+    if fit is None or np.linalg.norm(fit.xy - xy) > tuning.SAME_PLACE / 2:
+        return xy
+    return fit.xy
 
 
 def _lying_at(
     xy: Floats,
     frames: Sequence[Image],
+    detector: OnIce,
     ice: PictureChannels,
     background: Background,
-    camera: Camera,
     appearance: Appearance,
 ) -> _Lying | None:
-    """In which frames the body of a stone lies at a place; None if it is hardly seen there."""
-    body = replace(appearance, has_handle=False)
-    start = np.array([*xy, 0.0])
-    tolerance = tuning.REST_TOLERANCE + 1.0 / np.linalg.norm(camera.px_per_metre(xy), -2)
+    """The frames in which a stone lies at a place; None if it is hardly seen there."""
+    camera = detector.camera
+    tolerance = tuning.REST_TOLERANCE + 1.0 / np.linalg.norm(camera.px_per_metre(xy, 0.0), -2)
     found: list[tuple[int, Floats]] = []
     for i, frame in enumerate(frames):
-        fit = measure(frame, ice, background.origin_px, camera, body, start)
-        if (
-            fit is not None
-            and fit.visible >= tuning.MIN_RESTING_VISIBLE
-            and fit.inside > 0.98
-            and np.linalg.norm(fit.xy - xy) < tolerance
-        ):
-            found.append((i, fit.xy))
+        seen = detector.detect_at(frame, xy)
+        if seen is None:
+            continue
+        place = _fitted_place(seen.xy, frame, ice, background, camera, appearance)
+        if np.linalg.norm(place - xy) < tolerance:
+            found.append((i, place))
     found = _before_it_moved(found, xy)
     if not found:
         return None
@@ -285,20 +261,32 @@ def _resting_stone(
     camera: Camera,
     appearance: Appearance,
     beside: Sequence[PosedStone],
-) -> FilmedRestingStone | None:
-    """The stone at a place, with its own appearance; None if there is none.
+) -> FilmedRestingStone:
+    """The stone at a place, with its own appearance.
+
+    Where its picture cannot be fitted, as at the edge of the view, it has the thrown stone's body
+    and the place that was detected.
 
     Parameters
     ----------
     beside : stones around it, as far as they are known
     """
+    seen = np.zeros(len(frames), dtype=bool)
+    seen[list(lying.frames)] = True
+    body = replace(appearance, has_handle=False)
+    unfitted = FilmedRestingStone(
+        posed=PosedStone(look=body, pose=np.array([*lying.xy, 0.0])),
+        sigma=detected_sigma(camera, lying.xy, appearance.model),
+        heading=np.nan,
+        seen=seen,
+    )
     origin = background.origin_px
     start = np.array([*lying.xy, 0.0])
     still = np.median([frames[i][background.slices] for i in lying.chosen], axis=0)
     whole = _whole(np.clip(np.rint(still), 0, 255).astype(np.uint8), background, camera)
     crops = crops_at([whole], [0.0], [start[:2]], ice, origin, camera, appearance.model)
     if not crops:
-        return None
+        return unfitted
     crop = crops[0]
     crop.pose = start
     hidden = set_among(crop, beside, camera)
@@ -306,42 +294,12 @@ def _resting_stone(
     own = found.look
     start = np.array([*start[:2], found.heading])
     fit = measure_occluded(whole, ice, origin, camera, own, start, beside)
-    if fit is None or fit.visible < tuning.MIN_RESTING_VISIBLE:
-        return None
+    if fit is None or np.linalg.norm(fit.xy - lying.xy) > tuning.SAME_PLACE / 2:
+        return unfitted
     pose = np.array([*fit.xy, fit.theta if own.has_handle else 0.0])
-    # The ice around it may not be known: other stones lay there at other times.
-    aside = hidden | ~_covered(replace(crop, pose=pose), own)
-    bare = _cost_of_bare_ice(crop, own, aside)
-    if bare < tuning.MIN_RESTING_CONTRAST * np.count_nonzero(~aside):
-        return None
-    if _cost_at(crop, own, pose, aside) > tuning.MAX_RESTING_MISFIT * bare:
-        return None
-    seen = np.zeros(len(frames), dtype=bool)
-    seen[list(lying.frames)] = True
-    return FilmedRestingStone(
+    return replace(
+        unfitted,
         posed=PosedStone(look=own, pose=pose),
         sigma=float(np.sqrt(np.trace(fit.covariance[:2, :2]) / 2)),
         heading=float(pose[2]) if found.clear else np.nan,
-        seen=seen,
     )
-
-
-def _cost_at(
-    crop: Crop, appearance: Appearance, pose: Floats, hidden: Flags | None = None
-) -> float:
-    """Robust misfit with a stone at a pose; hidden pixels (n,) count for nothing."""
-    placed = replace(crop, pose=pose)
-    if hidden is not None and hidden.any():
-        shown = composite(coverage(placed, appearance), crop.background, appearance.colours)
-        placed.pixels = np.where(hidden[:, None], shown, crop.pixels)
-    return misfit_of(placed, appearance, painted_planes(placed, appearance))
-
-
-def _covered(crop: Crop, appearance: Appearance) -> Flags:
-    """(n,) the pixels of a crop in which mostly the stone is seen."""
-    return coverage(crop, appearance)[0, :, : len(PARTS)].sum(axis=1) > tuning.MOSTLY
-
-
-def _cost_of_bare_ice(crop: Crop, appearance: Appearance, hidden: Flags) -> float:
-    far = np.array([crop.pose[0] + 100.0, crop.pose[1], 0.0])
-    return _cost_at(crop, appearance, far, hidden)

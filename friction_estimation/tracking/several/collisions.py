@@ -65,7 +65,7 @@ def assemble_tracks(
             track = replace(track, contacts=tuple(sorted(times)))
             others.append((forward * float(stone.rested.xy[1]), track))
     for stone in resting:
-        if stone.stays:
+        if stone.stays and not _is_passed_through(stone, tracks):
             at_rest = _at_rest(stone, stones[0].measured, refined)
             others.append((forward * float(stone.xy[1]), at_rest))
     others.sort(key=lambda item: item[0])
@@ -75,6 +75,18 @@ def assemble_tracks(
     ]
     told = unexplained(refined.camera, stones, contacts, tracks, resting)
     return replace(thrown, others=tuple(numbered), unexplained=told)
+
+
+def _is_passed_through(stone: FilmedRestingStone, tracks: Sequence[Trajectory | None]) -> bool:
+    """Return whether a moving stone's centre came within a radius of a stone at rest.
+
+    Then no stone lies there, but paint that was taken for one.
+    """
+    radius = stone.posed.look.model.radius
+    return any(
+        track is not None and np.linalg.norm(track.xy - stone.xy, axis=1).min() < radius
+        for track in tracks
+    )
 
 
 def _contacts(stones: Sequence[MovingStone]) -> list[list[float]]:

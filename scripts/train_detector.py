@@ -1,0 +1,281 @@
+"""Train the network that finds stones and people in pictures of the ice.
+
+    python scripts/train_detector.py -o runs/detector            # about an hour of one core
+    python scripts/train_detector.py -o runs/detector --keep     # and put it into the package
+
+It learns from drawn pictures alone (`learn.rink_patches`), whose seeds are fixed. The patches are
+kept in the folder, so that a run that was stopped need not draw them again. After each stage the
+network is tried on patches that it has not seen, and written as `stones.onnx` for `cv2.dnn`.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import shutil
+from collections.abc import Sequence
+from concurrent.futures import ProcessPoolExecutor
+from functools import partial
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import cv2
+import numpy as np
+import onnx
+import torch
+from learn.rink_patches import MAX_STONES, PATCH_PX, draw_patch
+from onnx import TensorProto, helper, numpy_helper
+from torch import nn
+from torch.nn import functional
+from tqdm import tqdm
+
+from friction_estimation.tracking.detector import NETWORK_FILE, SURE, Detector
+
+WIDTHS = (12, 24, 48, 64)
+"""Channels at full, half, quarter and eighth size."""
+CHUNK, HELD_OUT, BATCH = 500, 1_000, 32
+
+
+class Stage(NamedTuple):
+    """Patches that are drawn for a stage of the training, and the steps on all patches so far."""
+
+    patches: int
+    harder: bool
+    steps: int
+    rate: float
+
+
+STAGES = (Stage(24_000, False, 9_000, 4e-3), Stage(12_000, True, 3_500, 2e-3))
+SPOT_PX = 2.2
+"""Standard deviation of the spot that marks a stone in the heat map [px]."""
+PEOPLE_WEIGHT = 0.3
+"""Weight of people in the loss, beside stones."""
+
+
+class StoneNetwork(nn.Module):
+    """A U-Net that maps (n, 3, H, W) RGB in -0.5 to 0.5 to (n, 2, H/2, W/2) logits.
+
+    The first channel is high at the centres of stones on the ice, the second where people are.
+    """
+
+    def __init__(self) -> None:
+        super().__init__()
+        a, b, c, d = WIDTHS
+        self.down = nn.ModuleList([_block(3, a), _block(a, b), _block(b, c), _block(c, d)])
+        self.up = nn.ModuleList([_block(d + c, c), _block(c + b, b)])
+        self.head = nn.Conv2d(b, 2, 1)
+        self.head.bias = nn.Parameter(torch.full((2,), -3.0))
+
+    def forward(self, x: torch.Tensor) -> torch.Tensor:
+        levels = []
+        for depth, block in enumerate(self.down):
+            x = block(functional.max_pool2d(x, 2) if depth else x)
+            levels.append(x)
+        for block, level in zip(self.up, (levels[2], levels[1]), strict=True):
+            x = block(torch.cat([functional.interpolate(x, scale_factor=2.0), level], 1))
+        return self.head(x)
+
+
+def _block(inside: int, outside: int) -> nn.Sequential:
+    layers: list[nn.Module] = []
+    for channels in (inside, outside):
+        convolution = nn.Conv2d(channels, outside, 3, padding=1, bias=False)
+        layers += [convolution, nn.BatchNorm2d(outside), nn.ReLU(inplace=True)]
+    return nn.Sequential(*layers)
+
+
+# --- patches ------------------------------------------------------------------------------------
+
+
+def draw_chunk(seed: int, harder: bool, folder: Path) -> Path:
+    """Draw `CHUNK` patches into a file of the folder, unless it is there."""
+    path = folder / f"patches-{seed}.npz"
+    if not path.exists():
+        rng = np.random.default_rng([seed, 47])
+        stones = np.full((CHUNK, MAX_STONES, 2), np.nan, np.float32)
+        pictures, people = [], []
+        for k in range(CHUNK):
+            patch = draw_patch(rng, harder)
+            stones[k, : len(patch.stones)] = patch.stones
+            pictures.append(patch.picture)
+            people.append(np.round(255 * patch.people).astype(np.uint8))
+        draft = path.with_suffix(".draft.npz")
+        np.savez(draft, pictures=np.array(pictures), people=np.array(people), stones=stones)
+        draft.replace(path)
+    return path
+
+
+def draw_patches(stages: Sequence[Stage], folder: Path, workers: int) -> dict[str, np.ndarray]:
+    """Draw the patches of some stages, or read them; the last `HELD_OUT` are not for training."""
+    harder = [stage.harder for stage in stages for _ in range(stage.patches // CHUNK)]
+    draw = partial(draw_chunk, folder=folder)
+    with ProcessPoolExecutor(workers) as pool:
+        paths = list(tqdm(pool.map(draw, range(len(harder)), harder), "draw", len(harder)))
+    parts = [np.load(path) for path in paths]
+    return {name: np.concatenate([part[name] for part in parts]) for name in parts[0].files}
+
+
+# --- training -----------------------------------------------------------------------------------
+
+
+def train(network: Any, patches: dict[str, np.ndarray], stage: Stage, seed: int) -> None:
+    """Train a network on all patches but the held-out ones."""
+    rng = np.random.default_rng(seed)
+    network.to(memory_format=torch.channels_last).train()
+    optimiser = torch.optim.AdamW(network.parameters(), weight_decay=1e-4)
+    schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, stage.rate, total_steps=stage.steps)
+    count, mean = len(patches["pictures"]) - HELD_OUT, 0.0
+    bar = tqdm(range(stage.steps), "train")
+    for _ in bar:
+        picture, spots, people = _batch(patches, rng.integers(0, count, BATCH), rng)
+        with torch.autocast("cpu", torch.bfloat16):
+            out = network(picture.contiguous(memory_format=torch.channels_last))
+        loss = _loss(out.float(), spots, people)
+        optimiser.zero_grad()
+        loss.backward()
+        optimiser.step()
+        schedule.step()
+        mean = 0.99 * mean + 0.01 * loss.item() if mean else loss.item()
+        bar.set_postfix(loss=f"{mean:.3f}", refresh=False)
+    network.eval()
+
+
+def _batch(
+    patches: dict[str, np.ndarray], chosen: np.ndarray, rng: np.random.Generator
+) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
+    """Pictures, heat maps of stones and masks of people; mirrored and recoloured at random."""
+    picture = patches["pictures"][chosen].astype(np.float32) / 255 - 0.5
+    people = patches["people"][chosen].astype(np.float32) / 255
+    stones = patches["stones"][chosen].copy()
+    if rng.random() < 0.5:
+        picture, people = picture[:, :, ::-1], people[:, :, ::-1]
+        stones[..., 0] = PATCH_PX - 1 - stones[..., 0]
+    picture = picture[..., rng.permutation(3)] * rng.uniform(0.7, 1.2) + rng.uniform(-0.1, 0.1)
+    y, x = np.mgrid[:PATCH_PX:2, :PATCH_PX:2] + 0.5
+    away = (x - stones[..., 0, None, None]) ** 2 + (y - stones[..., 1, None, None]) ** 2
+    spots = np.nan_to_num(np.exp(-away / (2 * SPOT_PX**2))).max(axis=1)
+    arrays = (picture.transpose(0, 3, 1, 2), spots, people[:, ::2, ::2])
+    made = [torch.from_numpy(np.ascontiguousarray(a, dtype=np.float32)) for a in arrays]
+    return made[0], made[1], made[2]
+
+
+def _loss(out: torch.Tensor, spots: torch.Tensor, people: torch.Tensor) -> torch.Tensor:
+    """Focal loss of the heat map (Zhou et al., Objects as Points, 2019), entropy of people."""
+    score, centre = torch.sigmoid(out[:, 0]), (spots > 0.95).float()
+    hit = centre * (1 - score) ** 2 * functional.logsigmoid(out[:, 0])
+    miss = (1 - centre) * (1 - spots) ** 4 * score**2 * functional.logsigmoid(-out[:, 0])
+    stones = -(hit + miss).sum() / centre.sum().clamp(min=1)
+    return stones + PEOPLE_WEIGHT * functional.binary_cross_entropy_with_logits(out[:, 1], people)
+
+
+# --- the file -----------------------------------------------------------------------------------
+
+
+def write_onnx(network: StoneNetwork, path: Path) -> None:
+    """Write a network as ONNX, with its normalisations folded into the convolutions."""
+    nodes, weights = [], []
+
+    def constant(name: str, value: np.ndarray) -> str:
+        weights.append(numpy_helper.from_array(value, name))
+        return name
+
+    def node(kind: str, inputs: list[str], output: str, **attributes: Any) -> str:
+        nodes.append(helper.make_node(kind, inputs, [output], **attributes))
+        return output
+
+    def convolve(x: str, name: str, weight: torch.Tensor, bias: Any) -> str:
+        size = weight.shape[-1]
+        pads = [size // 2] * 4
+        inputs = [x]
+        for part, value in (("weight", weight), ("bias", bias)):
+            inputs.append(constant(f"{name}.{part}", value.detach().float().numpy().copy()))
+        return node("Conv", inputs, name, kernel_shape=[size, size], pads=pads)
+
+    def block(x: str, name: str, layers: Any) -> str:
+        for k in (0, 3):
+            convolution: Any = layers[k]
+            norm: Any = layers[k + 1]
+            scale = norm.weight / torch.sqrt(norm.running_var + norm.eps)
+            weight = convolution.weight * scale[:, None, None, None]
+            x = convolve(x, f"{name}.{k}", weight, norm.bias - norm.running_mean * scale)
+            x = node("Relu", [x], f"{name}.{k}.relu")
+        return x
+
+    x, levels = "picture", []
+    for depth, layers in enumerate(network.down):
+        if depth:
+            x = node("MaxPool", [x], f"pool{depth}", kernel_shape=[2, 2], strides=[2, 2])
+        x = block(x, f"down{depth}", layers)
+        levels.append(x)
+    twice = constant("twice", np.array([1, 1, 2, 2], np.float32))
+    for depth, (layers, level) in enumerate(zip(network.up, (levels[2], levels[1]), strict=True)):
+        how = {
+            "mode": "nearest",
+            "coordinate_transformation_mode": "asymmetric",
+            "nearest_mode": "floor",
+        }
+        x = node("Resize", [x, "", twice], f"larger{depth}", **how)
+        x = block(node("Concat", [x, level], f"joined{depth}", axis=1), f"up{depth}", layers)
+    x = convolve(x, "logits", network.head.weight, network.head.bias)
+    picture = helper.make_tensor_value_info("picture", TensorProto.FLOAT, [1, 3, "H", "W"])
+    logits = helper.make_tensor_value_info(x, TensorProto.FLOAT, [1, 2, "h", "w"])
+    graph = helper.make_graph(nodes, "stones", [picture], [logits], weights)
+    model = helper.make_model(graph, opset_imports=[helper.make_opsetid("", 13)])
+    model.ir_version = 8
+    onnx.checker.check_model(model)
+    onnx.save(model, path)
+
+
+def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:
+    """Stones found and invented in the held-out patches, and how far off they are."""
+    found, invented, total, off = 0, 0, 0, []
+    for k in range(len(patches["pictures"]) - HELD_OUT, len(patches["pictures"])):
+        picture = cv2.cvtColor(patches["pictures"][k], cv2.COLOR_RGB2BGR)
+        stones = patches["stones"][k]
+        stones = stones[np.isfinite(stones[:, 0])]
+        seen = np.array([one.px for one in detector.detect(picture) if one.score >= SURE]).reshape(
+            -1, 2
+        )
+        apart = np.linalg.norm(stones[:, None] - seen[None], axis=2)
+        hits = apart.min(axis=1) < 5 if seen.size and stones.size else np.zeros(len(stones), bool)
+        found += int(hits.sum())
+        total += len(stones)
+        invented += len(seen) - int(hits.sum())
+        off += list(apart.min(axis=1)[hits]) if hits.any() else []
+    return {
+        "stones": total,
+        "found_percent": 100 * found / total,
+        "invented_percent": 100 * invented / total,
+        "median_error_px": float(np.median(off)),
+        "rms_error_px": float(np.sqrt(np.mean(np.square(off)))),
+    }
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
+    parser.add_argument("-o", "--output", type=Path, default=Path("runs/detector"))
+    parser.add_argument("--workers", type=int, default=2)
+    parser.add_argument("--keep", action="store_true", help="put it into the package")
+    arguments = parser.parse_args()
+    folder = arguments.output
+    folder.mkdir(parents=True, exist_ok=True)
+    torch.set_num_threads(arguments.workers)
+    torch.manual_seed(0)
+
+    network, path = StoneNetwork(), folder / NETWORK_FILE.name
+    for k, stage in enumerate(STAGES):
+        patches = draw_patches(STAGES[: k + 1], folder, arguments.workers)
+        trained = folder / f"stage-{k}.pt"
+        if trained.exists():
+            network.load_state_dict(torch.load(trained, weights_only=True))
+        else:
+            train(network, patches, stage, seed=k)
+            torch.save(network.state_dict(), trained)
+        write_onnx(network.eval(), path)
+        print(json.dumps(try_out(Detector(path), patches), indent=1))
+    if arguments.keep:
+        shutil.copyfile(path, NETWORK_FILE)
+
+
+if __name__ == "__main__":
+    main()
