@@ -54,16 +54,17 @@ def stones(
         DetectedStone,
         draw_stones,
         find_stones_in_image,
+        with_camera_error,
         without_paint,
     )
 
     cv2.setNumThreads(1)
     known = load_scene(scene)
-
     model = StoneModel(radius=known.stone_radius, height=known.stone_height)
     image = Annotation.open(picture, known.sheet).stills[0]
     camera = camera_from_scene(known, (image.shape[1], image.shape[0]))
     found = find_stones_in_image(image, camera, model, known.sheet)
+    found = with_camera_error(found, known, camera)
     bare: list[DetectedStone] = []
     if empty is not None:
         ice = Annotation.open(empty, known.sheet).stills[0]

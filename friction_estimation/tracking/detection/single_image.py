@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import cv2
@@ -15,6 +15,8 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.appearance.colour_names import HandleColour, colour_name, handle_colour
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.pose import place_sigma
+from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.detector import DetectedPlace, Detector, OnIce
 from friction_estimation.tracking.tuning import SAME_PLACE
 
@@ -29,7 +31,7 @@ class DetectedStone:
     Parameters
     ----------
     xy : (2,) its place on the ice [m]
-    sigma : standard error of each coordinate [m]
+    sigma : standard error of each coordinate [m], see `with_camera_error`
     px : (2,) the centre of its foot [px]
     score : 0 to 1, how clearly it is a stone
     doubtful : True if it may be something else
@@ -95,6 +97,19 @@ def without_paint(
         for stone in stones
         if not stone.doubtful
         or all(np.linalg.norm(stone.xy - paint.xy) > SAME_PLACE for paint in empty)
+    ]
+
+
+def with_camera_error(
+    stones: Sequence[DetectedStone], scene: Scene, camera: Camera
+) -> list[DetectedStone]:
+    """Include the camera's error in the standard error of each place."""
+    if not stones:
+        return []
+    camera_sigma = place_sigma(scene, camera, np.array([stone.xy for stone in stones]))
+    return [
+        replace(stone, sigma=float(np.hypot(stone.sigma, sigma)))
+        for stone, sigma in zip(stones, camera_sigma, strict=True)
     ]
 
 
