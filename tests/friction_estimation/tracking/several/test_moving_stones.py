@@ -25,6 +25,7 @@ from friction_estimation.synthetic import (
     write_film,
 )
 from friction_estimation.tracking import track_film
+from friction_estimation.tracking.detector import DetectedPlace, OnIce
 from friction_estimation.tracks import free_slides
 
 MU = 0.02
@@ -152,3 +153,34 @@ def test_no_other_stones_are_found_where_there_are_none(tmp_path):
     assert found.others == ()
     assert found.unexplained == ()
     assert errors(found.trajectory, truth[0]).max() < 0.06
+
+
+def test_paint_that_the_stone_slides_through_is_no_stone(hit, monkeypatch):
+    """A detection on the way of the thrown stone, in every frame, is contradicted by its track."""
+    film, scene, truth, *_ = hit
+    row = np.abs(truth[0].xy[:, 1] + 9.0).argmin()
+    paint = truth[0].xy[row]
+    detect, detect_at = OnIce.detect, OnIce.detect_at
+
+    def place(on_ice):
+        return DetectedPlace(
+            xy=paint,
+            covariance=1e-4 * np.eye(2),
+            px=on_ice.camera.project(np.array([[*paint, 0.0]]))[0],
+            score=0.9,
+            person=0.0,
+            in_play=True,
+        )
+
+    def with_paint(on_ice, picture):
+        return [place(on_ice), *detect(on_ice, picture)]
+
+    def at_paint(on_ice, picture, xy):
+        near = np.linalg.norm(xy - paint) < 0.1
+        return place(on_ice) if near else detect_at(on_ice, picture, xy)
+
+    monkeypatch.setattr(OnIce, "detect", with_paint)
+    monkeypatch.setattr(OnIce, "detect_at", at_paint)
+    others = track_film(film, scene).others
+    assert len(others) == 3
+    assert all(np.linalg.norm(other.trajectory.xy[0] - paint) > 0.3 for other in others)
