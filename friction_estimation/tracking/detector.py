@@ -157,12 +157,14 @@ class OnIce:
         self._detector, self.camera, self._model, self._sheet = detector, camera, model, sheet
         self._scales = list(_scales(camera, model, sheet))
 
-    def detect(self, picture: Image) -> list[DetectedPlace]:
+    def detect(self, picture: Image, boxes: Floats | None = None) -> list[DetectedPlace]:
         """Find the stones on the sheet in a picture, clearest first.
 
         Parameters
         ----------
         picture : (rows, columns, 3) BGR, of the camera's size
+        boxes : (k, 2, 2) parts to search, each by its upper left and lower right corner [px];
+            None: all of the picture
 
         Returns
         -------
@@ -171,7 +173,8 @@ class OnIce:
         found = [
             one
             for box, factor in self._scales
-            for one in self._within(picture, box, factor)
+            for part in ([box] if boxes is None else _parts(box, boxes, 1.5 * STONE_PX / factor))
+            for one in self._within(picture, part, factor)
             if abs(np.log(self._width_px(one.xy) * factor / STONE_PX)) <= 0.75 * SCALE_STEP
         ]
         found.sort(key=lambda place: -place.score)
@@ -230,6 +233,28 @@ def stone_width_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """Width of a stone in the picture at places (n, 2) on the ice, (n,) [px]."""
     metre_px = np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
     return 2 * model.radius * metre_px
+
+
+def _parts(
+    whole: tuple[int, int, int, int], boxes: Floats, margin: float
+) -> list[tuple[int, int, int, int]]:
+    """Parts (left, top, right, below) of a part of the picture that cover boxes with a margin.
+
+    Boxes that are near each other are covered together.
+    """
+    left, top, right, below = whole
+    cells = np.zeros((-(-(below - top) // STRIDE), -(-(right - left) // STRIDE)), np.uint8)
+    for low, high in boxes:
+        first = np.maximum(np.floor((low - margin - [left, top]) / STRIDE), 0).astype(int)
+        last = np.ceil((high + margin - [left, top]) / STRIDE).astype(int)
+        cells[first[1] : max(last[1], 0), first[0] : max(last[0], 0)] = 1
+    _, _, found, _ = cv2.connectedComponentsWithStats(cells)
+    parts: list[tuple[int, int, int, int]] = []
+    for x, y, columns, rows, _ in (STRIDE * found[1:]).tolist():
+        begin = left + x, top + y
+        end = min(begin[0] + columns, right), min(begin[1] + rows, below)
+        parts.append((*begin, *end))
+    return parts
 
 
 def detected_sigma(camera: Camera, xy: Floats, model: StoneModel) -> float:

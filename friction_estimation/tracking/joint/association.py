@@ -1,0 +1,258 @@
+"""Association of detections to stones over all sampled frames: the likeliest paths.
+
+A path is a chain of detections. Every two of them tell a velocity, and the next one is predicted
+under the mode that the stone is in: carried, sliding or at rest. The score of a path is the log of
+its odds against the detections being clutter, so that paths that gain nothing do not exist. The
+best path is found by dynamic programming over pairs of detections, taken out, and the next one
+sought, until none has gained enough.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.physics.compiled import compiled
+from curling_env.typing import Floats, Integers
+from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking.joint.detections import Detections
+
+CARRIED, SLIDING, RESTING = 0, 1, 2
+"""Modes of a stone."""
+_MODES = 3
+_STAYS = -0.1
+"""Log probability that a mode goes on."""
+_MOVES = 4.0
+"""Two detections this far apart are not at the same place [squared standard errors]."""
+_AIM_SIGMA = 0.1
+"""Standard deviation of the direction of a throw about the length of the sheet [rad]."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Path:
+    """The detections of one stone.
+
+    Parameters
+    ----------
+    at : (n,) indices of its detections
+    mode : (n,) mode at each of them
+    gained : (n,) log odds of a stone against clutter up to each of them
+    """
+
+    at: Integers
+    mode: Integers
+    gained: Floats
+
+    @property
+    def odds(self) -> float:
+        """Log odds of a stone against clutter."""
+        return float(self.gained[-1])
+
+    def part(self, low: int, high: int) -> Path:
+        """The path from one of its detections to before another."""
+        before = self.gained[low - 1] if low else 0.0
+        return Path(
+            at=self.at[low:high],
+            mode=self.mode[low:high],
+            gained=self.gained[low:high] - before,
+        )
+
+    @property
+    def slides(self) -> bool:
+        """True if it slides anywhere."""
+        return bool((self.mode == SLIDING).any())
+
+
+def likeliest_paths(seen: Detections, area: float) -> list[Path]:
+    """All paths whose log odds are above `numbers.SURE`, the likeliest first.
+
+    Parameters
+    ----------
+    seen : the detections, in order of time
+    area : of the ice that is in view [m²]
+    """
+    clutter = max(len(seen.t) / max(len(seen.times), 1), 1.0) / area
+    left = np.arange(len(seen.t))
+    paths: list[Path] = []
+    while len(left) > 1:
+        found = _disjoint_paths(seen, left, clutter)
+        if not found:
+            break
+        paths += found
+        left = np.setdiff1d(left, np.concatenate([path.at for path in found]))
+    return sorted(paths, key=lambda path: -path.odds)
+
+
+def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Path]:
+    """The likeliest paths through some of the detections that share none of them."""
+    frame, t, xy = seen.frame[left], seen.t[left], seen.xy[left]
+    variance, score = seen.sigma[left] ** 2, seen.score[left]
+    still, leaves = seen.still[left], seen.leaves[left]
+    first, second = _pairs(frame, t, xy, variance)
+    if not len(first):
+        return []
+    into = np.searchsorted(second, np.arange(len(left) + 1))
+    value = np.full((len(first), _MODES), -np.inf)
+    came = np.full((len(first), _MODES), -1, dtype=np.int64)
+    _score_pairs(
+        first, second, into, frame, t, xy, variance, score, still, leaves, math.log(clutter),
+        value, came, np.empty((len(first), 2)),
+    )  # fmt: skip
+    flat = value.ravel()
+    ends = np.flatnonzero(flat > numbers.SURE)
+    used = np.zeros(len(left), dtype=bool)
+    found: list[Path] = []
+    for end in ends[np.argsort(-flat[ends], kind="stable")].tolist():
+        if used[second[end // _MODES]]:
+            continue
+        nodes, modes, gained = _traced(end, first, second, came, value)
+        if not used[nodes].any():
+            used[nodes] = True
+            found.append(Path(at=left[nodes], mode=modes, gained=gained))
+    return found
+
+
+def _traced(
+    end: int, first: Integers, second: Integers, came: Integers, value: Floats
+) -> tuple[Integers, Integers, Floats]:
+    """Detections, modes and log odds of the path that ends with a pair in a mode."""
+    edge, mode = divmod(end, _MODES)
+    nodes, modes, gained = [int(second[edge])], [mode], [float(value[edge, mode])]
+    while True:
+        nodes.append(int(first[edge]))
+        back = int(came[edge, mode])
+        if back < 0:
+            break
+        edge, mode = divmod(back, _MODES)
+        modes.append(mode)
+        gained.append(float(value[edge, mode]))
+    modes.append(mode)
+    gained.append(0.0)
+    return np.array(nodes[::-1]), np.array(modes[::-1]), np.array(gained[::-1])
+
+
+def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[Integers, Integers]:
+    """Pairs of detections that a stone may link, ordered by the second and by the first."""
+    firsts: list[Integers] = []
+    seconds: list[Integers] = []
+    for k in range(len(t)):
+        low = int(np.searchsorted(t, t[k] - numbers.LONGEST_GAP))
+        low = max(low, int(np.searchsorted(frame, frame[k] - numbers.LONGEST_GAP_FRAMES)))
+        earlier = np.arange(low, k)
+        earlier = earlier[frame[earlier] < frame[k]]
+        way = np.hypot(*(xy[k] - xy[earlier]).T)
+        doubt = 3 * np.sqrt((variance[earlier] + variance[k]).sum(axis=1))
+        near = earlier[way < numbers.FASTEST * (t[k] - t[earlier]) + doubt]
+        firsts.append(near)
+        seconds.append(np.full(len(near), k))
+    if not firsts:
+        return np.empty(0, np.int64), np.empty(0, np.int64)
+    return np.concatenate(firsts), np.concatenate(seconds)
+
+
+@compiled
+def _gauss(dx, dy, vx, vy):
+    """Log density of a Student distribution of two coordinates."""
+    chi2 = dx * dx / vx + dy * dy / vy
+    nu = numbers.STUDENT_FREEDOM
+    return -math.log(2 * math.pi) - 0.5 * math.log(vx * vy) - 0.5 * (nu + 2) * math.log1p(chi2 / nu)
+
+
+@compiled
+def _aim(vx, vy):
+    """Log of how much likelier a throw has this direction than anything else."""
+    angle = math.atan2(vx, abs(vy)) / _AIM_SIGMA
+    return math.log(math.sqrt(2 * math.pi) / _AIM_SIGMA) - 0.5 * angle * angle
+
+
+@compiled
+def _score_pairs(
+    first, second, into, frame, t, xy, variance, score, still, leaves, clutter, value, came, slowing
+):
+    """Fill in the log odds of the best path that ends with each pair, in each mode.
+
+    Parameters
+    ----------
+    slowing : (n, 2) deceleration of that path while it slides, and its variance; filled in
+    """
+    for e in range(len(first)):
+        j, k = first[e], second[e]
+        dt = t[k] - t[j]
+        x, y = xy[k, 0] - xy[j, 0], xy[k, 1] - xy[j, 1]
+        sx, sy = variance[j, 0] + variance[k, 0], variance[j, 1] + variance[k, 1]
+        missed = max(numbers.MISSED * (frame[k] - frame[j] - 1), numbers.HIDDEN)
+        begin = numbers.BIRTH + score[j] + score[k] + missed - clutter
+        spread = (0.5 * numbers.FASTEST * dt) ** 2
+        free = _gauss(x, y, sx + spread, sy + spread)
+        way = math.sqrt(x * x + y * y)
+        moves = way > numbers.LEAST_PACE * dt and not still[k]
+        left = moves and x * x / sx + y * y / sy > _MOVES
+        begins = left and not still[j]
+        value[e, CARRIED] = begin + free if begins else -np.inf
+        value[e, SLIDING] = begin + free + _aim(x / dt, y / dt) if begins else -np.inf
+        value[e, RESTING] = begin + _gauss(x, y, sx, sy)
+        for m in range(_MODES):
+            came[e, m] = -1
+        slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2
+        for d in range(into[j], into[j + 1]):
+            i = first[d]
+            before = t[j] - t[i]
+            vx, vy = (xy[j, 0] - xy[i, 0]) / before, (xy[j, 1] - xy[i, 1]) / before
+            pace = math.sqrt(vx * vx + vy * vy) + 1e-6
+            ux, uy = vx / pace, vy / pace
+            ratio = dt / before
+            ex = variance[k, 0] + (1 + ratio) ** 2 * variance[j, 0] + ratio**2 * variance[i, 0]
+            ey = variance[k, 1] + (1 + ratio) ** 2 * variance[j, 1] + ratio**2 * variance[i, 1]
+            lever = 0.5 * (before * dt + dt * dt)
+            gain = missed + score[k] - clutter
+            # carried on, or let go
+            held = (numbers.CARRIED_ACCELERATION * lever) ** 2
+            moved = _gauss(x - vx * dt, y - vy * dt, ex + held, ey + held)
+            if not moves:
+                moved = -np.inf
+            v = value[d, CARRIED] + _STAYS + gain + moved
+            if v > value[e, CARRIED]:
+                value[e, CARRIED], came[e, CARRIED] = v, d * _MODES + CARRIED
+            v = value[d, CARRIED] + numbers.RELEASED + gain + moved + _aim(x / dt, y / dt)
+            if v > value[e, SLIDING]:
+                value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + CARRIED
+                slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2
+            # slides on
+            lost = min(slowing[d, 0] * lever, 0.9 * pace * dt)
+            dx, dy = x - vx * dt + ux * lost, y - vy * dt + uy * lost
+            along, aside = math.sqrt(slowing[d, 1]) * lever, numbers.CURL_SIGMA * lever
+            qx, qy = (along * ux) ** 2 + (aside * uy) ** 2, (along * uy) ** 2 + (aside * ux) ** 2
+            v = value[d, SLIDING] + _STAYS + gain + _gauss(dx, dy, ex + qx, ey + qy)
+            if v > value[e, SLIDING] and moves:
+                value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + SLIDING
+                share = slowing[d, 1] * lever
+                share /= along * along + (ex * ux * ux + ey * uy * uy)
+                slowing[e, 0] = slowing[d, 0] - share * (dx * ux + dy * uy)
+                fades = 1 - math.exp(-2 * dt / numbers.DECELERATION_MEMORY)
+                slowing[e, 1] = slowing[d, 1] * (1 - share * lever)
+                slowing[e, 1] += fades * (numbers.DECELERATION_SIGMA**2 - slowing[e, 1])
+            # is hit or hits, from rest or sliding
+            jump = (numbers.JUMP_SIGMA * dt) ** 2
+            hit = numbers.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
+            for m in (SLIDING, RESTING):
+                v = value[d, m] + hit
+                free = m == SLIDING or leaves[j] or not still[j]
+                if v > value[e, SLIDING] and left and free:
+                    value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + m
+                    slowing[e, 0] = numbers.DECELERATION
+                    slowing[e, 1] = numbers.DECELERATION_SIGMA**2
+            # stops between j and k
+            rest = 0.5 * min(pace * dt, pace * pace / (2 * numbers.DECELERATION))
+            stop = _gauss(
+                x - ux * rest, y - uy * rest, ex + (rest * ux) ** 2, ey + (rest * uy) ** 2
+            )
+            v = value[d, SLIDING] + numbers.STOPS + gain + stop
+            if v > value[e, RESTING]:
+                value[e, RESTING], came[e, RESTING] = v, d * _MODES + SLIDING
+            # the same picture again says hardly anything new
+            again = missed + min(_gauss(x, y, sx, sy) - clutter, numbers.STILL_THERE)
+            v = value[d, RESTING] + again
+            if v > value[e, RESTING]:
+                value[e, RESTING], came[e, RESTING] = v, d * _MODES + RESTING

@@ -1,0 +1,186 @@
+"""The motion of one stone, one coordinate at a time: the filter, and the same model run backwards.
+
+The state of a coordinate is place, velocity and the deviation of the acceleration from what is
+expected of a stone on ice. The deviation is a random walk, slow while the stone slides and fast
+while someone holds it. A collision lets the velocity jump; a stone at
+rest has none.
+"""
+
+from __future__ import annotations
+
+import math
+
+from curling_env.physics.compiled import compiled
+
+REST_SIGMA = 0.01
+"""Standard deviation of the velocity in the first frame in which a stone rests [m/s]."""
+
+
+@compiled
+def predict(dt, expected, sigma, memory, state, p, ahead, ahead_p):
+    """Predict state (3,) and covariance (3, 3) a time `dt` later, in place of `ahead`, `ahead_p`.
+
+    Parameters
+    ----------
+    dt : time to predict over [s]
+    expected : mean acceleration of this coordinate [m/s²]
+    sigma : standard deviation of the acceleration about it [m/s²]
+    memory : half the time in which the deviation changes by about `sigma` [s]
+    """
+    half = 0.5 * dt * dt
+    ahead[0] = state[0] + dt * state[1] + half * (state[2] + expected)
+    ahead[1] = state[1] + dt * (state[2] + expected)
+    ahead[2] = state[2]
+    for j in range(3):
+        ahead_p[0, j] = p[0, j] + dt * p[1, j] + half * p[2, j]
+        ahead_p[1, j] = p[1, j] + dt * p[2, j]
+        ahead_p[2, j] = p[2, j]
+    for i in range(3):
+        a, b, c = ahead_p[i, 0], ahead_p[i, 1], ahead_p[i, 2]
+        ahead_p[i, 0] = a + dt * b + half * c
+        ahead_p[i, 1] = b + dt * c
+    new = 2 * sigma * sigma * dt / memory
+    ahead_p[0, 0] += new * dt**4 / 20
+    ahead_p[0, 1] += new * dt**3 / 8
+    ahead_p[1, 0] += new * dt**3 / 8
+    ahead_p[0, 2] += new * dt**2 / 6
+    ahead_p[2, 0] += new * dt**2 / 6
+    ahead_p[1, 1] += new * dt**2 / 3
+    ahead_p[1, 2] += new * dt / 2
+    ahead_p[2, 1] += new * dt / 2
+    ahead_p[2, 2] += new
+
+
+@compiled
+def correct(which, value, variance, state, p):
+    """Correct state and covariance by a measured component, in place; returns its innovation.
+
+    Returns
+    -------
+    the innovation and its variance
+    """
+    total = p[which, which] + variance
+    miss = value - state[which]
+    a, b, c = p[0, which], p[1, which], p[2, which]
+    for i in range(3):
+        share = (a, b, c)[i] / total
+        state[i] += share * miss
+        p[i, 0] -= share * a
+        p[i, 1] -= share * b
+        p[i, 2] -= share * c
+    for i in range(3):
+        for j in range(i):
+            p[i, j] = p[j, i] = 0.5 * (p[i, j] + p[j, i])
+    return miss, total
+
+
+@compiled
+def _clear(state, p):
+    for i in range(3):
+        state[i] = 0.0
+        for j in range(3):
+            p[i, j] = 0.0
+
+
+@compiled
+def filtered(
+    t, z, variance, expected, sigma, memory, jump, rests, before, before_p, after, after_p
+):
+    """Filter one coordinate over all frames; returns the log likelihood.
+
+    Parameters
+    ----------
+    t : (n,) times [s]
+    z, variance : (n,) measurements [m] and their variances [m²]; infinite where there is none
+    expected, sigma, memory : (n,) as of `predict`, for the step that ends with each frame
+    jump : (n,) variance of the jump of the velocity in that step [m²/s²]
+    rests : index of the first frame in which the stone rests; n if it does not
+    before, before_p, after, after_p : (n, 3) and (n, 3, 3) predicted and filtered states, filled
+    """
+    likelihood, seen = 0.0, 0
+    for k in range(len(t)):
+        if k == 0:
+            _clear(before[0], before_p[0])
+            before_p[0, 0, 0], before_p[0, 1, 1], before_p[0, 2, 2] = 1e4, 10.0, sigma[0] ** 2
+        elif k > rests:
+            _clear(before[k], before_p[k])
+            before[k, 0] = after[k - 1, 0]
+            before_p[k, 0, 0] = after_p[k - 1, 0, 0]
+        else:
+            predict(
+                t[k] - t[k - 1], expected[k], sigma[k], memory[k],
+                after[k - 1], after_p[k - 1], before[k], before_p[k],
+            )  # fmt: skip
+            if sigma[k] < 0.5 * sigma[k - 1]:  # what the hand did says nothing of the ice
+                before[k, 2] = 0.0
+                for i in range(2):
+                    before_p[k, i, 2] = before_p[k, 2, i] = 0.0
+                before_p[k, 2, 2] = sigma[k] ** 2
+            before_p[k, 1, 1] += jump[k]
+        for i in range(3):
+            after[k, i] = before[k, i]
+            for j in range(3):
+                after_p[k, i, j] = before_p[k, i, j]
+        if k == rests:
+            miss, total = correct(1, 0.0, REST_SIGMA**2, after[k], after_p[k])
+            likelihood -= 0.5 * (math.log(total) + miss * miss / total)
+        if variance[k] < 1e30:
+            miss, total = correct(0, z[k], variance[k], after[k], after_p[k])
+            seen += 1
+            if seen > 2:
+                likelihood -= 0.5 * (math.log(total) + miss * miss / total)
+    return likelihood
+
+
+@compiled
+def smoothed_back(t, sigma, rests, before, before_p, after, after_p, work):
+    """Turn filtered states into smoothed ones, in place.
+
+    Parameters
+    ----------
+    as of `filtered`; `work` is (4, 3, 3)
+    """
+    inverse, carried, gain, apart = work[0], work[1], work[2], work[3]
+    for k in range(len(t) - 2, -1, -1):
+        p = before_p[k + 1]
+        if k >= rests:  # place alone is carried on
+            miss = after[k + 1, 0] - before[k + 1, 0]
+            less = (after_p[k + 1, 0, 0] - p[0, 0]) / (p[0, 0] + 1e-18)
+            a, b, c = after_p[k, 0, 0], after_p[k, 1, 0], after_p[k, 2, 0]
+            for i in range(3):
+                share = (a, b, c)[i] / (p[0, 0] + 1e-18)
+                after[k, i] += share * miss
+                after_p[k, i, 0] += share * less * a
+                after_p[k, i, 1] += share * less * b
+                after_p[k, i, 2] += share * less * c
+            continue
+        dt = t[k + 1] - t[k]
+        half = 0.5 * dt * dt
+        kept = 0.0 if sigma[k + 1] < 0.5 * sigma[k] else 1.0
+        for i in range(3):  # the inverse by cofactors
+            a, b = (i + 1) % 3, (i + 2) % 3
+            for j in range(3):
+                c, d = (j + 1) % 3, (j + 2) % 3
+                inverse[j, i] = p[a, c] * p[b, d] - p[a, d] * p[b, c]
+        det = p[0, 0] * inverse[0, 0] + p[0, 1] * inverse[1, 0] + p[0, 2] * inverse[2, 0]
+        for i in range(3):  # after_p Fᵀ
+            carried[i, 2] = kept * after_p[k, i, 2]
+            carried[i, 1] = after_p[k, i, 1] + dt * after_p[k, i, 2]
+            carried[i, 0] = after_p[k, i, 0] + dt * after_p[k, i, 1] + half * after_p[k, i, 2]
+        for i in range(3):
+            for j in range(3):
+                total = 0.0
+                for m in range(3):
+                    total += carried[i, m] * inverse[m, j]
+                gain[i, j] = total / det
+                apart[i, j] = after_p[k + 1, i, j] - p[i, j]
+        for i in range(3):
+            for j in range(3):
+                after[k, i] += gain[i, j] * (after[k + 1, j] - before[k + 1, j])
+        for i in range(3):
+            for j in range(3):
+                total = 0.0
+                for m in range(3):
+                    for n in range(3):
+                        total += gain[i, m] * apart[m, n] * gain[j, n]
+                after_p[k, i, j] += total
