@@ -29,15 +29,17 @@ def find(picture, known):
 
 
 def lettered(picture: np.ndarray) -> np.ndarray:
-    """The picture with letters and a disc, as large as stones, painted on the ice."""
+    """The picture with letters, smaller and larger than stones, and a circle on the ice."""
     painted, middle = picture.copy(), picture.shape[1] // 2
-    for k, word in enumerate(("CLUB", "1908", "BOO")):
-        where, colour = (
-            (middle - 40, 130 + 60 * k),
-            ((150, 30, 30), (230, 230, 230), (30, 30, 170))[k],
-        )
-        cv2.putText(painted, word, where, cv2.FONT_HERSHEY_DUPLEX, 0.7, colour, 2, cv2.LINE_AA)
-    cv2.circle(painted, (middle + 60, 260), 9, (120, 40, 20), 2, cv2.LINE_AA)
+    words = (
+        ("CLUB", 110, 1.2, (150, 30, 30)),
+        ("CURLING SINCE", 175, 0.4, (230, 230, 230)),
+        ("1908", 235, 1.2, (30, 30, 170)),
+    )
+    for word, row, size, colour in words:
+        where = (middle - 40, row)
+        cv2.putText(painted, word, where, cv2.FONT_HERSHEY_DUPLEX, size, colour, 2, cv2.LINE_AA)
+    cv2.circle(painted, (middle + 40, 280), 9, (120, 40, 20), 2, cv2.LINE_AA)
     return np.asarray(cv2.GaussianBlur(painted, (0, 0), 0.7))
 
 
