@@ -34,7 +34,7 @@ SURE_ON_BUTTON, BUTTON_REACH = 0.65, 0.08
 looks like one."""
 ERROR_PX = 0.9
 """Standard error of a place in each direction, in the pictures that the network sees [px]."""
-SCALE_STEP = 0.3
+SCALE_STEP = 0.1
 """Maximum difference of sizes, as a logarithm, among stones that one resampled picture shows."""
 ONE_STONE = 0.35
 """Detections nearer to each other than this part of a stone's width are of one stone."""
@@ -128,18 +128,22 @@ class Detector:
         Means of the logits of the picture and of its mirror image: a quarter fewer false stones.
         """
         rows, columns = picture.shape[:2]
+        # Of an even number of columns, halves of the mirror image lie on those of the picture.
+        even = cv2.copyMakeBorder(picture, 0, rows % 2, 0, columns % 2, cv2.BORDER_REPLICATE)
+        logits = self._logits(np.asarray(even, dtype=np.uint8))
+        mirrored = self._logits(np.ascontiguousarray(even[:, ::-1], dtype=np.uint8))
+        return 1 / (1 + np.exp(-(logits + mirrored[..., ::-1]) / 2))
+
+    def _logits(self, picture: Image) -> Floats:
+        """(2, rows / 2, columns / 2) of a picture with even numbers of rows and columns."""
+        rows, columns = picture.shape[:2]
         padded = cv2.copyMakeBorder(
             picture, 0, -rows % STRIDE, 0, -columns % STRIDE, cv2.BORDER_REPLICATE
         )
-        logits = self._logits(np.asarray(padded, dtype=np.uint8))
-        mirrored = self._logits(np.ascontiguousarray(padded[:, ::-1], dtype=np.uint8))
-        mean = (logits + mirrored[..., ::-1]) / 2
-        return 1 / (1 + np.exp(-mean[:, : (rows + 1) // 2, : (columns + 1) // 2]))
-
-    def _logits(self, picture: Image) -> Floats:
-        grey, size = (127.5, 127.5, 127.5), (picture.shape[1], picture.shape[0])
-        self._network.setInput(cv2.dnn.blobFromImage(picture, 1 / 255, size, grey, swapRB=True))
-        return np.asarray(self._network.forward(), dtype=np.float64)[0]
+        grey, size = (127.5, 127.5, 127.5), (padded.shape[1], padded.shape[0])
+        self._network.setInput(cv2.dnn.blobFromImage(padded, 1 / 255, size, grey, swapRB=True))
+        logits = np.asarray(self._network.forward(), dtype=np.float64)[0]
+        return logits[:, : rows // 2, : columns // 2]
 
 
 class OnIce:
@@ -156,6 +160,11 @@ class OnIce:
     def __init__(self, detector: Detector, camera: Camera, model: StoneModel, sheet: Sheet) -> None:
         self._detector, self.camera, self._model, self._sheet = detector, camera, model, sheet
         self._scales = list(_scales(camera, model, sheet))
+
+    @property
+    def sees_stones(self) -> bool:
+        """False where all stones are narrower than `MIN_STONE_PX`, or out of view."""
+        return bool(self._scales)
 
     def detect(self, picture: Image, boxes: Floats | None = None) -> list[DetectedPlace]:
         """Find the stones on the sheet in a picture, clearest first.
@@ -281,6 +290,8 @@ def _scales(
     px = camera.project(np.column_stack([places, np.zeros(len(places))]))
     with np.errstate(invalid="ignore"):
         seen = ((px > -0.5) & (px < np.array(camera.size) - 0.5)).all(axis=1)
+        # Far outside the view, the formula of a lens may lead back into the picture.
+        seen &= np.linalg.norm(camera.on_plane(px) - places, axis=1) < GRID
     places, px = places[seen], px[seen]
     width = stone_width_px(camera, places, model)
     wide_enough = width >= MIN_STONE_PX

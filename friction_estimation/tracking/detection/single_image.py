@@ -17,7 +17,7 @@ from friction_estimation.appearance.colour_names import HandleColour, colour_nam
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.pose import place_sigma
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.detector import DetectedPlace, Detector, OnIce
+from friction_estimation.tracking.detector import MIN_STONE_PX, DetectedPlace, Detector, OnIce
 from friction_estimation.tracking.tuning import SAME_PLACE
 
 RED, AMBER = (40, 40, 230), (0, 170, 255)
@@ -75,7 +75,7 @@ def find_stones_in_image(
 
     Raises
     ------
-    InputError : the picture has another size than the scene's
+    InputError : the picture has another size than the scene's, or is too small
     """
     size = (picture.shape[1], picture.shape[0])
     if size != camera.size:
@@ -83,7 +83,12 @@ def find_stones_in_image(
             f"the picture has {size[0]} × {size[1]} px, "
             f"the scene is of {camera.size[0]} × {camera.size[1]} px"
         )
-    found = OnIce(Detector(), camera, model, sheet).detect(picture)
+    detector = OnIce(Detector(), camera, model, sheet)
+    if not detector.sees_stones:
+        raise InputError(
+            f"the picture is too small: stones must be {MIN_STONE_PX:g} px wide or wider in it"
+        )
+    found = detector.detect(picture)
     stones = [_as_stone(one, picture, camera, model) for one in found if one.in_play]
     return sorted(stones, key=lambda stone: -stone.xy[1])
 

@@ -65,6 +65,16 @@ def test_a_picture_of_another_size_is_refused(club_photo, known):
         find(club_photo.picture[:-4], known)
 
 
+def test_a_picture_in_which_stones_are_specks_is_refused(club_photo, files, tmp_path, curling):
+    cv2.imwrite(str(tmp_path / "small.png"), cv2.resize(club_photo.picture, None, fx=0.1, fy=0.1))
+    done = curling(
+        *("stones", tmp_path / "small.png", "--scene", files / "scene.json"),
+        *("-o", tmp_path / "s.json"),
+    )
+    assert "too small: stones must be 3 px wide or wider" in done.complaint
+    assert not (tmp_path / "s.json").exists()
+
+
 @pytest.fixture(scope="module")
 def files(club_photo, known, tmp_path_factory):
     folder = tmp_path_factory.mktemp("stones")
