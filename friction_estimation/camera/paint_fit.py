@@ -291,7 +291,7 @@ class _Fit:
 
 
 def _variance_together(off_px: Floats, index: Integers, markings: Markings) -> float:
-    """Variance of one of so many points as would tell as much if each erred for itself [px²].
+    """Variance of one of the equivalent number of independent points [px²].
 
     Parameters
     ----------
@@ -369,13 +369,13 @@ def _placement_scale(
     """
     pull = errors.T * weight
     left = pull - pull @ jacobian @ covariance @ (jacobian * weight[:, None]).T
-    told, way = np.linalg.eigh(left @ errors)
+    strength, way = np.linalg.eigh(left @ errors)
     # What the fit follows altogether is not seen.
-    seen = told > 1e-3 * (pull @ errors).max()
-    told, left = told[seen], way[:, seen].T @ left
+    seen = strength > 1e-3 * (pull @ errors).max()
+    strength, left = strength[seen], way[:, seen].T @ left
     found, noise = (left @ off_px) ** 2, variance * np.sum(left**2, axis=1)
     scales = np.geomspace(1 / 8, 8, 49)
-    total = (scales[:, None] * told) ** 2 + noise
+    total = (scales[:, None] * strength) ** 2 + noise
     cost = np.sum(np.log(total) + found / total, axis=1)
     cost += (np.log(scales) / PLACEMENT_SPREAD) ** 2
     likely = np.exp(-0.5 * (cost - cost.min()))

@@ -55,7 +55,7 @@ class RefinedCamera:
     lens : the parts of the lens that were fitted
     misfit : misfit to the paint and to prior knowledge [squared standard errors]
     farther : a camera that the paint agrees with as well, a standard error of its height away;
-        only where something other than the paint told the height
+        only where the height comes from something other than the paint
     disagreeing : names of rings and lines that are not where it puts them; only where none is
         measured
     """

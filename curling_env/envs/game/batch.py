@@ -191,7 +191,7 @@ class Deliveries(NamedTuple):
 class BatchShot(PlayedShot):
     """A delivery in one of many ends; its outcome has no contacts and no paths.
 
-    Most of it is made of the deliveries when somebody looks at it, which few do.
+    Most of it is made from the deliveries on first access, which is rare.
     """
 
     def __init__(self, deliveries: Deliveries, row: int, end: GameEnd, ruling: Ruling) -> None:

@@ -266,25 +266,25 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
     log = tmp_path / "gates.csv"
     log.write_text(source.read_text() + "Door,1,0,0,1,2,\n")
     throws = tmp_path / "tracks.csv"
-    told = curling("convert", log, "-o", throws)
-    assert told.status == 0, told.err
-    assert told.json()["throws"] == len(tracks)
-    assert "unknown sensor 'Door'" in told.json()["faulty_rows"][0]
-    assert "left out: row " in told.err
+    done = curling("convert", log, "-o", throws)
+    assert done.status == 0, done.err
+    assert done.json()["throws"] == len(tracks)
+    assert "unknown sensor 'Door'" in done.json()["faulty_rows"][0]
+    assert "left out: row " in done.err
     ice = tmp_path / "ice.json"
-    told = curling("estimate", throws, "-o", ice)
-    assert told.status == 0, told.err
-    assert told.json()["throws"] == len(tracks)
+    done = curling("estimate", throws, "-o", ice)
+    assert done.status == 0, done.err
+    assert done.json()["throws"] == len(tracks)
     more = curling("estimate", throws, "--update", ice, "-o", ice)
     assert more.status == 0, more.err
-    told = curling("compare", throws, "--ice", ice, "-o", tmp_path / "compared")
-    assert told.status == 0, told.err
-    assert set(told.json()["directions"]) == {"away", "home"}
+    done = curling("compare", throws, "--ice", ice, "-o", tmp_path / "compared")
+    assert done.status == 0, done.err
+    assert set(done.json()["directions"]) == {"away", "home"}
     assert (tmp_path / "compared" / "throws.csv").read_text().startswith("throw,direction,")
-    told = curling("discover", throws, "-o", tmp_path / "found")
-    assert told.status == 0, told.err
-    assert [effect["name"] for effect in told.json()["effects"]] == [EFFECT]
-    assert "at the last gate" in told.json()["verdict"]
+    done = curling("discover", throws, "-o", tmp_path / "found")
+    assert done.status == 0, done.err
+    assert [effect["name"] for effect in done.json()["effects"]] == [EFFECT]
+    assert "at the last gate" in done.json()["verdict"]
     assert (tmp_path / "found" / "report.html").exists()
 
 
@@ -299,8 +299,8 @@ def test_what_needs_paths_is_refused(session, tmp_path, curling, options, proble
     _, tracks = session
     throws = tmp_path / "tracks.csv"
     write_tracks(throws, tracks)
-    told = curling("estimate", throws, "-o", tmp_path / "ice.json", *options)
-    assert told.status == 2
-    assert problem in told.err
-    assert told.err.count("\n") == 1
+    done = curling("estimate", throws, "-o", tmp_path / "ice.json", *options)
+    assert done.status == 2
+    assert problem in done.err
+    assert done.err.count("\n") == 1
     assert not (tmp_path / "ice.json").exists()
