@@ -57,6 +57,7 @@ def film(
         ceiling             the away house and its hog line from the ceiling
         ceiling_middle      the ice between the hog lines
         ceiling_home        the home house
+        phone, gallery      the sheet from behind the home hack, and from a gallery window
 
     \b
     Files in DIR:

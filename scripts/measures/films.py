@@ -18,8 +18,10 @@ from films.practice import NEAR_REST, score_practice
 from films.render import rendered
 from films.takeouts import BARE, WITH_PEOPLE, Film, judged
 
+from curling_env.infrastructure.files.table import read_table
 from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.expected import PLACES, expected_camera, expected_errors
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.film.pictures import read_picture
@@ -30,6 +32,7 @@ from friction_estimation.tracking import find_stones_in_image, track_film
 MEASURES = (
     *("cameras", "independent", "independent_unknown_lens", "sweepers"),
     *("practice", "takeouts", "all_takeouts", "copies", "speed", "live", "photos", "real_paint"),
+    "expected",
 )
 FILMS = ROOT / "runs" / "figures" / "films"
 INDEPENDENT = ROOT / "runs" / "independent" / "films"
@@ -38,6 +41,8 @@ STONE = StoneModel(radius=0.145, height=0.114)
 CAMERAS = ("end", "gantry", "side", "ceiling")
 FEW_TAKEOUTS = (BARE[5], BARE[8])
 """One of 480 lines from the side, and one of 720 from the end."""
+NEAR_PLACE = 0.6
+"""Rows of a track this near to a place along the sheet are compared with it [m]."""
 
 
 def cameras() -> dict[str, float]:
@@ -135,6 +140,37 @@ def copies() -> dict[str, float]:
     rows = [score(coarse_copy(film, folder, lines=480)) for film in films]
     within = 100 * float(np.mean([row.within_95 for row in rows]))
     return {camera: _of_camera(rows, camera) for camera in both} | {"within_95": within}
+
+
+def expected() -> dict[str, float]:
+    """Reported and true errors over those that `curling place-camera` expects, by camera.
+
+    A draw seen by a phone behind the hack, from a gallery window and by ceiling cameras over both
+    houses: films of 720 lines, lens given. The renderer paints rings and lines exactly.
+    """
+    cv2.setNumThreads(1)
+    values: dict[str, float] = {}
+    for camera in ("phone", "gallery", "ceiling", "ceiling_home"):
+        spec = FilmSpec(camera=camera, size=(1280, 720), fps=15.0, people=False)
+        folder = make_directory(FILMS / "expected")
+        film = folder / f"{camera}-0.mp4"
+        if not film.with_suffix(".truth.csv").exists():
+            render_films(folder, [draw(2.15)], spec)
+        scene = load_scene(folder / f"{camera}.scene.json")
+        path = track_film(film, scene).trajectory
+        table = read_table(film.with_suffix(".truth.csv"), required=("t", "x", "y"))
+        t, x, y = (table.numbers(column) for column in ("t", "x", "y"))
+        off = path.xy - np.column_stack([np.interp(path.t, t, axis) for axis in (x, y)])
+        known = expected_camera(spec.resolved(), scene.sheet, lens_known=True, paint=0.0)
+        ratios: list[tuple[float, float]] = []
+        for place in expected_errors([known]):
+            near = np.abs(path.xy[:, 1] - PLACES[place.place]) < NEAR_PLACE
+            if place.along is not None and place.across is not None and near.any():
+                both = _rms([place.along, place.across])
+                ratios.append((_rms(path.sigma_xy[near]) / both, _rms(off[near].ravel()) / both))
+        sigma, error = zip(*ratios, strict=True)
+        values |= {f"{camera}_sigma": float(np.median(sigma)), f"{camera}_error": _rms(error)}
+    return values
 
 
 def speed() -> dict[str, float]:
