@@ -19,7 +19,6 @@ from friction_estimation.appearance.fit import (
     ShapeDoubt,
     StoneFit,
     channels_of,
-    measure,
 )
 from friction_estimation.appearance.handle import heading_costs, heading_crop
 from friction_estimation.appearance.learning import (
@@ -49,7 +48,6 @@ __all__ = [
     "heading_costs",
     "heading_crop",
     "learn_appearance",
-    "measure",
     "measure_occluded",
     "those_explained",
     "total_misfit",

@@ -9,12 +9,12 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.kernels.fit_kernels import pose_step
-from friction_estimation.appearance.kernels.picture_kernels import separate
 from friction_estimation.appearance.model import PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, turn_handle
 from friction_estimation.appearance.tuning import (
@@ -34,6 +34,7 @@ from friction_estimation.appearance.tuning import (
     TURN_REPAINT_PX,
 )
 from friction_estimation.camera.camera import Camera
+from friction_estimation.film.channels import FROM_BGR
 from friction_estimation.film.frame import Frame
 
 
@@ -133,9 +134,8 @@ class StoneFit:
 
 def channels_of(image: NDArray[np.uint8] | NDArray[np.float32]) -> Floats:
     """BGR pixels (rows, columns, 3) as brightness and two colour differences, as films store."""
-    channels = np.empty((image.shape[0] * image.shape[1], 3))
-    separate(np.ascontiguousarray(image), channels)
-    return channels.reshape(image.shape)
+    channels = cv2.transform(np.asarray(image, dtype=np.float64), FROM_BGR)
+    return np.asarray(channels, dtype=np.float64)
 
 
 class PictureChannels:
@@ -253,30 +253,6 @@ def _painted_light(
     return light, (coloured(planes, colours) - light) / np.float32(TURN_DIFFERENCE)
 
 
-def measure(
-    frame: Frame,
-    background: Channels,
-    background_origin: tuple[int, int],
-    camera: Camera,
-    appearance: Appearance,
-    start: Floats,
-) -> StoneFit | None:
-    """The stone near `start` in a frame, or None where nothing of it is in the image.
-
-    Parameters
-    ----------
-    frame : (height, width, 3) BGR
-    background : (rows, columns, 3) channels (`channels_of`) of the ice without the stone
-    background_origin : column and row of the background's upper left pixel in the frame
-    start : (3,) x, y [m], theta [rad]
-    """
-    cut = cut_out(frame, background, background_origin, camera, appearance, start)
-    if cut is None:
-        return None
-    window, pixels, behind = cut
-    return fit_window(pixels, behind, window, camera, appearance, start)
-
-
 def cut_out(
     frame: Frame,
     background: Channels,
@@ -289,7 +265,7 @@ def cut_out(
 
     Parameters
     ----------
-    as of `measure`
+    as of `measure_occluded`
 
     Returns
     -------

@@ -50,13 +50,17 @@ def measure_occluded(
     others: Sequence[PosedStone] = (),
     people: bool = False,
 ) -> StoneFit | None:
-    """The stone near `start` in a frame with other stones or people around it; see `measure`.
+    """The stone near `start` in a frame, perhaps with other stones or people around it.
 
     Hidden pixels are filled, round by round, with what the stone shows at the pose found so far, so
     that they do not influence it (expectation and maximisation).
 
     Parameters
     ----------
+    frame : (height, width, 3) BGR
+    background : (rows, columns, 3) channels (`channels_of`) of the ice without the stone
+    background_origin : column and row of the background's upper left pixel in the frame
+    start : (3,) x, y [m], theta [rad]
     others : the stones around it, where they are in this frame
     people : whether somebody may be in the way: what neither stone nor ice explains counts as
         hidden, and so do its neighbours, into which it is blurred

@@ -4,6 +4,9 @@ The board is held before the camera in several tilts. The corners of its squares
 fraction of a pixel, give focal lengths, principal point and distortion.
 """
 
+# OpenCV's stubs widen the element type of every array that they return.
+# pyright: reportArgumentType=false, reportCallIssue=false
+
 from __future__ import annotations
 
 import math
@@ -18,7 +21,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_json
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
-from friction_estimation.camera.lens import Lens, solve_lens_from_board
+from friction_estimation.camera.lens import TERMS, Lens
 from friction_estimation.camera.tuning import (
     BOARD_FOCAL_RANGE,
     BOARD_LAST_TERM_GAIN,
@@ -251,32 +254,37 @@ def _solved(
         "picture with it",
         source="images",
     )
+    flat = [np.column_stack([b, np.zeros(len(b))]).astype(np.float32) for b, _ in views]
+    seen = [px.astype(np.float32).reshape(-1, 1, 2) for _, px in views]
     try:
-        found, with_last_term = solve_lens_from_board(
-            [board for board, _ in views], [px for _, px in views], size
+        plain, with_last_term = (
+            cv2.calibrateCameraExtended(flat, seen, size, None, None, flags=flags)
+            for flags in (cv2.CALIB_FIX_K3, 0)
         )
     except cv2.error as error:
         raise undetermined from error
-    if with_last_term.rms_px < BOARD_LAST_TERM_GAIN * found.rms_px:
-        found = with_last_term
-    if found.rms_px > BOARD_MAX_RMS_PX:
+    better = with_last_term[0] < BOARD_LAST_TERM_GAIN * plain[0]
+    rms_px, matrix, distortion, turns, _, sigma, *_ = with_last_term if better else plain
+    if rms_px > BOARD_MAX_RMS_PX:
         raise InputError(
-            f"the corners are missed by {found.rms_px:.1f} px; is the board what was described?",
+            f"the corners are missed by {rms_px:.1f} px; is the board what was described?",
             source="images",
         )
-    focal_px = found.lens.focal_px
+    lens = Lens(
+        matrix=np.asarray(matrix, dtype=np.float64),
+        distortion=np.asarray(distortion, dtype=np.float64).ravel()[: len(TERMS)],
+        size=size,
+    )
+    tilt = max(np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in turns)
+    focal_sigma_px = float(np.asarray(sigma).ravel()[:2].max())
     if (
-        found.tilt_deg < BOARD_MIN_TILT_DEG
-        or not found.focal_sigma_px < BOARD_MAX_FOCAL_SIGMA * focal_px
-        or not BOARD_FOCAL_RANGE[0] < focal_px / size[0] < BOARD_FOCAL_RANGE[1]
+        tilt < BOARD_MIN_TILT_DEG
+        or not focal_sigma_px < BOARD_MAX_FOCAL_SIGMA * lens.focal_px
+        or not BOARD_FOCAL_RANGE[0] < lens.focal_px / size[0] < BOARD_FOCAL_RANGE[1]
     ):
         raise undetermined
     return LensCalibration(
-        lens=found.lens,
-        rms_px=found.rms_px,
-        focal_sigma_px=found.focal_sigma_px,
-        used=used,
-        unused=unused,
+        lens=lens, rms_px=float(rms_px), focal_sigma_px=focal_sigma_px, used=used, unused=unused
     )
 
 

@@ -2,8 +2,8 @@
 
 Everything that depends on the kind of lens stands in two files, this one and `lens_formula`: the
 formula and its inverse there; here the names and the order of its terms, the trial values a search
-begins with, the terms a fit may free, and the call of OpenCV that measures a lens on a board.
-Another lens model changes these two files and no other.
+begins with, and the terms a fit may free. Another lens model changes these two files, and the call
+of OpenCV in `chessboard`.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -11,7 +11,7 @@ Another lens model changes these two files and no other.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -277,62 +277,3 @@ class FreeLens:
 
 KNOWN_LENS = FreeLens()
 """Nothing of the lens is unknown."""
-
-
-class BoardSolution(NamedTuple):
-    """A lens measured on pictures of a board.
-
-    Parameters
-    ----------
-    lens : the lens
-    rms_px : root mean square distance of the corners from where this lens puts them [px]
-    focal_sigma_px : standard error of the focal length [px]
-    tilt_deg : largest tilt of the board against the image
-    """
-
-    lens: Lens
-    rms_px: float
-    focal_sigma_px: float
-    tilt_deg: float
-
-
-def solve_lens_from_board(
-    board_points: Sequence[Floats], points_px: Sequence[Floats], size: tuple[int, int]
-) -> list[BoardSolution]:
-    """The lens that shows the corners of a board where they were found.
-
-    Parameters
-    ----------
-    board_points, points_px : per picture (n, 2) corners on the board [m] and in the image [px]
-    size : width and height of the images [px]
-
-    Returns
-    -------
-    two solutions: without the last radial term, and with it
-
-    Raises
-    ------
-    cv2.error : the pictures do not determine a lens
-    """
-    flat = [np.column_stack([b, np.zeros(len(b))]).astype(np.float32) for b in board_points]
-    seen = [px.astype(np.float32).reshape(-1, 1, 2) for px in points_px]
-    return [_solve(flat, seen, size, flags) for flags in (cv2.CALIB_FIX_K3, 0)]
-
-
-def _solve(
-    flat: Sequence[np.ndarray], seen: Sequence[np.ndarray], size: tuple[int, int], flags: int
-) -> BoardSolution:
-    rms, matrix, distortion, rotations, _, sigma, *_ = cv2.calibrateCameraExtended(
-        flat, seen, size, None, None, flags=flags
-    )
-    tilts = [np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in rotations]
-    return BoardSolution(
-        lens=Lens(
-            matrix=np.asarray(matrix, dtype=np.float64),
-            distortion=np.asarray(distortion, dtype=np.float64).ravel()[: len(TERMS)],
-            size=size,
-        ),
-        rms_px=float(rms),
-        focal_sigma_px=float(np.asarray(sigma).ravel()[:2].max()),
-        tilt_deg=float(max(tilts)),
-    )

@@ -20,9 +20,6 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 
-GRID_PX = 16
-"""The map from the view to the raw image is exact every 16 pixels, and bilinear in between."""
-
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TopView:
@@ -86,20 +83,10 @@ class TopView:
     def maps(self, camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """For every pixel of the view its place in the raw image, as `cv2.remap` takes it."""
         width, height = self.size
-        columns = np.arange(0, width + GRID_PX, GRID_PX)
-        rows = np.arange(0, height + GRID_PX, GRID_PX)
-        u, v = np.meshgrid(columns, rows)
-        xy = self.to_sheet(np.column_stack([u.ravel(), v.ravel()]).astype(np.float64))
-        raw = camera.project(np.column_stack([xy, np.zeros(len(xy))]))
-        raw = raw.reshape(len(rows), len(columns), 2).astype(np.float32)
-        fine_u, fine_v = np.meshgrid(
-            np.arange(width, dtype=np.float32) / GRID_PX,
-            np.arange(height, dtype=np.float32) / GRID_PX,
-        )
-        return (
-            cv2.remap(np.ascontiguousarray(raw[..., 0]), fine_u, fine_v, cv2.INTER_LINEAR),
-            cv2.remap(np.ascontiguousarray(raw[..., 1]), fine_u, fine_v, cv2.INTER_LINEAR),
-        )
+        u, v = np.meshgrid(np.arange(width, dtype=np.float64), np.arange(height, dtype=np.float64))
+        xy = self.to_sheet(np.column_stack([u.ravel(), v.ravel()]))
+        raw = camera.project(np.column_stack([xy, np.zeros(len(xy))])).astype(np.float32)
+        return raw[:, 0].reshape(height, width), raw[:, 1].reshape(height, width)
 
     def of_frame(self, frame: Image, camera: Camera) -> Image:
         """A frame seen from above; what lies beside the sheet is not part of the view."""

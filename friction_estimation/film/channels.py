@@ -11,12 +11,20 @@ BLUE_LIGHT, GREEN_LIGHT, RED_LIGHT = 0.114, 0.587, 0.299
 """What each colour adds to brightness."""
 BLUE_DIFFERENCE, RED_DIFFERENCE = 0.564, 0.713
 """Scale of blue less brightness, and of red less brightness."""
+LIGHT = np.array([BLUE_LIGHT, GREEN_LIGHT, RED_LIGHT])
+FROM_BGR = np.stack(
+    [
+        LIGHT,
+        BLUE_DIFFERENCE * (np.array([1.0, 0.0, 0.0]) - LIGHT),
+        RED_DIFFERENCE * (np.array([0.0, 0.0, 1.0]) - LIGHT),
+    ]
+)
+"""(3, 3) from blue, green and red to brightness and the two differences."""
 
 
 def channels_of_colour(blue: float, green: float, red: float) -> Floats:
     """Brightness and the two differences of a colour, (3,)."""
-    light = BLUE_LIGHT * blue + GREEN_LIGHT * green + RED_LIGHT * red
-    return np.array([light, BLUE_DIFFERENCE * (blue - light), RED_DIFFERENCE * (red - light)])
+    return FROM_BGR @ np.array([blue, green, red])
 
 
 def blue_and_red(channels: ArrayLike) -> tuple[float, float]:

@@ -1,4 +1,4 @@
-"""Compiled arithmetic of pictures: channels of a frame, colouring, blur, what a stone changes."""
+"""Compiled arithmetic of pictures: colouring, blur, what a stone changes."""
 
 from __future__ import annotations
 
@@ -17,36 +17,9 @@ from friction_estimation.appearance.shape import (
     SUMS_IN_ANY_ORDER,
     TOP,
 )
-from friction_estimation.film.channels import (
-    BLUE_DIFFERENCE,
-    BLUE_LIGHT,
-    GREEN_LIGHT,
-    RED_DIFFERENCE,
-    RED_LIGHT,
-)
 
 BLUR_REACH = 3.2
 """A point spread ends at this many standard deviations."""
-
-
-@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def separate(picture, channels):
-    """Fill in brightness and the two colour differences that films store (ITU-R BT.601).
-
-    Parameters
-    ----------
-    picture : (rows, columns, 3) BGR
-    channels : (rows·columns, 3), filled
-    """
-    for row in range(picture.shape[0]):
-        for column in range(picture.shape[1]):
-            i = row * picture.shape[1] + column
-            blue = float(picture[row, column, 0])
-            red = float(picture[row, column, 2])
-            luma = BLUE_LIGHT * blue + GREEN_LIGHT * picture[row, column, 1] + RED_LIGHT * red
-            channels[i, 0] = luma
-            channels[i, 1] = BLUE_DIFFERENCE * (blue - luma)
-            channels[i, 2] = RED_DIFFERENCE * (red - luma)
 
 
 @compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)

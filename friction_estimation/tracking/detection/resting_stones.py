@@ -23,7 +23,6 @@ from friction_estimation.appearance import (
     PictureChannels,
     PosedStone,
     crops_at,
-    measure,
     measure_occluded,
 )
 from friction_estimation.appearance.occlusion import set_among
@@ -192,7 +191,8 @@ def _fitted_place(
 ) -> Floats:
     """The place at which the body of a stone explains a frame best, near where one was detected."""
     body = replace(appearance, has_handle=False)
-    fit = measure(frame, ice, background.origin_px, camera, body, np.array([*xy, 0.0]))
+    start = np.array([*xy, 0.0])
+    fit = measure_occluded(frame, ice, background.origin_px, camera, body, start)
     if fit is None or np.linalg.norm(fit.xy - xy) > tuning.SAME_PLACE / 2:
         return xy
     return fit.xy

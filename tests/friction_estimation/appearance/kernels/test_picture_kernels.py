@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from scipy.ndimage import gaussian_filter
 
-from friction_estimation.appearance.kernels.picture_kernels import blur, separate
+from friction_estimation.appearance import channels_of
+from friction_estimation.appearance.kernels.picture_kernels import blur
 from friction_estimation.appearance.shape import FINE
 
 ROWS, COLUMNS, SIGMA = 24, 30, 1.3
@@ -15,8 +16,7 @@ ROWS, COLUMNS, SIGMA = 24, 30, 1.3
 
 def test_channels_are_those_of_the_standard(rng) -> None:
     picture = rng.integers(0, 256, (7, 9, 3)).astype(np.uint8)
-    channels = np.empty((picture.shape[0] * picture.shape[1], 3))
-    separate(picture, channels)
+    channels = channels_of(picture).reshape(-1, 3)
     expected = cv2.cvtColor(picture, cv2.COLOR_BGR2YCrCb).reshape(-1, 3).astype(float)
     # OpenCV rounds twice, gives red before blue, and adds 128 to both.
     assert channels[:, 0] == pytest.approx(expected[:, 0], abs=0.51)
