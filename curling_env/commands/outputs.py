@@ -44,6 +44,7 @@ class Writes:
         then found out when it is written
     suffixes : how its name may end, such as .mp4; empty for any
     folder : whether it is a folder, which is made before the work
+    or_folder : whether it may also be a folder, depending on the input
     rewrites : options whose file this may be on purpose, such as the ice that is updated
     beside : suffixes of files that are written beside it, and then rewritten with it
     added_by : option with which the result is added to the file instead of replacing it
@@ -52,6 +53,7 @@ class Writes:
     kinds: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
     folder: bool = False
+    or_folder: bool = False
     rewrites: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
     added_by: str | None = None
@@ -96,7 +98,11 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
             paths = [Path(one) for one in values if isinstance(one, str | Path) and str(one)]
             inputs[name] = [path for path in paths if identity_of(path) and not path.is_dir()]
     chosen = {name: Path(given[name]) for name in outputs if given.get(name) is not None}
-    files = {name: path for name, path in chosen.items() if not outputs[name].folder}
+    files = {
+        name: path
+        for name, path in chosen.items()
+        if not (outputs[name].folder or (outputs[name].or_folder and path.is_dir()))
+    }
     earlier: list[Path] = []
     for name, path in files.items():
         how = outputs[name]

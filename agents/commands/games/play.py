@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from typer import Option
@@ -16,6 +17,7 @@ from curling_env.commands.options import (
     SeedOption,
     SkillOption,
     grouped,
+    numbers,
     option,
 )
 from curling_env.commands.terminal import print_json, progress_bar, say, warn_about
@@ -87,6 +89,10 @@ def play(
     hammer: Annotated[
         Literal["home", "away", "lot"], Option(help="Team with the first hammer.")
     ] = "lot",
+    start: Annotated[
+        Path | None, Option("--from", metavar="GAME.jsonl", help="Play on from a recorded game.")
+    ] = None,
+    at: Annotated[str, Option("--at", metavar="END,STONE", help="Its delivery.")] = "1,1",
     *,
     game: GameOptions,
     known_ice: Annotated[
@@ -106,29 +112,42 @@ def play(
         curling play --home rulebased --away draw --ends 8 -o runs/game
         curling play --home greedy --away rulebased --ice ice.json --seed 7 --json
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
+        curling play --home search --away search --from 0-1-1.jsonl --at 3,8
 
     The ice wears along the stones' paths and frosts over, stones differ slightly, sweepers sweep
     light stones, and players make execution errors. With -o the game is recorded, and game.html
-    replays it in any browser; `curling replay` makes a film of the record. See docs/agents.md.
+    replays it in any browser; `curling replay` makes a film of the record. --from goes on from a
+    delivery of a recorded game, by its rules. See docs/agents.md.
     """
+    from agents.playing.board.recorded import rules_in, state_before
     from agents.playing.match import Match, PlayedGame
-    from agents.playing.record import result_of, write_record
+    from agents.playing.record import read_record, result_of, write_record
     from agents.playing.replay.film import write_film
     from agents.playing.replay.page import write_page
     from agents.playing.scoreboard import outcome, scoreboard
     from agents.playing.trained_player import player_from
-    from curling_env.errors import InputError
+    from curling_env.errors import InputError, placed
     from curling_env.game.rules import Team
     from curling_env.infrastructure.files.writing import make_directory, together
 
     if film and output is None:
         raise InputError("--film needs a directory for it: -o DIR")
     players = (player_from(home), player_from(away))
+    record = None if start is None else read_record(start)
+    if record is not None:
+        with placed(source=start):
+            begun_by = rules_in(record)
+        game, ends = replace(game, rules=begun_by.name), begun_by.ends
     simulator = game.simulator(ends, known_ice)
+    state = None
+    if record is not None:
+        number, stone = numbers(at, "--at", "the end and the stone, such as 3,8", kind=int)
+        with placed(source=start):
+            state = state_before(record, simulator, number, stone, seed=seed)
     rules = simulator.rules
     last = None if hammer == "lot" else Team[hammer.upper()]
     paths = output is not None
-    match = Match(simulator, players, seed=seed, last_stone=last, paths=paths)
+    match = Match(simulator, players, seed=seed, last_stone=last, paths=paths, start=state)
     with progress_bar("stone") as progress:
         stones = rules.ends * rules.deliveries
         deliveries = tuple(with_progress(match, "playing", progress, stones))
