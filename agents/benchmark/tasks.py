@@ -1,4 +1,4 @@
-"""The ten tasks of the benchmark.
+"""The eleven tasks of the benchmark.
 
 A task is an environment with fixed options, episodes with fixed seeds, and one number per episode.
 A change to any of them is a new version of the benchmark.
@@ -88,6 +88,13 @@ _ALL = (
     _end("draw"),
     _end("rulebased"),
     _end("greedy"),
+    BenchmarkTask(
+        name="end-doubles",
+        asks="an end of mixed doubles against `rulebased`, both teams elite",
+        environment="CurlingEnd-v0",
+        options={"opponent": "rulebased", "rules": "mixed_doubles_2024"},
+        metric="points",
+    ),
 )
 # About what the planner earns in single throws (ten episodes of each), and in ends as much as
 # `search` against `draw` and `greedy`, and more than `rulebased` against itself.
@@ -102,6 +109,7 @@ _THRESHOLDS = {
     "end-draw": 1.3,
     "end-rulebased": 0.2,
     "end-greedy": 0.8,
+    "end-doubles": 0.6,
 }
 TASKS = {task.name: replace(task, reward_threshold=_THRESHOLDS[task.name]) for task in _ALL}
 """The tasks by name."""

@@ -1,4 +1,4 @@
-"""`curling benchmark`: the score of a policy on ten fixed tasks."""
+"""`curling benchmark`: the score of a policy on eleven fixed tasks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def benchmark(
     *,
     results: Results,
 ) -> None:
-    """Measure a policy on the ten tasks of the benchmark, with 95 % intervals.
+    """Measure a policy on the eleven tasks of the benchmark, with 95 % intervals.
 
     \b
     Examples:
@@ -39,7 +39,7 @@ def benchmark(
         curling benchmark my_agent:policy --task end-rulebased --json
 
     Seven tasks are single throws of a club player on held-out ices: draw, draw-mean, draw-blind,
-    guard, takeout, hit-and-stay and freeze. Three are ends against draw, rulebased and greedy. The
+    guard, takeout, hit-and-stay and freeze. Four are ends, one of mixed doubles. The
     seeds are fixed, so that the same policy has the same score everywhere. See docs/benchmark.md.
     """
     from dataclasses import asdict

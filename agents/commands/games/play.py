@@ -57,8 +57,10 @@ class GameOptions:
 
         Raises
         ------
-        InputError : unknown rules, skill or delivery, or an ice that cannot be read
+        InputError : unknown rules, skill or delivery, skills for another number of players, or an
+            ice that cannot be read
         """
+        from curling_env.errors import InputError
         from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
         from curling_env.game.rules import rule_set
         from curling_env.game.skill_file import load_skill
@@ -66,11 +68,19 @@ class GameOptions:
         from curling_env.throw import delivery_named
 
         one_thread()
+        rules = rule_set(self.rules, **({} if ends is None else {"ends": ends}))
+        hands = [load_skill(name) for name in self.skill.split(",")]
+        players = max(rules.throwers) + 1
+        if len(hands) not in (1, players):
+            problem = f"expected one skill, or one for each of {players} players"
+            raise InputError(f"{problem}, got {len(hands)}", source="--skill")
+        each = [hands[player % len(hands)] for player in rules.throwers]
         simulator = GameSimulator(
             self.ice,
             known_ice=known_ice,
-            rules=rule_set(self.rules, **({} if ends is None else {"ends": ends})),
-            skills=load_skill(self.skill),
+            rules=rules,
+            skills=hands[0],
+            throwers=None if len(hands) == 1 else (each, each),
             ice_evolution=NO_EVOLUTION if self.still else TYPICAL_EVOLUTION,
             sweeping=self.sweep,
             delivery=delivery_named(self.delivery),
@@ -117,7 +127,8 @@ def play(
     The ice wears along the stones' paths and frosts over, stones differ slightly, sweepers sweep
     light stones, and players make execution errors. With -o the game is recorded, and game.html
     replays it in any browser; `curling replay` makes a film of the record. --from goes on from a
-    delivery of a recorded game, by its rules. See docs/agents.md.
+    delivery of a recorded game, by its rules. --skill A,B gives each player of a team its own, in
+    mixed doubles that of the first and last stone first. See docs/agents.md.
     """
     from agents.playing.board.recorded import rules_in, state_before
     from agents.playing.match import Match, PlayedGame

@@ -12,8 +12,17 @@ from agents.benchmark import TASKS, Score, contestant, difference_of, make, meas
 from curling_env.errors import InputError
 
 
+def test_the_end_of_doubles_begins_with_placed_stones():
+    env = make("end-doubles").unwrapped
+    env.reset(seed=1_000_000)
+    game = env.state.game
+    assert game.end is not None
+    assert sum(stone.number == 5 for stone in game.end.stones) == 2
+    assert game.rules.deliveries == 10
+
+
 def test_there_are_ten_tasks_and_each_can_be_made():
-    assert len(TASKS) == 10
+    assert len(TASKS) == 11
     for name, task in TASKS.items():
         env = make(name)
         env.reset(seed=0)

@@ -142,7 +142,9 @@ def test_tables_that_lack_another_or_hold_no_numbers_are_refused(small, tmp_path
         read_shots(path)
 
 
-def test_the_command_writes_games_that_can_be_replayed_and_a_report(small, tmp_path, curling):
+def test_the_command_writes_games_that_can_be_replayed_and_a_report(
+    small, tmp_path, curling, must_fit
+):
     small.end(RESTS, (0, 1), hammer=HOME)  # the other team's stones count: a fault
     path, games = small.write(tmp_path), tmp_path / "games"
     done = curling("convert", path, "-o", games)
@@ -152,6 +154,7 @@ def test_the_command_writes_games_that_can_be_replayed_and_a_report(small, tmp_p
     assert document["ends_not_as_written"][0]["ends"] == 1
     assert "Stones.csv, row 31: the stones count" in done.err
     lines = read_record(games / "7-1-1.jsonl")
+    must_fit(games / "7-1-1.jsonl", "game-1")
     assert (lines[0]["home"], lines[0]["rules"]) == ("AAA", "mixed_doubles_2024")
     assert lines[0]["drawn"] is True
     assert [line["score_of_end"] for line in lines if "score_of_end" in line] == [
