@@ -113,7 +113,7 @@ def subject_faults(message: str) -> list[str]:
 
 def main(arguments: list[str] | None = None) -> int:
     """Run the check; 1 where the wording got worse."""
-    parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--list", metavar="NAME", help="print where one pattern is")
     parser.add_argument("--commit-message", type=Path, metavar="FILE", help="check a message")
     options = parser.parse_args(arguments)
