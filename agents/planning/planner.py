@@ -52,7 +52,7 @@ from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.game.skill_file import load_skill
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.physics.slides import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, tee
 from curling_env.throw import (
@@ -65,7 +65,7 @@ from curling_env.throw import (
 from curling_env.typing import Floats
 
 
-@knows_its_options("plan")
+@rejects_unknown_keywords("plan")
 def plan(
     ice: Ice | str | Path,
     target: ArrayLike,
@@ -118,7 +118,7 @@ def plan(
     return _choose(ice, objective, _clear_throws(ice, throws, objective), skill, seed)
 
 
-@knows_its_options("plan_task")
+@rejects_unknown_keywords("plan_task")
 def plan_task(
     ice: Ice | str | Path,
     task: str | Task,
@@ -195,7 +195,7 @@ def plan_task(
     return _choose(ice, objective, throws, skill, seed)
 
 
-@knows_its_options("plan_throw")
+@rejects_unknown_keywords("plan_throw")
 def plan_throw(
     ice: Ice | str | Path,
     target: ArrayLike | str | Task,

@@ -398,7 +398,7 @@ def test_a_target_mid_sheet_is_questioned():
         ((3, (0, TEE_Y)), "an ice must be an Ice"),
         (("standard", None), "target must be"),
         (("standard", (0, 1, 2)), r"target must be \(x, y\)"),
-        (("standard", "wiggle"), "no task is named 'wiggle'"),
+        (("standard", "wiggle"), "unknown task 'wiggle'"),
         (("standard", "takeout", {"mark": "here"}), r"target must be \(x, y\)"),
         (("standard", (0, TEE_Y), {"stones": 3}), "stones must be places"),
         (("standard", (0, TEE_Y), {"skill": 3}), "no skill is named"),
