@@ -100,7 +100,7 @@ def test_athletes_and_their_skills(evening, curling):
 def test_as_many_ices_as_sessions(evening, curling):
     tracks = evening / "tracks.csv"
     said = curling("athletes", tracks, tracks, tracks, "--ice", "a", "--ice", "b").complaint
-    assert said == "--ice: expected one for all sessions, or one for each of 3, got 2"
+    assert said == "--ice: expected one ice for all sessions, or one for each of the 3, got 2"
 
 
 def test_match_stones(evening, curling):

@@ -307,7 +307,7 @@ def test_aliases_are_read(tmp_path: Path) -> None:
         (limits.MAX_COLUMNS, "256 columns"),
         (limits.MAX_CELL, "1000 characters"),
         (limits.MAX_ROWS / 1e6, "5 million rows"),
-        (limits.MAX_YAML_NODES, "at most 20000"),
+        (limits.MAX_YAML_NODES, "20000 entries"),
         (limits.MAX_PICTURE_PIXELS / 1e6, "36 million pixels"),
         (limits.MAX_FRAME_PIXELS / 1e6, "16.8 million pixels"),
         (limits.MAX_FRAMES / 1e6, "2 million frames"),
