@@ -61,7 +61,7 @@ def test_command_takes_a_spin_and_plays_home(curling) -> None:
         (["--target", "0"], "--target: expected X,Y"),
         (["--target", "0,here"], "--target: expected X,Y"),
         (["--target", "0,40"], "off the ice"),
-        ([], "say what is wanted"),
+        ([], "nothing to plan"),
         (["--task", "spin"], "unknown task 'spin'"),
         (["--task", "takeout"], "needs a stone"),
         (["--task", "freeze", "--target", "0,25"], "off the ice"),
