@@ -78,4 +78,4 @@ def benchmark(
             document["together"] = None if together is None else asdict(together)
         print_json(document)
     elif together is not None and len(chosen) > 1:
-        print(f"{'all together':43} {together.in_words()}")
+        print(f"{'all tasks':43} {together.in_words()}")

@@ -117,7 +117,7 @@ def test_every_stone_that_moved_has_its_path(tmp_path):
     [
         ("", "expected a recorded game"),
         ('{"format": "else"}\n', "expected a recorded game"),
-        ('{"format": "curling-game/1"}\n{"end": 1}\n', "breaks off"),
+        ('{"format": "curling-game/1"}\n{"end": 1}\n', "incomplete"),
         ('{"format": "curling-game/1"}\n{nonsense\n', "line 2"),
     ],
 )

@@ -99,7 +99,7 @@ def test_a_game_over_https(join, folder):
         out = join(host, *trusts)
     assert out.status == 0, out.err
     assert out.json()["winner"] == host.game.result["winner"]
-    assert "can be read on its way" not in out.err
+    assert "unencrypted" not in out.err
 
 
 def test_a_host_without_https_is_no_host_with_it(join):
