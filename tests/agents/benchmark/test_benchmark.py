@@ -99,7 +99,7 @@ def test_a_difference_is_that_of_each_episode():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "no policy is named 'nobody'; there are draw, greedy, learned,"),
+        (("nobody",), "unknown policy 'nobody'; expected one of draw, greedy, learned,"),
         (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),
