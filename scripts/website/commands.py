@@ -11,7 +11,7 @@ from unittest import mock
 from curling_env.commands.cli import COMMAND_GROUP, main
 
 GROUPS = {
-    "Films and cameras": ("corners", "locate", "calibrate", "stones", "track", "live",
+    "Films and cameras": ("corners", "locate", "place-camera", "calibrate", "stones", "track", "live",
                           "join-cameras", "convert"),
     "Ice": ("estimate", "design", "compare", "discover"),
     "Coaching": ("app", "throws", "hand-or-ice", "athletes", "match-stones"),
