@@ -12,6 +12,7 @@ from curling_env.errors import InputError
 from curling_env.game import GameSimulator, GameState
 from curling_env.game.rules import End, RestingStone, RuleSet, Team, rule_set
 from curling_env.game.rules.teams import STONES_PER_TEAM
+from curling_env.ice import Ice
 from curling_env.sheet import Direction, to_delivery
 from curling_env.typing import Floats
 
@@ -44,7 +45,7 @@ def state_before(
     Parameters
     ----------
     lines : lines of the game, from `agents.playing.record.read_record`; stones that a rough reading
-        of places has put in each other are moved apart
+        of places, or a wider sheet, has put in each other or over a line are moved
     simulator : its rules must be those of `rules_in`
     end, stone : number of the end and of the delivery in it, from 1
     seed : seed of everything random that follows
@@ -61,7 +62,7 @@ def state_before(
     (line,) = found
     direction = Direction[str(line["direction"]).upper()]
     places = np.array([(lying["x"], lying["y"]) for lying in line["before"]], dtype=np.float64)
-    places = separated(to_delivery(places.reshape(-1, 2), direction), simulator.ice.stone.radius)
+    places = playable(to_delivery(places.reshape(-1, 2), direction), simulator.ice)
     stones = tuple(
         RestingStone(
             Team[lying["team"].upper()], int(lying["stone"]) % STONES_PER_TEAM, float(x), float(y)
@@ -93,19 +94,21 @@ def state_before(
     )
 
 
-def separated(places: Floats, radius: float) -> Floats:
-    """Places of stones that touch at most.
+def playable(places: Floats, ice: Ice) -> Floats:
+    """Places of stones that touch at most, and lie between the side lines.
 
     Parameters
     ----------
-    places : (n, 2) centres, NaN where there is no stone [m]
-    radius : radius of a stone [m]
+    places : (n, 2) centres in the delivery frame [m]
+    ice : sheet and stones
     """
+    radius = ice.stone.radius
+    edge = ice.sheet.width / 2 - radius - GAP
     places = places.copy()
     first, second = np.triu_indices(len(places), k=1)
     for _ in range(PUSHES):
-        between = places[second] - places[first]
-        distance = np.hypot(*between.T)
+        places[:, 0] = np.clip(places[:, 0], -edge, edge)
+        distance = np.hypot(*(places[second] - places[first]).T)
         near = distance < 2 * radius + GAP / 2
         if not near.any():
             break

@@ -3,13 +3,14 @@
 import numpy as np
 import pytest
 
-from agents.playing.board.recorded import rules_in, separated, state_before
+from agents.playing.board.recorded import playable, rules_in, state_before
 from agents.playing.match import play_game
 from agents.playing.record import read_record, write_record
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator
 from curling_env.game.opponents import DrawPlayer, RuleBasedPlayer
 from curling_env.game.rules import rule_set
+from curling_env.ice import load_ice
 
 
 @pytest.fixture(scope="module")
@@ -61,10 +62,13 @@ def test_a_delivery_that_is_not_there_is_refused(played):
         state_before(lines, simulator, 1, 11)
 
 
-def test_stones_that_lie_in_each_other_are_moved_apart():
-    places = np.array([[0.0, 0.0], [0.27, 0.0], [0.54, 0.0], [np.nan, np.nan], [2.0, 2.0]])
-    apart = separated(places, 0.145)
+def test_stones_that_lie_in_each_other_or_over_a_line_are_moved():
+    ice = load_ice("standard")
+    edge = ice.sheet.width / 2 - ice.stone.radius
+    places = np.array([[0.0, 0.0], [0.27, 0.0], [0.54, 0.0], [edge + 0.05, 2.0], [0.0, 1.0]])
+    apart = playable(places, ice)
     distances = np.hypot(*(apart[1:3] - apart[:2]).T)
-    assert (distances >= 0.29).all()
+    assert (distances >= 2 * ice.stone.radius).all()
     assert np.abs(apart[:3] - places[:3]).max() < 0.04
-    np.testing.assert_array_equal(apart[3:], places[3:])
+    assert edge - 0.01 < apart[3, 0] < edge
+    np.testing.assert_array_equal(apart[4], places[4])
