@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable
+from functools import partial
+from importlib import import_module
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -16,7 +20,8 @@ from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
 from agents.playing.trained_player import model_in
 from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
-from curling_env.envs.game.opponents import policy_of
+from curling_env.envs.game.opponents import Policy
+from curling_env.envs.game.shots import ShotActions
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.errors import InputError
 from curling_env.game import Player, player_named
@@ -25,7 +30,8 @@ from curling_env.infrastructure.plugins import load_plugin
 from curling_env.sheet import to_sheet
 
 Contestant = Callable[[Any, Any], Any]
-"""The action, given the environment (unwrapped) and its observation."""
+"""The action, given the environment (unwrapped) and its observation. One that remembers what it saw
+has a method `begin`, which is called before every episode."""
 
 
 def contestant(given: Any) -> Contestant:
@@ -33,24 +39,27 @@ def contestant(given: Any) -> Contestant:
 
     Parameters
     ----------
-    given : ``random``, ``planner`` (throws only), ``learned`` (the trained models of the package),
-        the name of a player (ends only), the file of a trained model (``.npz``),
-        ``module:object``; or a `Player`, a function of observations, or something with `predict`
+    given : ``random``, ``constant`` (the best action that is always the same), ``planner`` (throws
+        only), ``learned`` (the trained models of the package), the name of a player (ends only),
+        the file of a trained model (``.npz``, or ``.zip`` of stable-baselines3), ``module:object``;
+        or a `Player`, a function of observations, or something with `predict`
 
     Raises
     ------
     InputError : something else
     """
-    if given == "random":
-        return _random
-    if given == "planner":
-        return _planned
+    own = {"random": _random, "constant": _constant, "planner": _planned}
+    if isinstance(given, str) and given in own:
+        return own[given]
     if given == "learned":
         return _learned()
     if isinstance(given, str) and given.partition(":")[0] in player_names():
         given = player_named(given)
-    if isinstance(given, str | Path) and Path(given).suffix == ".npz":
+    suffix = Path(given).suffix if isinstance(given, str | Path) else ""
+    if suffix == ".npz":
         given = model_in(given)
+    elif suffix == ".zip":
+        given = stable_baselines_model(given)
     elif isinstance(given, str):
         given = load_plugin("policy", "curling.policies", given, built_in=_names())
         given = given() if isinstance(given, type) else given
@@ -60,13 +69,71 @@ def contestant(given: Any) -> Contestant:
         return _player(given)
     if isinstance(given, TrainedPolicy):
         return _trained(given)
-    policy = policy_of(given)
-    if policy is None:
+    if not (callable(given) or hasattr(given, "predict")):
         raise InputError(
-            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz), "
+            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
             f"module:object, or a function of observations, got {str(given)[:60]!r}"
         )
-    return lambda _, observation: policy(observation)
+    return PolicyContestant(Policy(given))
+
+
+class PolicyContestant:
+    """A policy, which is shown observations and remembers those of the episode.
+
+    In ends its action may also be the number of a shot (`curling_env.envs.game.shots.SHOTS`); a
+    policy that takes `action_masks` is then given those of its shots.
+
+    Parameters
+    ----------
+    policy : the policy
+    """
+
+    def __init__(self, policy: Policy) -> None:
+        self._policy, self._memory = policy, None
+        self._shots = ShotActions()
+
+    def begin(self) -> None:
+        """Forget the last episode."""
+        self._memory = None
+
+    def __call__(self, env: Any, observation: Any) -> Any:
+        """The action, as the task's environment takes it."""
+        ends = isinstance(env, CurlingEndEnv)
+        view = env.simulator.view(env.state, AGENT) if ends else None
+        masks = None if view is None else partial(self._shots.mask, view)
+        action, self._memory = self._policy.act(observation, self._memory, masks)
+        if view is not None and np.ndim(action) == 0:
+            return env.action_of(self._shots.call_of(action, view))
+        return action
+
+
+def stable_baselines_model(path: str | Path) -> Any:
+    """A model that stable-baselines3 or sb3-contrib saved. Loading one runs code in the file.
+
+    Raises
+    ------
+    InputError : no such file, or one that none of their algorithms has saved
+    """
+    try:
+        with ZipFile(path) as archive:
+            module = str(json.loads(archive.read("data"))["policy_class"]["__module__"])
+    except (OSError, BadZipFile, KeyError, ValueError, TypeError) as error:
+        raise InputError("is no model of stable-baselines3", source=path) from error
+    algorithm = next((name for part, name in _ALGORITHMS.items() if part in module), "PPO")
+    package = "sb3_contrib" if module.startswith("sb3_contrib") else "stable_baselines3"
+    return getattr(import_module(package), algorithm).load(path, device="cpu")
+
+
+_ALGORITHMS = {
+    "maskable": "MaskablePPO",
+    "recurrent": "RecurrentPPO",
+    ".sac": "SAC",
+    ".td3": "TD3",
+    ".dqn": "DQN",
+    ".qrdqn": "QRDQN",
+    ".tqc": "TQC",
+}
+"""The algorithms by a part of the name of their policy's module; others' policies are PPO's."""
 
 
 def can_do(given: str, task: BenchmarkTask) -> bool:
@@ -76,6 +143,8 @@ def can_do(given: str, task: BenchmarkTask) -> bool:
         return not ends
     if given == "learned":
         return ends or asked in LEARNT
+    if given == "constant":
+        return task.name in CONSTANTS
     if Path(given).suffix == ".npz":
         model = model_in(given)
         if isinstance(model, Player):
@@ -85,12 +154,21 @@ def can_do(given: str, task: BenchmarkTask) -> bool:
 
 
 def _names() -> list[str]:
-    return ["random", "planner", *player_names()]
+    return ["random", "constant", "planner", *player_names()]
 
 
 def _random(env: Any, observation: Any) -> Any:
     # From the environment's own generator, so that the episode's seed decides.
     return env.np_random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+
+
+CONSTANTS: dict[str, tuple[float, float, float]] = {}
+"""The best constant action in each task, as `scripts/baselines.py constant` found it."""
+
+
+def _constant(env: Any, observation: Any) -> Any:
+    task = env.spec.name if env.spec is not None else None
+    raise InputError(f"no constant action was searched for {task}")
 
 
 def _planned(env: Any, observation: Any) -> Any:

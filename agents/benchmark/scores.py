@@ -112,6 +112,8 @@ def played(
     for k in range(episodes):
         observation, _ = env.reset(seed=FIRST_SEED + k)
         over, info = False, dict[str, Any]()
+        if hasattr(who, "begin"):
+            who.begin()  # pyright: ignore[reportFunctionMemberAccess]
         while not over:
             observation, reward, over, _, info = env.step(who(env, observation))
             rewards[k] += float(reward)
