@@ -2,7 +2,7 @@
 
 `ices` of an environment is a list of ices, a folder of ice files, the fields of `RandomIces`, or a
 distribution of the user's: something with a method ``draw(rng)``, or a function of a random
-generator. Either returns an ice, or an ice and what is known of it.
+generator, itself or as ``module:object``. It returns an ice, or an ice and what is known of it.
 """
 
 from __future__ import annotations
@@ -19,6 +19,7 @@ from curling_env.envs.options import brief, dataclass_from, yes_or_no
 from curling_env.envs.random_ice import DrawnIces, RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.plugins import load_plugin
 
 IceOption = Ice | str | Path | Mapping[str, Any]
 """An ice, its file, the name of a preset, or the content of a file."""
@@ -29,11 +30,13 @@ GivenIce = tuple[Ice | None, Ice | None]
 Made = TypeVar("Made")
 """What an environment plays on: made of an ice and of what is known of it."""
 
+ICES_GROUP = "curling.ices"
+"""The entry-point group of distributions of ices."""
 BLOCK = 32
 """Number of ices that are drawn at once: more no longer fit a processor's cache."""
 ACCEPTED = (
     "a list of ices (names, files, Ice), a folder of ice files, 'random', the fields of "
-    "RandomIces, something with draw(rng), or a function of a random generator"
+    "RandomIces, something with draw(rng), a function of a random generator, or module:object"
 )
 
 
@@ -101,6 +104,8 @@ class EpisodeIces(Generic[Made]):
                 rng = np.random.default_rng(given.pool_seed)
                 self._pairs = tuple(given.draw(rng) for _ in range(given.pool))
             return ()
+        if isinstance(given, str) and ":" in given and not Path(given).exists():
+            given = load_plugin("distribution of ices", ICES_GROUP, given, form="module:object")
         if hasattr(given, "draw") or callable(given):
             self._distribution = getattr(given, "draw", given)
             return ()
