@@ -2,13 +2,9 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
-from functools import partial
-from importlib import import_module
 from pathlib import Path
 from typing import Any
-from zipfile import BadZipFile, ZipFile
 
 import numpy as np
 
@@ -18,10 +14,10 @@ from agents.models import LEARNT, load
 from agents.planning import plan, plan_task
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
+from agents.playing.policy_player import GamePolicy, stable_baselines_model
 from agents.playing.trained_player import model_in
 from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
 from curling_env.envs.game.opponents import Policy
-from curling_env.envs.game.shots import ShotActions
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.errors import InputError
 from curling_env.game import Player, player_named
@@ -30,8 +26,7 @@ from curling_env.infrastructure.plugins import load_plugin
 from curling_env.sheet import to_sheet
 
 Contestant = Callable[[Any, Any], Any]
-"""The action, given the environment (unwrapped) and its observation. One that remembers what it saw
-has a method `begin`, which is called before every episode."""
+"""The action, given the environment (unwrapped) and its observation."""
 
 
 def contestant(given: Any) -> Contestant:
@@ -74,66 +69,7 @@ def contestant(given: Any) -> Contestant:
             f"who is measured must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
             f"module:object, or a function of observations, got {str(given)[:60]!r}"
         )
-    return PolicyContestant(Policy(given))
-
-
-class PolicyContestant:
-    """A policy, which is shown observations and remembers those of the episode.
-
-    In ends its action may also be the number of a shot (`curling_env.envs.game.shots.SHOTS`); a
-    policy that takes `action_masks` is then given those of its shots.
-
-    Parameters
-    ----------
-    policy : the policy
-    """
-
-    def __init__(self, policy: Policy) -> None:
-        self._policy, self._memory = policy, None
-        self._shots = ShotActions()
-
-    def begin(self) -> None:
-        """Forget the last episode."""
-        self._memory = None
-
-    def __call__(self, env: Any, observation: Any) -> Any:
-        """The action, as the task's environment takes it."""
-        ends = isinstance(env, CurlingEndEnv)
-        view = env.simulator.view(env.state, AGENT) if ends else None
-        masks = None if view is None else partial(self._shots.mask, view)
-        action, self._memory = self._policy.act(observation, self._memory, masks)
-        if view is not None and np.ndim(action) == 0:
-            return env.action_of(self._shots.call_of(action, view))
-        return action
-
-
-def stable_baselines_model(path: str | Path) -> Any:
-    """A model that stable-baselines3 or sb3-contrib saved. Loading one runs code in the file.
-
-    Raises
-    ------
-    InputError : no such file, or one that none of their algorithms has saved
-    """
-    try:
-        with ZipFile(path) as archive:
-            module = str(json.loads(archive.read("data"))["policy_class"]["__module__"])
-    except (OSError, BadZipFile, KeyError, ValueError, TypeError) as error:
-        raise InputError("is no model of stable-baselines3", source=path) from error
-    algorithm = next((name for part, name in _ALGORITHMS.items() if part in module), "PPO")
-    package = "sb3_contrib" if module.startswith("sb3_contrib") else "stable_baselines3"
-    return getattr(import_module(package), algorithm).load(path, device="cpu")
-
-
-_ALGORITHMS = {
-    "maskable": "MaskablePPO",
-    "recurrent": "RecurrentPPO",
-    ".sac": "SAC",
-    ".td3": "TD3",
-    ".dqn": "DQN",
-    ".qrdqn": "QRDQN",
-    ".tqc": "TQC",
-}
-"""The algorithms by a part of the name of their policy's module; others' policies are PPO's."""
+    return _policy(given)
 
 
 def can_do(given: str, task: BenchmarkTask) -> bool:
@@ -180,6 +116,18 @@ def _planned(env: Any, observation: Any) -> Any:
         mark = stones[0] if env.task.has_target_stone else to_sheet(env.target, env.direction)
         found = plan_task(known, env.task, mark, stones=stones, **wanted)
     return env.action_of(found.best.throw)
+
+
+def _policy(given: Any) -> Contestant:
+    """A policy: in ends it plays as it would in games, with masks and memory."""
+    policy, player = Policy(given), _player(GamePolicy(given))
+
+    def act(env: Any, observation: Any) -> Any:
+        if isinstance(env, CurlingEndEnv):
+            return player(env, observation)
+        return policy.act(observation)[0]
+
+    return act
 
 
 def _player(player: Player) -> Contestant:

@@ -40,6 +40,8 @@ class BenchmarkTask:
     metric : what is averaged over episodes: ``distance_m`` from the target [m] (less is better),
         ``success`` or ``points`` scored less conceded (more is better)
     reward_threshold : mean reward of an episode from which the task counts as solved
+    references : scores of random actions and of the reference (the planner, or `rulebased`), the 0
+        and 1 of normalised scores
     headline : whether it counts; a task for practice does not need the stones
     """
 
@@ -49,6 +51,7 @@ class BenchmarkTask:
     options: Mapping[str, Any] = field(default_factory=dict[str, Any])
     metric: Metric = "success"
     reward_threshold: float = 0.0
+    references: tuple[float, float] = (0.0, 1.0)
     headline: bool = True
 
 
