@@ -67,7 +67,7 @@ def test_hand_or_ice_without_the_believed_ice(evening, curling):
 def test_a_session_without_calls_says_what_is_missing(evening, curling):
     (evening / "throws.csv").unlink()
     said = curling("hand-or-ice", evening / "tracks.csv", "--ice", evening / "ice.json").complaint
-    assert "no table throws.csv beside these tracks says what was called" in said
+    assert "no table throws.csv with calls next to these tracks" in said
 
 
 def test_the_calls_are_not_written_over(evening, curling):
@@ -129,7 +129,7 @@ def test_stones_that_nobody_numbered(evening, curling):
         row[column] = "0"
     tracks.write_text("\n".join([lines[0], *map(",".join, rows)]) + "\n", encoding="utf-8")
     said = curling("match-stones", tracks, "--ice", evening / "ice.json").complaint
-    assert "these tracks found 1: enter the stone of each throw in throws.csv each throw was" in said
+    assert "expected two or more stones, found 1: enter the stone of each throw in throws.csv" in said
 
 
 @pytest.mark.parametrize(

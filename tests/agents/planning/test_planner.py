@@ -387,7 +387,7 @@ def test_the_picture_tells_whose_stones_are_whose(tmp_path) -> None:
 
 def test_a_target_mid_sheet_is_questioned():
     remarks = plan("standard", (0.0, 0.0), skill="none").remarks
-    assert "lies mid-sheet" in remarks[0]
+    assert "is mid-sheet" in remarks[0]
     assert "the away tee is at (0, 17.3735)" in remarks[0]
     assert not any("mid-sheet" in one for one in plan("standard", (0, TEE_Y), skill="none").remarks)
 

@@ -200,5 +200,5 @@ def test_ratings_and_intervals():
     assert np.isfinite(third).all()
     assert third[2] == pytest.approx(0, abs=1e-6)
     assert wilson(30, 40) == pytest.approx((0.598, 0.858), abs=2e-3)
-    with pytest.raises(InputError, match="another name"):
+    with pytest.raises(InputError, match="different names"):
         play_tournament(simulator(), [DrawPlayer(), DrawPlayer()], games=1, seed=0)
