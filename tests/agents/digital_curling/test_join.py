@@ -307,7 +307,7 @@ def test_another_physics_is_remarked_on():
         (b'{"cmd":"is_ready","team":"team7"}\n', "team7"),
         (b'{"cmd":"is_ready","team":"team0","game":{"rule":"mixed"}}\n', "'mixed'"),
         (b"[" * 100_000 + b"\n", "nested"),
-        (b"x" * (8 * 2**20 + 2), "longer"),
+        (b"x" * (8 * 2**20 + 2), "too long"),
     ],
 )
 def test_a_break_of_the_protocol_is_one_line(line, says, curling, tmp_path):

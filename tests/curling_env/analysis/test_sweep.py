@@ -231,7 +231,7 @@ def test_the_command_refuses_in_one_line(curling, tmp_path):
     write_releases(tmp_path / "r.csv", [Throw(speed=2.1).release()])
     for arguments, words in (
         (["--workers", "lots"], "workers must be a number of processes"),
-        (["--skill", "god"], "no skill is named 'god'"),
+        (["--skill", "god"], "unknown skill 'god'"),
         (["--ice", "nowhere.json"], "nowhere.json"),
     ):
         full = ["sweep", "--releases", tmp_path / "r.csv", "-o", tmp_path / "e.csv", *arguments]

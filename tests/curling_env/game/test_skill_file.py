@@ -47,7 +47,7 @@ def test_a_file_that_describes_no_skill(tmp_path, change, said):
 
 def test_a_name_that_is_none():
     with pytest.raises(
-        InputError, match="no skill is named 'clubb', nor a skill file; there are none"
+        InputError, match="unknown skill 'clubb'; expected a skill file or one of none"
     ):
         load_skill("clubb")
 

@@ -113,7 +113,7 @@ def test_a_host_without_https_is_no_host_with_it(join):
     ("words", "says"),
     [
         (["--key", "k.pem"], "--key needs a --certificate"),
-        (["--certificate", "c.pem"], "is for --http"),
+        (["--certificate", "c.pem"], "needs --http"),
         (["--certificate", "c.pem", "--http", "0"], "c.pem: cannot be read"),
     ],
 )
