@@ -40,7 +40,7 @@ def test_command_says_what_is_believed_and_what_is_missing(curling, tmp_path) ->
     call = ("plan", "--ice", tmp_path / "ice.json", "--target", "0,17.37", "--skill", "none")
     result = curling(*call)
     assert "curl is assumed, not measured" in result.err
-    assert "lacks something" in result.err
+    assert "lacks an effect" in result.err
     quiet = curling(*call, "--json")
     assert quiet.err == ""
     assert len(quiet.json()["remarks"]) == 2

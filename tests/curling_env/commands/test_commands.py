@@ -86,7 +86,7 @@ def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):
     result = curling("throw", "--ice", tmp_path / "ice.json", "--speed", 2.1)
     assert result.json()["status"] == "rest"
     assert result.err.count("\n") == 1
-    assert "lacks something" in result.err
+    assert "lacks an effect" in result.err
     friction = load_ice("paper").friction
     bare = replace(friction, observed=np.zeros_like(friction.observed))
     save_ice(Ice(friction=bare), tmp_path / "bare.json")

@@ -96,7 +96,7 @@ WRONG = {
         ({"skill": "god"}, "unknown skill 'god'"),
         ({"skill": 0.1}, "unknown skill '0.1'"),
         ({"skill": {"sigma": 0.1}}, "skill has no 'sigma'"),
-        ({"delivery": ["hack"]}, "there are hog-line, hack"),
+        ({"delivery": ["hack"]}, "expected one of hog-line, hack"),
         ({"direction": ["away"]}, "direction must be"),
         ({"stones": True}, "stones must be a number or places"),
         ({"level": True}, "level must be"),
@@ -109,7 +109,7 @@ WRONG = {
         ({"wind": 3}, "CurlingSheet-v0 has no option 'wind'; it has ice, known_ice, ices"),
     ],
     "CurlingEnd-v0": [
-        ({"ice": 3}, "ice must be an Ice"),
+        ({"ice": 3}, "expected an Ice"),
         ({"opponent": 3}, "opponent must be a player's name"),
         ({"opponent": []}, "got none"),
         ({"opponent": ["draw", "nobody"]}, "unknown player 'nobody'"),
@@ -146,7 +146,7 @@ def test_a_wrong_option_is_told_with_what_is_right(name, options, says):
     [
         ("CurlingSheet-v0", {"wind": 3}, "unknown option 'wind'; options are target, stones"),
         ("CurlingSheet-v0", [("ice", "paper")], "options of reset must be a mapping"),
-        ("CurlingSheet-v0", {"ice": 3}, "ice must be an Ice"),
+        ("CurlingSheet-v0", {"ice": 3}, "expected an Ice"),
         ("CurlingEnd-v0", {"state": 3}, "state must be a GameState"),
         ("CurlingEnd-v0", {"hammer": "mine"}, "hammer must be"),
         ("CurlingEnd-v0", {"hammer": 0}, "hammer must be"),

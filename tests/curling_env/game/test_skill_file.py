@@ -61,6 +61,6 @@ def test_a_throw_is_planned_for_an_athlete(tmp_path, curling):
     elite = curling("plan", "--ice", "standard", "--target", "0,17.3735", "--spin", "1.3").json()
     assert found["expected_miss_m"] > 1.5 * elite["expected_miss_m"]
     assert (
-        "no skill"
+        "unknown skill"
         in curling("plan", "--ice", "paper", "--target", "0,17", "--skill", "x").complaint
     )
