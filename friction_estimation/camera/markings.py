@@ -395,9 +395,7 @@ def expected_measurements(
     paint : standard error with which a whole ring or line is painted [m]
     rng : generator for that error, and for those of points (`EXPECTED_ERROR_PX`)
     """
-    _, normal_px, scale, usable = _measurable(
-        camera, markings, (0, 0), np.subtract(camera.size, 1)
-    )
+    _, normal_px, scale, usable = _measurable(camera, markings, (0, 0), np.subtract(camera.size, 1))
     index = np.flatnonzero(usable)
     curves, own = np.unique(
         np.column_stack([markings.curve, np.sign(markings.xy)])[index], axis=0, return_inverse=True
@@ -444,7 +442,9 @@ def _measurable(
         normal_px *= np.sign(scale)[:, None]
         scale = np.abs(scale)
         # A search may run out of the image: there is no edge out there to be misled by.
-        usable = np.all((there >= np.add(low, margin)) & (there <= np.subtract(high, margin)), axis=1)
+        usable = np.all(
+            (there >= np.add(low, margin)) & (there <= np.subtract(high, margin)), axis=1
+        )
         usable &= camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
         usable &= markings.clear * scale > MIN_CLEARANCE_PX
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)

@@ -66,7 +66,7 @@ def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
         ("policy_kwargs: {width: 3}", "unknown key 'width' in policy_kwargs"),
         ("learning_rate: lin_fast", "a schedule is lin_ and a number"),
         ("n_timesteps: many", "n_timesteps must be a whole number"),
-        ("skill: god", "no skill is named 'god'"),
+        ("skill: god", "unknown skill 'god'"),
         ("knows: all", "knows must be one of"),
         ("- a\n- b", "expected settings by name"),
         ("a: [1", "not YAML"),

@@ -156,7 +156,7 @@ def test_a_plan_says_which_of_its_effects_nobody_measured() -> None:
     assert found["sweep"] is None
     assert found["believed"] == {"curl": ["strength"]}
     assert found["remarks"] == [
-        "curl is believed, not measured: throw with both handles to measure it"
+        "curl is assumed, not measured: throw with both handles to measure it"
     ]
     known = plan(ice, (0, TEE_Y), skill="none").as_dict()
     assert known["believed"] == {}
@@ -395,14 +395,14 @@ def test_a_target_mid_sheet_is_questioned():
 @pytest.mark.parametrize(
     ("wanted", "says"),
     [
-        ((3, (0, TEE_Y)), "an ice must be an Ice"),
+        ((3, (0, TEE_Y)), "expected an Ice"),
         (("standard", None), "target must be"),
         (("standard", (0, 1, 2)), r"target must be \(x, y\)"),
         (("standard", "wiggle"), "unknown task 'wiggle'"),
         (("standard", "takeout", {"mark": "here"}), r"target must be \(x, y\)"),
         (("standard", (0, TEE_Y), {"stones": 3}), "stones must be places"),
-        (("standard", (0, TEE_Y), {"skill": 3}), "no skill is named"),
-        (("standard", (0, TEE_Y), {"delivery": 3}), "no delivery is named"),
+        (("standard", (0, TEE_Y), {"skill": 3}), "unknown skill"),
+        (("standard", (0, TEE_Y), {"delivery": 3}), "unknown delivery"),
         (("standard", (0, TEE_Y), {"seed": -1}), "seed must be a whole number"),
         (("standard", (0, TEE_Y), {"own": [True]}), "own must have True or False for each of 0"),
         (("standard", (0, TEE_Y), {"wind": 1}), "plan_throw has no option 'wind'; it has ice, "),
@@ -420,7 +420,7 @@ def test_what_cannot_be_planned_is_told_with_what_is_right(wanted, says):
         ({"spins": "both"}, "spins must be numbers"),
         ({"spins": []}, "no spin to try"),
         ({"x": "left"}, "x must lie above"),
-        ({"delivery": "hog"}, "no delivery is named"),
+        ({"delivery": "hog"}, "unknown delivery"),
         ({"candidates": 0}, "candidates must be a whole number"),
         ({"seed": 1.5}, "seed must be a whole number"),
         ({"wind": 1}, "plan_task has no option 'wind'; it has ice, task, target"),

@@ -50,7 +50,7 @@ def test_a_game_on_ice_that_lacks_something_says_so_once(curling, tmp_path):
     save_ice(marked, tmp_path / "ice.json")
     game = ("play", "--home", "draw", "--away", "draw", "--ends", 1, "--json")
     result = curling(*game, "--ice", tmp_path / "ice.json")
-    assert result.err.count("lacks something") == 1
+    assert result.err.count("lacks an effect") == 1
     assert "lacks" not in curling(*game).err
 
 

@@ -31,7 +31,7 @@ def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
         (["--size", "large"], RELEASES, "WIDTHxHEIGHT"),
         (["--fps", "-3"], RELEASES, "frames per second"),
         (["--ice", "slush"], RELEASES, "slush"),
-        ([], "throw,x,y,vx,vy,theta,omega\n", "holds no release"),
+        ([], "throw,x,y,vx,vy,theta,omega\n", "contains no release"),
         ([], "throw,x,y\n0,0,0\n", "vx"),
         ([], None, "r.csv"),
     ],

@@ -72,7 +72,7 @@ def test_the_file_of_tracks_has_times_without_x(session, tmp_path):
     ("rows", "problem"),
     [
         ("0,1,,2,\n", "only gate times, with sigma_t, have no x"),
-        ("0,1,,2,0.003\n0,2,1,3,\n", "some rows of a throw only"),
+        ("0,1,,2,0.003\n0,2,1,3,\n", "missing in some rows of a throw"),
     ],
 )
 def test_a_camera_sees_x(tmp_path, rows, problem):
