@@ -42,6 +42,7 @@ class BenchmarkTask:
     reward_threshold : mean reward of an episode from which the task counts as solved
     references : scores of random actions and of the reference (the planner, or `rulebased`), the 0
         and 1 of normalised scores
+    reference_returns : the same for the mean reward of an episode
     headline : whether it counts; a task for practice does not need the stones
     """
 
@@ -52,6 +53,7 @@ class BenchmarkTask:
     metric: Metric = "success"
     reward_threshold: float = 0.0
     references: tuple[float, float] = (0.0, 1.0)
+    reference_returns: tuple[float, float] = (0.0, 1.0)
     headline: bool = True
 
 
