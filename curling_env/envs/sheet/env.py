@@ -57,9 +57,9 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     ``reset(options=…)`` takes `target`, `stones`, `direction`, `level`, `ice` and `known_ice` for
     one episode.
 
-    ``step`` leaves in `info`: `status`, `distance_m`, `in_house`, `success`, `reward_parts`,
+    ``step`` leaves in `info`: `status`, `distance_m`, `in_house`, `success`, `reward_…` (its parts),
     `target` (sheet frame), `target_from_tee` (delivery frame, as the option) and `direction`; with
-    `details` also `throw` (as it left the hand), `trajectory` (of the delivered stone) and
+    `details` these parts are in `reward_parts`, and there are also `throw` (as it left the hand), `trajectory` (of the delivered stone) and
     `outcome` (of every stone). `observation.names` names every number of an observation.
     """
 
