@@ -205,7 +205,7 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
     )
 
 
-def Curve(path: Path) -> Any:  # noqa: N802  (a class whose base is imported late)
+def Curve(path: Path) -> Any:
     """A callback that writes the mean reward of the last hundred episodes, step by step."""
     from stable_baselines3.common.callbacks import BaseCallback
 

@@ -109,7 +109,8 @@ CONSTANTS = {
 
 
 def _constant(env: Any, observation: Any) -> Any:
-    return np.float32(CONSTANTS["ends" if isinstance(env, CurlingEndEnv) else env.task.name])
+    task = "ends" if isinstance(env, CurlingEndEnv) else env.task.name
+    return np.array(CONSTANTS[task], dtype=np.float32)
 
 
 def _planned(env: Any, observation: Any) -> Any:

@@ -28,7 +28,7 @@ FIRST_SEED = 10_000_000
 def record_tier(
     output: str | Path,
     task: str,
-    tier: Tier,
+    tier: Tier | str,
     *,
     deliveries: int,
     shots: bool = False,
@@ -113,7 +113,7 @@ def _shot_caller() -> Act:
     return call
 
 
-def _tier(tier: Tier, expert: Act) -> Act:
+def _tier(tier: str, expert: Act) -> Act:
     rng = np.random.default_rng(FIRST_SEED)
 
     def by_chance(env: Any, observation: Any, info: dict[str, Any]) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -85,12 +85,10 @@ def read_row(path: str | Path) -> RowDocument:
 
 
 def write_row(
-    path: str | Path, policy: str, scores: dict[str, Sequence[Floats]], *, method: str = ""
+    path: str | Path, policy: str, scores: Mapping[str, Sequence[Floats]], *, method: str = ""
 ) -> None:
     """Write a row of what `played` returned, run by run, for each task."""
-    each = [
-        {"task": name, "runs": [one.tolist() for one in runs]} for name, runs in scores.items()
-    ]
+    each = [{"task": name, "runs": [one.tolist() for one in runs]} for name, runs in scores.items()]
     head: dict[str, Any] = {"format": ROW_FORMAT.name, "version": VERSION, "policy": policy}
     learnt = any(len(runs) > 1 for runs in scores.values())
     write_json(path, {**head, "learnt": learnt, "method": method, "scores": each})

@@ -150,7 +150,6 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
         info |= gathered(parts[:1], all_rows) | gathered(parts[1:], ~over)
         return self.observed(self._episodes), rewards, over, never, info
 
-
     def _report(self, rows: Indices) -> Part:
         return rows, self.returned(self.reported(self._episodes, rows))
 

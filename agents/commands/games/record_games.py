@@ -50,7 +50,8 @@ def record_games(
     Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
     the action that means its throw without execution error, the reward. The dataset holds the
     specification of the environment. With --task the dataset is one of a task of the benchmark
-    (curling/TASK-TIER-v0), with reference scores. Needs Minari: pip install 'curling-sheet[offline]'.
+    (curling/TASK-TIER-v0), with reference scores. Needs Minari: pip install
+    'curling-sheet[offline]'.
     """
     from agents.benchmark.datasets import record_tier
     from agents.playing.offline_data import DATASET, record_ends

@@ -9,8 +9,7 @@ import gymnasium
 import numpy as np
 import pytest
 
-from agents.benchmark import ices
-from agents.benchmark import TASKS, Score, contestant, difference_of, make, measure
+from agents.benchmark import TASKS, Score, contestant, difference_of, ices, make, measure
 from curling_env.errors import InputError
 
 
@@ -163,4 +162,6 @@ def test_a_model_of_stable_baselines_is_measured(tmp_path, curling):
     same = measure(TASKS["draw"], contestant(model), episodes=3)
     assert score["mean"] == pytest.approx(same.mean)
     (tmp_path / "none.zip").write_bytes(b"PK")
-    assert "is no model of stable-baselines3" in curling("benchmark", tmp_path / "none.zip").complaint
+    assert (
+        "is no model of stable-baselines3" in curling("benchmark", tmp_path / "none.zip").complaint
+    )

@@ -49,7 +49,11 @@ def test_refuses_spreads_that_are_none(wrong: dict[str, float]) -> None:
 
 
 def test_the_same_seed_is_the_same_ice_whatever_signs_eigenvectors_have(monkeypatch) -> None:
-    lengths = {"length": 3.1, "breadth": 1.1, "error_length": 2.1}  # of no other test: roots are kept
+    lengths = {
+        "length": 3.1,
+        "breadth": 1.1,
+        "error_length": 2.1,
+    }  # of no other test: roots are kept
     first = RandomIces(**lengths).draw(np.random.default_rng(0))
     eigh, rng = np.linalg.eigh, np.random.default_rng(1)
 
