@@ -19,6 +19,18 @@ def record_games(
         list[str] | None, Option(metavar="AGENT", help="Opponent; may be repeated.")
     ] = None,
     ends: Annotated[int, Option(min=1, max=10_000_000, help="Number of ends.")] = 100,
+    task: Annotated[
+        str | None, Option(help="A task of the benchmark, in a tier, instead of a player's ends.")
+    ] = None,
+    tier: Annotated[
+        str, Option(help="With --task: random, medium or expert deliveries.")
+    ] = "expert",
+    deliveries: Annotated[
+        int, Option(min=1, max=10**8, help="With --task: minimum number of deliveries.")
+    ] = 100_000,
+    shots: Annotated[
+        bool, Option("--shots", help="With --task: actions are numbers of shots (ends).")
+    ] = False,
     ice: IceOption = "standard",
     seed: SeedOption = 0,
     *,
@@ -30,16 +42,32 @@ def record_games(
     Examples:
         curling record-games --player search:400 --ends 200 -o runs/data
         curling record-games --opponent rulebased --opponent draw --ends 1000 -o runs/data
+        curling record-games --task draw --tier medium -o runs/data
+        curling record-games --task end-rulebased --tier expert --shots -o runs/data
         MINARI_DATASETS_PATH=runs/data python -c \\
             "import minari; print(minari.load_dataset('curling/ends-v0').total_steps)"
 
     Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
     the action of its throw without execution error, the reward. The dataset contains the
-    specification of the environment. Needs Minari: pip install 'curling-sheet[offline]'.
+    specification of the environment. With --task the dataset is one of a task of the benchmark
+    (curling/TASK-TIER-v0), with reference scores. Needs Minari: pip install
+    'curling-sheet[offline]'.
     """
+    from agents.benchmark.datasets import record_tier
     from agents.playing.offline_data import DATASET, record_ends
     from agents.playing.trained_player import player_from
 
+    if task is not None:
+        with progress_bar("delivery") as progress:
+            folder = record_tier(
+                output, task, tier, deliveries=deliveries, shots=shots, progress=progress
+            )
+        name = f"{folder.parent.name}/{folder.name}"
+        results.show(
+            {"dataset": name, "folder": str(folder), "task": task, "tier": tier},
+            f"{tier} deliveries at {task} in {folder}",
+        )
+        return
     with progress_bar("end") as progress:
         folder = record_ends(
             output,
