@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import shutil
 import warnings
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -65,19 +65,70 @@ def record_ends(
     InputError : a dataset lies there already, or observations that are no vectors
     ModuleNotFoundError : Minari is not installed
     """
+    env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
+    if not isinstance(env.observation_space, gymnasium.spaces.Box):
+        raise InputError("a dataset needs observations that are vectors: observation='flat'")
+    return write_dataset(
+        output,
+        DATASET,
+        _episodes(env, player, ends, seed, progress),
+        env,
+        algorithm_name=player.name,
+        description=f"Ends of CurlingEnd-v0 played by {player.name}",
+        seed=seed,
+    )
+
+
+def check_minari() -> None:
+    """Find out before long work that a dataset can be written.
+
+    Raises
+    ------
+    ModuleNotFoundError : Minari is not installed
+    """
+    import minari  # noqa: F401
+
+
+def write_dataset(
+    output: str | Path,
+    name: str,
+    episodes: Iterable[dict[str, Any]],
+    env: Any,
+    *,
+    algorithm_name: str,
+    description: str,
+    seed: int | None = None,
+) -> Path:
+    """Write episodes of an environment as a Minari dataset, complete or not at all.
+
+    Parameters
+    ----------
+    output : folder of datasets
+    name : identifier of the dataset, which is also the folder under `output`
+    episodes : observations, actions, rewards, terminations and truncations of each; they are taken
+        one by one, so that memory does not grow with their number
+    env : the environment whose specification is written with them
+    algorithm_name, description : who acted, and where it comes from
+    seed : seed of the first episode, where the others count up
+
+    Returns
+    -------
+    the folder of the dataset
+
+    Raises
+    ------
+    InputError : a dataset lies there already
+    ModuleNotFoundError : Minari is not installed
+    """
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
     root = make_directory(output)
-    if (root / DATASET).exists():
-        raise InputError(f"there is a dataset already: remove {root / DATASET}", source=output)
-    env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
-    if not isinstance(env.observation_space, gymnasium.spaces.Box):
-        raise InputError("a dataset needs observations that are vectors: observation='flat'")
-    # Written end by end, so that memory does not grow with their number.
-    played: Any = (
-        EpisodeBuffer(id=k, seed=seed + k, **episode)
-        for k, episode in enumerate(_episodes(env, player, ends, seed, progress))
+    if (root / name).exists():
+        raise InputError(f"there is a dataset already: remove {root / name}", source=output)
+    buffers: Any = (
+        EpisodeBuffer(id=k, seed=None if seed is None else seed + k, **episode)
+        for k, episode in enumerate(episodes)
     )
     draft = root / ".being-written"
     shutil.rmtree(draft, ignore_errors=True)
@@ -85,19 +136,19 @@ def record_ends(
         with _datasets_in(draft), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of what Minari would like to know of its authors
             create_dataset_from_buffers(
-                DATASET,
-                played,
+                name,
+                buffers,
                 env=env.spec,
-                algorithm_name=player.name,
-                description=f"Ends of CurlingEnd-v0 played by {player.name}",
+                algorithm_name=algorithm_name,
+                description=description,
                 requirements=["curling-sheet"],
                 data_format="hdf5",
             )
-        (root / DATASET).parent.mkdir(parents=True, exist_ok=True)
-        (draft / DATASET).rename(root / DATASET)
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (draft / name).rename(root / name)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
-    return root / DATASET
+    return root / name
 
 
 def _episodes(
