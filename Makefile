@@ -9,7 +9,7 @@ CORE   := $(VENV)/.core-complete
 STAMP  := $(VENV)/.complete
 JOBS   ?= 3
 MINUTES ?= 10
-EXTRAS := dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app
+EXTRAS := dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app,offline
 COMMA  := ,
 TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 

@@ -1,4 +1,4 @@
-"""`curling convert`: files of other programs in, tables for other programs out."""
+"""`curling convert`: files from other programs, and tables for other programs."""
 
 from __future__ import annotations
 
@@ -27,11 +27,16 @@ def convert(
         output_to("FILE|DIR", "File for the result, or folder for games."),
         Writes(or_folder=True),
     ] = Path("tracks.csv"),
-    unit: Annotated[Literal["m", "cm", "mm", "ft", "in"], Option(help="Its unit of length.")] = "m",
+    unit: Annotated[
+        Literal["m", "cm", "mm", "ft", "in"], Option(help="Unit of length of the table.")
+    ] = "m",
     origin: Annotated[
-        str, Option(metavar="PLACE|X,Y", help="Its origin: middle, home_tee, … or x,y [m].")
+        str,
+        Option(metavar="PLACE|X,Y", help="Origin of the table: middle, home_tee, … or x,y [m]."),
     ] = "middle",
-    along: Annotated[Along, Option(help="Its axis from the home to the away end.")] = Along.x,
+    along: Annotated[
+        Along, Option(help="Axis of the table that points to the away end.")
+    ] = Along.x,
     sigma_t: Annotated[
         float, Option("--sigma-t", metavar="SECONDS", help="Standard error of a gate's time.")
     ] = GATE_TIME_SIGMA,
@@ -42,7 +47,7 @@ def convert(
     *,
     results: Results,
 ) -> None:
-    """Read tracks of other programs, or write tables for other programs.
+    """Convert tables from other programs to tracks, or our files to tables.
 
     \b
     Examples:
@@ -62,7 +67,7 @@ def convert(
 
     A log of light gates has the columns Sensor, Start and End [s]: when the beam of T-Line 1,
     Hog-Line 1 (home end), Hog-Line 2 or T-Line 2 was broken and free again. Its throws become
-    tracks of a few times (sigma_t) without x; faulty rows are reported by their numbers.
+    tracks of a few times (sigma_t) without x; faulty rows are reported by number.
 
     A table of championship shots (Stones.csv beside Ends.csv and Games.csv) becomes a folder of
     recorded games and a report of its faults by row; a log of Digital Curling (.dcl, .dcl2) becomes
@@ -97,18 +102,18 @@ def convert(
         log = read_gates(table, sigma_t)
         tracks = log.tracks
         for fault in log.faults:
-            say(f"left out: {fault}")
-        say(f"{len(log.unused)} rows belong to no throw: people, and stones that are pushed")
+            say(f"dropped: {fault}")
+        say(f"{len(log.unused)} rows ignored: not from a throw, but from people or pushed stones")
         extra = {"faulty_rows": log.faults, "unused_rows": log.unused}
     else:
         places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}
         series = read_export(table)
-        form = "middle, a place on the ice, or x,y in metres"
+        form = "middle, a named point of the sheet, or x,y in metres"
         x, y = places.get(origin) or numbers(origin, "--origin", form)
         tracks = on_sheet(series, metres=METRES[unit], origin=(x, y), along=along)
         for k, track in zip(series, tracks, strict=True):
             if not PAPER_SHEET.contains(track.xy).any():
-                problem = f"{k.name!r} lies nowhere on the sheet"
+                problem = f"{k.name!r} is not on the sheet"
                 problem += " with this --unit, --origin and --along"
                 raise InputError(problem, source=table)
         for i, k in enumerate(series):

@@ -43,7 +43,7 @@ class GameOptions:
     rules: str = option("world_curling_2024", "Rule set, such as mixed_doubles_2024.")
     ice: IceOption = "standard"
     skill: SkillOption = "elite"
-    still: bool = option(False, "Keep the ice constant, all stones alike.", "--still")
+    still: bool = option(False, "Keep the ice constant and all stones alike.", "--still")
     sweep: bool = option(True, "Sweep stones that are light, or never.")
     delivery: DeliveryOption = "hog-line"
 
@@ -53,7 +53,7 @@ class GameOptions:
         Parameters
         ----------
         ends : number of ends; by default that of the rules
-        known_ice : the ice as the players know it; by default the true one
+        known_ice : ice that the players believe in; by default the true one
 
         Raises
         ------
@@ -142,7 +142,7 @@ def play(
     from curling_env.infrastructure.files.writing import make_directory, together
 
     if film and output is None:
-        raise InputError("--film needs a directory for it: -o DIR")
+        raise InputError("--film needs a directory: give -o DIR")
     players = (player_from(home), player_from(away))
     record = None if start is None else read_record(start)
     if record is not None:

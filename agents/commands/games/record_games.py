@@ -32,7 +32,7 @@ def record_games(
     *,
     results: Results,
 ) -> None:
-    """Write ends as a Minari dataset, to learn from without an environment.
+    """Write ends as a Minari dataset, for learning without an environment.
 
     \b
     Examples:
@@ -43,7 +43,7 @@ def record_games(
             "import minari; print(minari.load_dataset('curling/ends-v0').total_steps)"
 
     Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
-    the action that means its throw without execution error, the reward. The dataset holds the
+    the action of its throw without execution error, the reward. The dataset contains the
     specification of the environment. Needs Minari: pip install 'curling-sheet[offline]'. With
     --shots each end of the table gives an episode of each team, with the throws that explain the
     shots (curling/doubles-v0), and a copy of them is scored on held-out games.

@@ -21,8 +21,8 @@ def test_the_end_of_doubles_begins_with_placed_stones():
     assert game.rules.deliveries == 10
 
 
-def test_there_are_ten_tasks_and_each_can_be_made():
-    assert len(TASKS) == 11
+def test_there_are_twelve_tasks_and_each_can_be_made():
+    assert len(TASKS) == 12
     for name, task in TASKS.items():
         env = make(name)
         env.reset(seed=0)
@@ -99,7 +99,7 @@ def test_a_difference_is_that_of_each_episode():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "no policy is named 'nobody'; there are draw, greedy, learned,"),
+        (("nobody",), "unknown policy 'nobody'; expected one of draw, greedy, learned,"),
         (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),

@@ -109,7 +109,7 @@ def test_the_command_writes_a_dataset_that_minari_reads(path, tmp_path, curling,
     assert env.unwrapped.usual.simulator.rules.name == "mixed_doubles_2024"
     assert env.observation_space.contains(episodes[0].observations[0].astype(np.float32))
     again = curling("record-games", "--shots", path, "-o", tmp_path / "data")
-    assert "there is a dataset already" in again.complaint
+    assert "a dataset already exists" in again.complaint
 
 
 def test_a_table_without_a_whole_end_is_refused(tmp_path, curling):
