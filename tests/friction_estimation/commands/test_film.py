@@ -27,7 +27,7 @@ def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "releases", "message"),
     [
-        (["--camera", "drone"], RELEASES, "no camera is called 'drone'"),
+        (["--camera", "drone"], RELEASES, "unknown camera 'drone'"),
         (["--size", "large"], RELEASES, "WIDTHxHEIGHT"),
         (["--fps", "-3"], RELEASES, "frames per second"),
         (["--ice", "slush"], RELEASES, "slush"),

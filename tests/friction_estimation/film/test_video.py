@@ -293,5 +293,5 @@ def test_films_of_a_folder_come_in_the_order_of_their_numbers(tmp_path):
     found = films_in([first, str(evening)])
     assert found == [first, evening / "throw 9.mov", evening / "throw 10.MP4"]
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"empty: a folder without films \(\.mp4, "):
+    with pytest.raises(InputError, match=r"empty: contains no films \(\.mp4, "):
         films_in([tmp_path / "empty"])

@@ -315,7 +315,7 @@ def test_people_are_seen():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"camera": "drone"}, "no camera is called 'drone'; there are end, gantry, side, ceiling"),
+        ({"camera": "drone"}, "unknown camera 'drone'; expected one of end, gantry, side, ceiling"),
         ({"fps": 0.0}, "frames per second"),
         ({"noise": -1.0}, "noise"),
         ({"tail": float("nan")}, "tail"),

@@ -113,12 +113,12 @@ def test_films_of_different_throws_are_refused(throw, sliding):
     with pytest.raises(InputError, match="not of one throw"):
         join_cameras([seen(throw, APART[0], rng), seen(faster, APART[1], rng)])
     aside = Trajectory(t=throw.t, xy=throw.xy + np.array([0.6, 0.0]), theta=throw.theta)
-    with pytest.raises(InputError, match="does not fit to the others"):
+    with pytest.raises(InputError, match="does not fit the others"):
         join_cameras([seen(throw, (-22, 5), rng), seen(aside, (-2, 22), rng)])
 
 
 def test_one_camera_is_not_joined(throw):
-    with pytest.raises(InputError, match="two cameras or more"):
+    with pytest.raises(InputError, match="two or more cameras"):
         join_cameras([throw])
 
 

@@ -158,7 +158,7 @@ def test_splits_are_those_of_the_gates(session):
     assert found.hog_to_hog.sigma == pytest.approx(SIGMA)
     assert found.tee_to_hog is not None
     assert found.speed is None
-    with pytest.raises(TrackTooShortError, match="light gates, which show no path"):
+    with pytest.raises(TrackTooShortError, match="light gates, which measure no path"):
         free_slides([first])
 
 

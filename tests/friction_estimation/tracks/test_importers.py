@@ -100,7 +100,7 @@ def test_axes_are_turned_never_mirrored(tmp_path, along, expected):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "holds no rows"),
+        ("", "contains no rows"),
         ("a,b\n1,2\n", "row 1: not a table of Kinovea or Tracker"),
         ("#multi:\n", "row 1: not a table of Kinovea or Tracker"),
         ("#multi:\nt,x,y\n", "0 positions"),

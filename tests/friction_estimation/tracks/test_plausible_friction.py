@@ -40,7 +40,7 @@ def test_slow_motion_is_asked_about(slow, asked):
 
 def test_what_no_speed_of_playing_explains_is_asked_about_in_general():
     assert "are the times of the frames" in (question_about(0.00001) or "")
-    assert "more than curling ice has" in (question_about(0.2) or "")
+    assert "above that of curling ice" in (question_about(0.2) or "")
     assert "2 times faster" in (question_about(0.04) or "")
 
 

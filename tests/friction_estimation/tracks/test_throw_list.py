@@ -61,7 +61,7 @@ def test_stones_with_names_are_numbered_in_order_of_play(tracks):
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("throw,athlete\n0,a\n0,b\n", r"throws\.csv, row 3, column throw: throw 0 is given twice"),
+        ("throw,athlete\n0,a\n0,b\n", r"throws\.csv, row 3, column throw: throw 0 appears twice"),
         ("throw,weather\n0,a\n", r"throws\.csv, row 1: has none of the columns athlete, stone"),
         ("throw,athlete\nfirst,a\n", r"throws\.csv, row 2, column throw: expected a number"),
         ("athlet\nx\n", r"throws\.csv, row 1: unknown column .athlet.; did you mean athlete"),
