@@ -168,7 +168,7 @@ def test_tracks_are_the_true_paths(curling, releases, tmp_path):
 def test_more_samples_than_a_file_may_have_are_refused(curling, releases, tmp_path, monkeypatch):
     monkeypatch.setattr("curling_env.infrastructure.files.limits.MAX_ROWS", 100)
     run = curling("simulate", "--ice", "paper", "--releases", releases, "-o", tmp_path / "t.csv")
-    assert "more than 100 rows of tracks at 30 samples a second" in run.complaint
+    assert "at 30 samples a second exceed 100 rows of tracks" in run.complaint
     assert not (tmp_path / "t.csv").exists()
 
 

@@ -24,7 +24,7 @@ def test_a_distribution_that_wrote_over_a_package_is_named(monkeypatch):
     monkeypatch.setattr(importlib.metadata, "packages_distributions", lambda: both)
     said = shadowed_by(entry)
     assert said is not None
-    assert "'openai-agents' has a package 'agents' too" in said
+    assert "'openai-agents' also has a package 'agents'" in said
 
 
 def test_a_model_file_is_a_player_and_other_files_are_not(tmp_path):

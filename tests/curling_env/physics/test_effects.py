@@ -242,9 +242,9 @@ def test_what_a_stone_does_not_feel_stays_in_the_ice_file(card: EffectCard, tmp_
 
 def test_a_card_that_contradicts_itself_is_refused() -> None:
     card = catalogue()["air_drag"]
-    with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
+    with pytest.raises(InputError, match="names 'speed', which is not one"):
         replace(card, observed={"speed": 1.0})
-    with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
+    with pytest.raises(InputError, match="names 'speed', which is not one"):
         replace(card, parameters=(replace(card.parameters[0], told_with="speed"),))
     with pytest.raises(InputError, match="wants a kernel"):
         replace(card, kernel=None)
