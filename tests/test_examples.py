@@ -56,7 +56,7 @@ def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_every_block_says_what_it_is_and_can_be_read(name: str) -> None:
+def test_every_block_declares_its_language_and_is_readable(name: str) -> None:
     for example in of(name):
         where = f"{name}:{example.line}"
         assert example.language in (*RUN, *READ, *NO_EXAMPLE), f"{where}: no language"

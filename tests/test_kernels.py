@@ -23,7 +23,7 @@ def kernels(tree: ast.Module) -> list[ast.FunctionDef]:
     ]
 
 
-def test_kernels_call_only_those_of_the_physics_and_of_their_own_folder() -> None:
+def test_kernels_call_only_kernels_of_the_physics_and_of_their_folder() -> None:
     trees = {
         ".".join(path.relative_to(ROOT).with_suffix("").parts): ast.parse(path.read_bytes())
         for package in PACKAGES

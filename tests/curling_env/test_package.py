@@ -118,7 +118,7 @@ def test_progress_counts_the_throws():
     assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
 
 
-def test_without_pettingzoo_the_two_team_game_says_what_to_install():
+def test_without_pettingzoo_the_two_team_game_reports_the_missing_package():
     printed = run(
         "import sys\n"
         "sys.modules['pettingzoo'] = None\n"

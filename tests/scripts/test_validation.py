@@ -25,7 +25,9 @@ def test_rows_are_one_list_with_their_ice(without_films: None) -> None:
     assert {"part", "name", "published", "value", "verdict", "source"} <= documents[0].keys()
 
 
-def test_rows_of_the_paper_compare_with_what_it_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_of_the_paper_are_compared_with_the_printed_values(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     from curling_env.ice import load_ice
 
     monkeypatch.setattr(validation, "_paper_errors", lambda: {1: 0.1, 5: 0.4})

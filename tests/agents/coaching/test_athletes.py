@@ -55,7 +55,7 @@ def session(*throws):
     )
 
 
-def test_intervals_hold_what_athletes_were_given():
+def test_intervals_contain_the_true_values_of_athletes():
     rng = np.random.default_rng(7)
     bias_in, spread_in, ratio = [], [], []
     for case in range(6):
@@ -73,7 +73,7 @@ def test_intervals_hold_what_athletes_were_given():
     assert np.exp(np.log(ratio).mean(axis=0)) == pytest.approx(1.0, abs=0.2)
 
 
-def test_what_the_measurement_adds_is_taken_out():
+def test_the_measurement_error_is_removed():
     """Of an athlete who throws as exactly as the film shows, the spread is not that of the film."""
     rng = np.random.default_rng(3)
     (found,) = athlete_errors([session(*thrown(rng, 60, spread=0.5 * MEASURED))])
@@ -95,7 +95,7 @@ def test_a_group_of_few_throws_leans_on_the_others():
     assert width > 1.5 * (draws.bias[0].high - draws.bias[0].low)
 
 
-def test_sessions_athletes_and_groups_are_told_apart():
+def test_sessions_athletes_and_groups_are_separated():
     rng = np.random.default_rng(2)
     first = session(*thrown(rng, 8, name="Ada"), *thrown(rng, 8, name="Bo", bias=(0.1, 0, 0)))
     second = session(*thrown(rng, 8, name="Ada"), *thrown(rng, 1, name="Cy"))
@@ -148,7 +148,7 @@ class Drawn:
         return next(self.drawn) if self.odd else np.zeros(n)
 
 
-def test_what_was_not_measured_is_left_to_what_is_usual():
+def test_unmeasured_components_take_the_usual_values():
     rng = np.random.default_rng(5)
     (found,) = athlete_errors([session(*thrown(rng, 20, missing=("spin",)))])
     assert np.isnan(found.errors[:, 2]).all()

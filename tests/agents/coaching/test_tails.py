@@ -34,7 +34,7 @@ def test_a_wrong_common_spread_makes_no_tails():
     assert tails_of(4 * squares, count) == math.inf
 
 
-def test_sizes_count_what_was_measured_and_how_well():
+def test_sizes_count_measured_components_with_their_errors():
     errors = np.array([[2.0, 0.0, 0.0], [np.nan, 3.0, np.nan], [np.nan, np.nan, np.nan]])
     variances = np.tile(np.diag([3.0, 0.0, 0.0]), (3, 1, 1))
     sizes, count = squared_distances(

@@ -210,7 +210,7 @@ def test_a_client_moves_only_at_its_own_turn():
 
 
 @pytest.mark.parametrize("untold", [None, False, "missing"])
-def test_what_is_not_told_is_the_servers_usual(untold):
+def test_undisclosed_fields_have_the_servers_defaults(untold):
     log = deepcopy(said(golden("extra-end-team1"))[:5])
     for name in ("setting", "simulator", "players"):
         if untold == "missing":
@@ -348,14 +348,14 @@ def test_a_line_that_breaks_off_is_no_line(curling):
     )
 
 
-def test_where_nobody_listens_is_said(curling):
+def test_a_missing_server_is_reported(curling):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     assert "no server answers" in curling("join", f"127.0.0.1:{port}").complaint
 
 
 @pytest.mark.parametrize("text", ["", "host", "host:", ":1", "a:0", "a:65536", "a:1e3", "::1:5"])
-def test_addresses_that_are_none(text, curling):
+def test_invalid_addresses_are_refused(text, curling):
     assert "HOST:PORT" in curling("join", "--", text).complaint
 
 

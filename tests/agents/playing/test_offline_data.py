@@ -32,7 +32,7 @@ def test_ends_are_written_and_read_back(tmp_path, monkeypatch):
     assert folder.is_dir()
 
 
-def test_without_minari_the_command_says_what_to_install(curling, tmp_path):
+def test_without_minari_the_command_reports_the_missing_package(curling, tmp_path):
     try:
         import minari  # noqa: F401
     except ModuleNotFoundError:

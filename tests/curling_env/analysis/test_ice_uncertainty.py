@@ -79,7 +79,7 @@ def together(ice: Ice) -> Ice:
     return replace(ice, effects=effects, friction=replace(ice.friction, level=level))
 
 
-def test_errors_go_together_as_the_ice_says():
+def test_errors_are_correlated_as_stated_in_the_ice():
     drawn = draw(together(doubtful()), 600)
     exponent = values(drawn, "speed_dependent_friction", "exponent")
     strength = values(drawn, "curl", "strength")
@@ -127,7 +127,7 @@ def test_a_map_alone_errs_as_if_the_effects_were_known():
     np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, rest, rtol=0.35)
 
 
-def test_a_cell_is_never_less_sure_than_its_sigma_says():
+def test_the_uncertainty_of_a_cell_never_exceeds_its_sigma():
     ice = together(doubtful(share=0.01))
     mu = np.array([one.friction.mu for one in draw(ice, 400)])
     np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, 0.01, rtol=0.05)

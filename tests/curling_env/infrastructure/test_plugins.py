@@ -86,7 +86,7 @@ def test_a_task_in_the_current_folder_needs_no_installation(club):
     assert "out_the_back" not in task_names()
 
 
-def test_declared_names_stand_beside_the_projects_own(installed):
+def test_declared_names_are_listed_with_the_projects_own(installed):
     assert task_names()[-1] == "out_the_back"
     assert player_names() == ["cautious", "draw", "rulebased"]
 
@@ -113,7 +113,7 @@ def test_players_of_others_are_found_and_take_their_option(installed):
         (player_named, "draw:500", "takes no option"),
     ],
 )
-def test_what_cannot_be_found_is_refused_with_the_names_that_can(club, find, name, complaint):
+def test_unknown_names_are_refused_with_the_known_ones(club, find, name, complaint):
     with pytest.raises(InputError) as refused:
         find(name)
     assert complaint in str(refused.value)

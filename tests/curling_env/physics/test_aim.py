@@ -62,7 +62,7 @@ def test_the_draw_weight_follows_the_session():
     assert early < late
 
 
-def test_where_no_throw_reaches_the_tee_there_is_no_draw_weight():
+def test_no_draw_weight_if_no_throw_reaches_the_tee():
     assert Aim(Ice.uniform(0.5)).draw_weight() is None
 
 

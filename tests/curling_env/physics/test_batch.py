@@ -108,7 +108,7 @@ def test_a_million_throws_fit_in_little_memory() -> None:
     assert few < 4e6
 
 
-def test_releases_that_are_none_are_refused() -> None:
+def test_invalid_releases_are_refused() -> None:
     table = release_table([Throw(speed=1, angle=0, spin=0).release()] * 3)
     table["vy"][1] = np.nan
     with pytest.raises(InputError, match="release 1"):
@@ -168,7 +168,7 @@ def test_a_throw_that_meets_nothing_is_a_lone_throw(rng: np.random.Generator) ->
     assert np.isnan(after.xy[0, 1]).all()
 
 
-def test_a_row_of_touching_stones_goes_on_together() -> None:
+def test_a_row_of_touching_stones_moves_on_together() -> None:
     ice = load_ice("paper")
     ice = replace(ice, stone=replace(ice.stone, radius=R))
     row = np.array([[[0.0, 2 * R * k] for k in range(5)]])
@@ -268,7 +268,7 @@ TABLED = {
 
 
 @pytest.mark.parametrize("name", TABLED)
-def test_throws_by_a_table_of_the_law_end_where_small_steps_say(name):
+def test_throws_by_a_table_of_the_law_agree_with_small_steps(name):
     rng = np.random.default_rng(3)
     n, ice = 250, TABLED[name]
     bounds = play_bounds(ice, Direction.AWAY)

@@ -160,7 +160,7 @@ def test_damaged_machine_code_is_compiled_again(kernels: str, cache: Path) -> No
     assert run(kernels, cache)["hits"] > 0  # what was damaged has been replaced
 
 
-def test_a_cache_that_cannot_be_written_stops_nobody(kernels: str, cache: Path) -> None:
+def test_an_unwritable_cache_is_not_fatal(kernels: str, cache: Path) -> None:
     first = run(kernels, cache)
     for index in cache.rglob("*.nbi"):
         index.unlink()
@@ -237,7 +237,7 @@ print(json.dumps(found))
 """
 
 
-def test_a_first_step_compiles_only_what_it_needs() -> None:
+def test_a_first_step_compiles_only_the_needed_kernels() -> None:
     """One sheet, one end, many sheets, many ends: each after those before it."""
     found = run(FIRST_STEPS)
     assert [one["kernels"] for one in found] == [

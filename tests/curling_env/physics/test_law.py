@@ -162,7 +162,7 @@ def random_map(rng: np.random.Generator, interpolation: Interpolation) -> Ice:
 
 
 @pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
-def test_map_is_read_as_the_ice_says(
+def test_the_map_is_interpolated_as_declared_in_the_ice(
     rng: np.random.Generator, interpolation: Interpolation
 ) -> None:
     ice = replace(random_map(rng, interpolation), effects=())

@@ -62,7 +62,7 @@ def by_small_steps(state, step: float = 0.01):
 
 
 @pytest.mark.parametrize("spin", [1.5, -1.5, 20.0, 0.0])
-def test_each_contact_has_the_friction_that_lies_under_it(spin):
+def test_each_contact_has_the_friction_under_it(spin):
     x = np.linspace(-0.3, 0.3, 61)
     states = np.column_stack([x, np.full(61, 3.0), np.full(61, 0.02), np.full(61, 0.9)])
     states = np.column_stack([states, np.full(61, spin)])

@@ -73,7 +73,7 @@ def test_a_sample_is_taken_near_key_frames_where_these_are_few(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("content", [None, b"", b"this is no film" * 100])
-def test_what_is_no_film_is_refused_in_one_line(tmp_path, content):
+def test_an_invalid_film_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "film.mp4"
     if content is not None:
         path.write_bytes(content)
@@ -209,7 +209,7 @@ def test_a_damaged_part_costs_only_its_own_frames(tmp_path):
     assert 60 < len(times) <= 120
 
 
-def test_no_frame_shows_what_was_before_a_damaged_part(tmp_path):
+def test_no_frame_shows_a_stale_picture_after_a_damaged_part(tmp_path):
     """What is stored as changes to a picture that was lost is not what the camera saw."""
     still = np.random.default_rng(2).integers(90, 130, (240, 320, 3), dtype=np.uint8)
     frames = []
@@ -256,7 +256,7 @@ def test_a_part_of_a_film_is_a_film_of_the_same_pictures(tmp_path, codec, suffix
         assert np.array_equal(frame, whole[first + round(25 * t)][1])
 
 
-def test_a_part_of_a_stream_is_found_however_far_its_whole_picture_lies_before_it(tmp_path):
+def test_a_part_of_a_stream_is_found_at_any_distance_from_its_key_frame(tmp_path):
     """A transport stream has no table of its pictures: a seek goes somewhere near."""
     film = Film.open(stored(tmp_path / "a.ts", speckled(150), every=150))
     whole, part = list(film.frames()), film.part(4.6, 5.8)

@@ -55,7 +55,7 @@ def truth_at(throw, t):
     return np.column_stack([np.interp(t, throw.t, throw.xy[:, k]) for k in range(2)])
 
 
-def test_overlapping_cameras_tell_their_clocks_to_milliseconds(throw):
+def test_overlapping_cameras_synchronise_their_clocks_to_milliseconds(throw):
     rng = np.random.default_rng(1)
     clocks = (0.0, 11.37, -4.21)
     tracks = [
@@ -99,7 +99,7 @@ def test_clocks_that_agree_are_left_alone(throw):
     assert np.abs(joined.offset / np.maximum(joined.offset_sigma, 1e-3)).max() < 3
 
 
-def test_rows_of_a_camera_whose_clock_is_uncertain_say_so(throw):
+def test_rows_of_a_camera_include_the_uncertainty_of_its_clock(throw):
     rng = np.random.default_rng(4)
     track = join_cameras([seen(throw, stretch, rng, 2.0) for stretch in APART]).trajectory
     early, late = track.xy[:, 1] < 0, (track.xy[:, 1] > 8) & (track.xy[:, 1] < 10)
@@ -140,7 +140,7 @@ def test_films_and_scenes_that_do_not_fit_are_refused(options, message, tmp_path
     assert message in curling("join-cameras", film, "--scene", scene, *options).complaint
 
 
-def test_the_command_joins_films_and_says_how_their_clocks_differ(
+def test_the_command_joins_films_and_reports_the_offset_of_their_clocks(
     throw, tmp_path, curling, monkeypatch
 ):
     """Following the stone is tested elsewhere: here the films' tracks are given."""
@@ -177,7 +177,7 @@ def lying(xy, stretch, clock=0.0, sigma=0.004):
     return Trajectory(t=np.array(stretch) - clock, xy=xy, sigma_xy=np.full(2, sigma))
 
 
-def test_stones_that_lie_still_are_joined_too_each_of_them_once(throw):
+def test_resting_stones_are_joined_too_each_of_them_once(throw):
     rng = np.random.default_rng(9)
     end = throw.t[-1] + 1
     views = [seen(throw, (-22.0, 3.0), rng), seen(throw, (-1.0, 22.0), rng, 7.5)]

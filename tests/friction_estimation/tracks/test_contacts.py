@@ -121,7 +121,7 @@ def test_stones_that_pass_each_other_do_not_touch():
 
 @pytest.mark.parametrize("noise", [0.002, 0.01])
 @pytest.mark.parametrize("fps", [10, 30])
-def test_no_contact_is_seen_where_there_is_none(sliding, rng, noise, fps):
+def test_no_contact_is_found_without_one(sliding, rng, noise, fps):
     """Rough ice, strong curl and friction that follows the speed change no velocity suddenly."""
     field = sliding.random_field(rng, mu=0.009, spread=0.15, length=1.5)
     starts = sliding.varied_starts(rng, 24)

@@ -193,7 +193,7 @@ def test_friction_and_how_it_follows_the_speed_are_found_within_their_errors(
     assert (np.sqrt(np.mean(np.square(off), axis=0)) < 1.7).all()
 
 
-def test_what_the_gates_do_not_show_is_believed(session):
+def test_effects_that_gates_do_not_show_are_assumed(session):
     _, tracks = session
     found = estimate_ice(tracks)
     curl = found.ice.effect("curl")
@@ -295,7 +295,7 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
         (("--method", "paper"), "light gates do not measure"),
     ],
 )
-def test_what_needs_paths_is_refused(session, tmp_path, curling, options, problem):
+def test_options_that_need_paths_are_refused(session, tmp_path, curling, options, problem):
     _, tracks = session
     throws = tmp_path / "tracks.csv"
     write_tracks(throws, tracks)

@@ -47,7 +47,7 @@ def test_rows_are_throws_in_order_of_play_and_need_not_have_every_column(tracks)
     assert numbers(tracks) == [(0, 0), (1, 0), (1, 4), (2, 1)]
 
 
-def test_noted_stones_replace_those_that_were_told_apart_by_colour(tracks):
+def test_noted_stones_replace_those_assigned_by_colour(tracks):
     write(tracks, "throw,stone,note\n2,7,\n1,4,hog line\n")
     # Throw 1 was the stone that was taken for another one beside it: the two change places.
     assert numbers(tracks) == [(0, 0), (1, 4), (1, 0), (2, 7)]

@@ -42,7 +42,7 @@ def test_errors_are_reported_before_and_after_the_contact():
     assert found.turned == pytest.approx(0.2)
 
 
-def test_a_track_that_goes_on_with_the_stone_that_was_hit_is_wrong():
+def test_a_track_that_continues_with_the_struck_stone_is_wrong():
     assert not seen(np.where(T[:, None] < CONTACT, way(0), way(1))).right
     assert not seen(way(1)).right
     assert seen(way(1), stone=1).right

@@ -51,7 +51,7 @@ def test_few_throws_correct_nothing():
     assert agree(before, rng).parts == before
 
 
-def test_an_ice_that_is_off_by_more_than_it_says_is_told():
+def test_an_ice_off_by_more_than_its_errors_is_reported():
     rng = np.random.default_rng(4)
     found = agree(throws(rng, 16, off=3.0), rng)
     assert "3.0" in found.remark

@@ -69,7 +69,7 @@ def test_the_first_state_is_a_game_that_begins():
     assert now.stones.team0 == [None] * 8
 
 
-def test_a_stone_at_the_origin_is_none():
+def test_a_stone_at_the_origin_is_absent():
     places = [{"x": 0.1, "y": 38.0}, {"x": 0.0, "y": 0.0}, {"x": 0.0, "y": 36.2}]
     update = Reader4().read(
         state(stone_coordinate={"data": {"team0": places, "team1": []}}, total_shot_number=4)
@@ -93,7 +93,7 @@ def test_two_states_after_an_end_are_one_update():
     assert (update.state.end, update.state.hammer, update.next_team) == (1, "team0", "team1")
 
 
-def test_what_was_told_before_says_nothing_new():
+def test_repeated_states_give_no_update():
     reader = Reader4()
     assert reader.read(state()) is not None
     assert reader.read(state(total_shot_number=1, next_shot_team="team1")) is not None

@@ -253,7 +253,7 @@ def play_on(wire: Wire, team: str) -> dict[str, Any]:
     return last
 
 
-def test_bad_lines_are_dropped_and_the_game_goes_on():
+def test_bad_lines_are_dropped_and_the_game_continues():
     with Host(None, DrawPlayer()) as host, Wire(host.ports[0]) as wire:
         wire.until("update", next_team="team0")
         for line in (
@@ -280,7 +280,7 @@ def test_too_many_bad_lines_lose_the_game_for_who_sends_them():
     assert "too many bad lines" in host.remarks[-1]
 
 
-def test_a_flood_out_of_turn_costs_nobody_else_the_game():
+def test_a_flood_out_of_turn_does_not_stop_the_game():
     with Host(None, None) as host, Wire(host.ports[0]) as calm, Wire(host.ports[1]) as flood:
         calm.until("update", next_team="team0")
         flood.say(b'{"cmd":"move","move":{"type":"concede"}}\n' * 2000)
@@ -290,7 +290,7 @@ def test_a_flood_out_of_turn_costs_nobody_else_the_game():
 
 
 @pytest.mark.parametrize("when", ["its turn", "the other's turn"])
-def test_who_hangs_up_loses(when):
+def test_a_client_that_disconnects_loses(when):
     with Host(None, None) as host, Wire(host.ports[0]) as leaving, Wire(host.ports[1]) as staying:
         leaving.until("update", next_team="team0")
         if when == "the other's turn":
@@ -314,7 +314,7 @@ def test_a_line_without_end_loses_the_seat():
     assert host.game.result == {"winner": "team1", "reason": "concede"}
 
 
-def test_whose_time_is_up_has_lost():
+def test_a_team_whose_time_is_up_loses():
     with Host(None, DrawPlayer(), thinking_time=0.3) as host, Wire(host.ports[0]) as wire:
         wire.until("update", next_team="team0")
         begin = time.perf_counter()
@@ -342,7 +342,7 @@ def test_a_clock_runs_only_for_the_team_to_throw():
         assert over["state"]["game_result"] == {"winner": "team0", "reason": "concede"}
 
 
-def test_a_client_that_is_none_makes_room(monkeypatch):
+def test_a_client_that_is_refused_makes_room(monkeypatch):
     monkeypatch.setattr("agents.digital_curling.hosting.seats.GREETING_PATIENCE", 0.2)
     with Host(None, DrawPlayer()) as host:
         for words in (b"GET / HTTP/1.1\r\n\r\n", b"", b'{"cmd":"ready_ok"}\n'):
@@ -387,7 +387,7 @@ def test_an_order_names_each_player_once(order):
                 break
 
 
-def test_a_port_that_is_taken_is_said(curling):
+def test_a_port_in_use_is_reported(curling):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         # In a thread: the browser of other tests leaves an event loop running in this one.

@@ -61,7 +61,7 @@ def test_a_league_taken_up_again_ends_as_one_that_was_not_stopped(
         run_league(tmp_path, replace(TINY, seed=1))
 
 
-def test_it_says_how_a_generation_did_against_past_selves(tmp_path: Path) -> None:
+def test_it_reports_the_result_of_a_generation_against_earlier_ones(tmp_path: Path) -> None:
     said: list[str] = []
     settings = replace(TINY, generations=(1, 1), past=1.0, epochs=1, tried=6)
     run_league(tmp_path, settings, report=said.append)
@@ -99,7 +99,7 @@ def taught(ends: PlayedEnds) -> ValueNetwork:
     return fit_value_network(Lines(), lessons_of(ends), rng, layers=TINY.layers, epochs=12)
 
 
-def test_positions_tell_how_ends_will_be_scored_and_chance_does_not() -> None:
+def test_positions_predict_the_score_of_ends_better_than_chance() -> None:
     rng = np.random.default_rng(0)
     known, unseen = scattered(512, rng), scattered(256, rng)
     shuffled = known._replace(score=rng.permutation(known.score))

@@ -108,7 +108,7 @@ def test_the_command_writes_the_page_too(record, curling, tmp_path):
         (("-o", "game.mp4", "--ice", "no-such-ice"), "no-such-ice"),
     ],
 )
-def test_what_makes_no_sense_is_refused_and_leaves_no_file(
+def test_invalid_values_are_refused_and_leave_no_file(
     record, curling, tmp_path, monkeypatch, arguments, word
 ):
     monkeypatch.chdir(tmp_path)

@@ -67,7 +67,7 @@ def pictured(page) -> str:
     return page.eval_on_selector("#house", "canvas => canvas.toDataURL()")
 
 
-def test_every_stone_lies_where_the_record_has_it_in_its_teams_colour(opened):
+def test_every_stone_is_at_its_recorded_place_in_its_teams_colour(opened):
     page, lines = opened
     throws = lines[1:-1]
     looked_at = 0
@@ -126,7 +126,7 @@ def test_scrubbing_and_keys_move_the_stones(opened):
     assert 9.0 < float(split.removesuffix(" s")) < 20.0
 
 
-def test_it_plays_by_itself_and_stands_still_when_stopped(opened):
+def test_it_plays_automatically_and_freezes_when_stopped(opened):
     page, _ = opened
     scrub(page, 2.0)
     before = float(page.input_value("#place"))

@@ -27,7 +27,7 @@ def test_chances_to_win_are_those_of_curling(evaluator):
     assert evaluator.game_odds.with_hammer(-3, 1) < 0.1
 
 
-def test_the_network_knows_what_counts(evaluator):
+def test_the_network_values_counting_stones(evaluator):
     """Before the last stone, of a stone alone on the button and of one that is the opponent's."""
     worth = evaluator.game_odds.by_score(0, 4)
     stones = np.full((3, SLOTS, 2), np.nan)
@@ -40,7 +40,7 @@ def test_the_network_knows_what_counts(evaluator):
     assert points[0] - points[1] > early[0] - early[1]
 
 
-def test_what_the_network_sees_does_not_depend_on_the_order_of_stones(evaluator):
+def test_the_networks_input_does_not_depend_on_the_order_of_stones(evaluator):
     rng = np.random.default_rng(2)
     stones = positions(rng, 20, 12)
     shuffled = stones.copy()

@@ -262,7 +262,7 @@ def test_a_team_that_wants_to_score_plays_no_blank(player):
         (CallingStyle(blank_cost=0.1, single_cost=0.1), 0, 3, [0, 1]),
     ],
 )
-def test_a_style_takes_from_blanks_and_single_points_what_it_says(calls, lead, ends_left, cheaper):
+def test_a_style_reduces_blanks_and_single_points_by_its_costs(calls, lead, ends_left, cheaper):
     odds = np.linspace(0, 1, len(SCORES))
     seen = calls.worth(odds, lead, ends_left, with_hammer=True)
     assert calls.worth(odds, lead, ends_left, with_hammer=False) is odds

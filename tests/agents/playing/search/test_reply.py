@@ -66,7 +66,7 @@ def wins_of_away(stones, trials=20) -> float:
     return float(np.mean([state.game.line_score[-1][Team.AWAY] > 0 for state in after]))
 
 
-def test_a_position_is_worth_what_the_reply_leaves_of_it():
+def test_the_value_of_a_position_is_that_after_the_reply():
     assert value_for_away((AWAY_SHOT,)) == pytest.approx(wins_of_away((AWAY_SHOT,)), abs=0.2)
 
 

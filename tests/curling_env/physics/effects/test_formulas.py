@@ -68,7 +68,7 @@ def test_wear_drift_and_bias_multiply_friction():
         assert factor("stone_bias", stone=3, factor=1.1, motion={"stone": other}) == 1.0
 
 
-def test_a_stone_of_its_own_curls_more_or_less_whatever_its_friction():
+def test_a_biased_stone_curls_more_or_less_for_any_friction():
     curl = ActiveEffect(name="curl", parameters={"strength": 0.01, "speed_exponent": 0.0})
     for stone, friction, sideways in ((3, 0.9, 0.016), (2, 1.0, 0.01)):
         pushed = felt("stone_bias", stone=3, factor=0.9, curl_factor=1.6, others=(curl,),
@@ -161,7 +161,7 @@ def test_the_residual_runs_over_one_variable(variable, state):
     assert breaks["y_breaks"] == (places if variable == 2 else ())
 
 
-def test_a_patch_says_where_it_begins_and_ends():
+def test_a_patch_reports_its_edges():
     card = catalogue()["friction_patch"]
     values = {"x_min": -1.0, "x_max": 1.0, "y_min": 0.0, "y_max": 6.0, "factor": 1.5}
     assert card.x_breaks(values) == (-1.0, 1.0)
@@ -252,7 +252,7 @@ def test_every_effect_has_values_at_which_it_does_nothing():
     assert found == {**NEUTRAL, "unknown": {}}
 
 
-def test_what_a_fit_may_change_and_what_turns_with_the_sheet():
+def test_parameters_that_a_fit_may_change_and_that_turn_with_the_sheet():
     held, axes, scales = ({}, {}, {})
     for name, card in catalogue().items():
         for parameter in card.parameters:
