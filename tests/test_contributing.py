@@ -1,4 +1,4 @@
-"""The examples in CONTRIBUTING.md do what the text around them says."""
+"""The examples in CONTRIBUTING.md do what the text around them states."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compiled functions call only what their cache knows of: the physics, and their own folder.
+"""Compiled functions call only functions covered by their cache: the physics, and their own folder.
 
 The name of a kernel's cache holds a digest of those sources (`curling_env.physics.compiled`); one
 that called a kernel of another folder would go on running machine code that is out of date.

@@ -1,4 +1,4 @@
-"""The presets against the numbers they are named for."""
+"""The presets against their published numbers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def straight(ice, speed: float, spin: float = 1.0) -> Slide:
 
 
 def hog_to_hog(path: Slide) -> float:
-    """Time at which the centre reaches the far hog line [s]."""
+    """Return the time at which the centre reaches the far hog line [s]."""
     assert path.trajectory is not None
     y, t = path.trajectory.xy[:, 1], path.trajectory.t
     return float(np.interp(HOG_LINE_Y, y, t))

@@ -1,4 +1,4 @@
-"""How much throws scatter: normal by default, with tails and a correlation where they are given."""
+"""Scatter of throws: normal by default, with tails and a correlation if given."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Lengths as people read them."""
+"""Formatted lengths."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where bands have passed, on narrow cells."""
+"""Passes of bands, on narrow cells."""
 
 import numpy as np
 import pytest

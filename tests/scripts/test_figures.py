@@ -1,4 +1,4 @@
-"""figures.json is sound, its page is up to date, and figures that move are noticed."""
+"""figures.json is valid, its page is up to date, and changed figures are noticed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    """A folder with a figures.json of its own: an area, a count and one that needs a folder."""
+    """Make a folder with a separate figures.json: an area, a count and one that needs a folder."""
     monkeypatch.setattr(figures, "ROOT", tmp_path)
     monkeypatch.setattr(figures, "FIGURES", tmp_path / "figures.json")
     monkeypatch.setattr(figures, "PAGE", tmp_path / "docs" / "results.md")

@@ -1,4 +1,4 @@
-"""The lock of the environment: every version fixed, every file known by its hash, no host named."""
+"""The lock of the environment: every version pinned, every file with its hash, no host."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The mutation tester: its areas, and which tests are run for a changed module."""
+"""The mutation tester: its areas, and the tests of a changed module."""
 
 from __future__ import annotations
 

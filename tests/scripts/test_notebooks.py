@@ -1,4 +1,4 @@
-"""Notebooks are kept without outputs, and run; `make notebooks` runs those that take longer."""
+"""Notebooks are stored without outputs, and run; `make notebooks` runs the longer ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The table of published measurements as the script prints it."""
+"""The table of published measurements as printed by the script."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.validation import ICE_ROWS, OTHER_ROWS, compare
 
 @pytest.fixture
 def without_films(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rows that render films or fit tables have tests of their own."""
+    """Leave out rows that render films or fit tables, which have separate tests."""
     monkeypatch.setattr(validation, "ROWS_OF_NO_ICE", OTHER_ROWS)
 
 

@@ -1,4 +1,4 @@
-"""What the site is made of: links, docstrings, assets, and pages from the code."""
+"""Parts of the site: links, docstrings, assets, and pages from the code."""
 
 from __future__ import annotations
 

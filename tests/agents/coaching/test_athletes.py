@@ -1,4 +1,4 @@
-"""Bias and spread of athletes, held against those that they were given."""
+"""Bias and spread of athletes, compared with the true ones."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MEASURED = np.array([0.001, 0.02, 0.01])
 
 
 def thrown(rng, n, *, bias=(0.0, 0.0, 0.0), spread=SPREAD, name="Ada", missing=()):
-    """Throws of which nothing is known but their errors, as `hand_or_ice` tells them."""
+    """Return throws with known errors only, in the form of `hand_or_ice`."""
     throws = []
     for k in range(n):
         called = f"{('guard', 'draw')[k // 2 % 2]} {('in', 'out')[k % 2]}"
@@ -74,7 +74,7 @@ def test_intervals_contain_the_true_values_of_athletes():
 
 
 def test_the_measurement_error_is_removed():
-    """Of an athlete who throws as exactly as the film shows, the spread is not that of the film."""
+    """The spread of an athlete who throws as exactly as the film shows is not that of the film."""
     rng = np.random.default_rng(3)
     (found,) = athlete_errors([session(*thrown(rng, 60, spread=0.5 * MEASURED))])
     seen = found.errors.std(axis=0)
@@ -138,7 +138,7 @@ def test_a_skill_has_the_tails_and_the_correlation_of_the_throws():
 
 
 class Drawn:
-    """Gives errors that were drawn before, and no errors of measurement."""
+    """Errors that were drawn before, without errors of measurement."""
 
     def __init__(self, drawn):
         self.drawn, self.odd = drawn, False
@@ -168,7 +168,7 @@ def test_an_ellipse_holds_its_share():
 
 
 def test_athletes_of_a_simulated_club():
-    """From tracks to spreads: the whole way, once."""
+    """From tracks to spreads: the complete path, once."""
     from agents.coaching import hand_or_ice
 
     rng = np.random.default_rng(8)

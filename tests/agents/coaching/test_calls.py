@@ -1,4 +1,4 @@
-"""A coach's line is read as it is meant, and any other text is left alone."""
+"""A coach's line is read as intended, and any other text is ignored."""
 
 from __future__ import annotations
 

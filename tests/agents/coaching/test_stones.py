@@ -1,4 +1,4 @@
-"""Matching stones, held against the factors that they were given."""
+"""Matching of stones, compared with the true factors."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tails of an athlete's errors, held against those that made them."""
+"""Tails of an athlete's errors, compared with the true ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from agents.coaching.tails import squared_distances, tails_of
 
 
 def sizes_of(tails, throws, seed):
-    """Squared sizes of errors (3 components) whose spreads are 1, as SciPy's formulas give them."""
+    """Return squared sizes of errors (3 components) whose spreads are 1, by SciPy's formulas."""
     rng = np.random.default_rng(seed)
     squares = rng.chisquare(3, throws)
     if tails < math.inf:

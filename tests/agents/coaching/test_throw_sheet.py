@@ -1,4 +1,4 @@
-"""The table of throws with what a coach noted beside it."""
+"""Table of throws with a coach's notes."""
 
 from __future__ import annotations
 
@@ -67,7 +67,7 @@ def test_a_hit_and_a_stone_that_was_not_seen_to_rest_miss_nothing():
 
 @pytest.fixture
 def evening(tmp_path):
-    """Two straight throws that rest, with notes and hands beside them."""
+    """Return two straight throws that rest, with notes and hands in their folder."""
     t = np.arange(0, 26, 0.05)
     tracks = []
     for throw in range(2):

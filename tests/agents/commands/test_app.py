@@ -1,4 +1,4 @@
-"""`curling app`: what it prints first, and what it refuses in one line."""
+"""`curling app`: its first line, and its refusals in one line."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`curling donate`, and what takes the tracks out again."""
+"""`curling donate`, and the extraction of the tracks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command `plan`: a throw that gets there, in words and numbers."""
+"""`curling plan`: a throw that reaches its target, in words and numbers."""
 
 from __future__ import annotations
 

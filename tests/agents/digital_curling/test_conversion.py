@@ -32,7 +32,7 @@ PLACES = st.tuples(st.floats(-2.2, 2.2), st.floats(-6.2, 1.9))
 
 
 def as_message(state) -> StateMessage:
-    """A state after its way over the wire."""
+    """Return a state after conversion to the protocol."""
     return checked(json.loads(json.dumps(state)), StateMessage)
 
 

@@ -1,4 +1,4 @@
-"""A player keeps to its clock, whatever it is."""
+"""Any player keeps to its clock."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.throw import FROM_HACK, Throw
 
 
 class CountingSearch(SearchPlayer):
-    """Notes its budgets, and takes its time."""
+    """Player that records its budgets, and takes its time."""
 
     def __init__(self, budget: int, clock: list[float], rate: float) -> None:
         super().__init__(budget)

@@ -35,7 +35,7 @@ CONCEDE = {"type": "concede"}
 
 
 def lying(x: float, y: float) -> dict[str, Any]:
-    """A stone at (x, y) from the tee, as on the wire."""
+    """Return a stone at (x, y) from the tee, in the protocol's form."""
     return {"angle": 1.0, "position": {"x": x, "y": y + HACK_TO_TEE}}
 
 
@@ -83,7 +83,7 @@ def in_engine(move: dict[str, Any], *stones: tuple[float, float]) -> np.ndarray:
 
 
 def passes_at(move: dict[str, Any], y: float) -> float:
-    """Where a shot passes the line y [m] from the tee."""
+    """Return the crossing of a shot with the line y [m] from the tee."""
     sign = -1 if move["rotation"] == "cw" else 1
     velocity = move["velocity"]
     release = Release(x=0.0, y=-HACK_Y, vx=velocity["x"], vy=velocity["y"], omega=sign * SPIN)

@@ -1,4 +1,4 @@
-"""What a configuration may say, and what is refused."""
+"""Valid and invalid configurations."""
 
 from __future__ import annotations
 

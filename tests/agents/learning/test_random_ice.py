@@ -1,4 +1,4 @@
-"""Random ices: spread as said, known as said."""
+"""Random ices: their stated spread, and the agent's knowledge of them."""
 
 from __future__ import annotations
 

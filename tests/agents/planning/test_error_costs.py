@@ -1,4 +1,4 @@
-"""What small errors of a throw cost, checked by throwing them one by one."""
+"""Costs of small errors of a throw, checked by throwing them one by one."""
 
 from __future__ import annotations
 

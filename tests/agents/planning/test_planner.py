@@ -370,7 +370,7 @@ def test_a_call_in_feet() -> None:
 
 
 def test_the_picture_shows_the_team_of_each_stone(tmp_path) -> None:
-    """Own stones are red, the opponents' yellow, and neither where no team is told."""
+    """Own stones are red, the opponents' yellow, and neither without teams."""
     ice, stones = load_ice("standard"), [(-0.9, 16.6), (0.9, 17.6)]
     red, yellow = np.array([200, 67, 63]), np.array([242, 194, 48])
     seen = []

@@ -1,4 +1,4 @@
-"""A dataset of ends holds what happened, and Minari reads it back."""
+"""A dataset of ends has the played ends, and Minari reads it back."""
 
 from __future__ import annotations
 

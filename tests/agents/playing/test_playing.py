@@ -1,4 +1,4 @@
-"""Games between players, their record, and what a tournament says."""
+"""Games between players, their record, and the table of a tournament."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Ices that standard errors allow, and where a stone rests on them."""
+"""Ices sampled within standard errors, and places of rest on them."""
 
 from __future__ import annotations
 
@@ -72,7 +72,9 @@ def test_parameters_have_their_sigma_each_on_its_own():
 
 
 def together(ice: Ice) -> Ice:
-    """The ice with errors of curl and level that go with that of the exponent, less or more."""
+    """Return the ice with errors of curl and level that are correlated with that of the
+    exponent.
+    """
     common = {"speed_dependent_friction": {"exponent": (1.0,)}, "curl": {"strength": (-0.6, 0.8)}}
     effects = tuple(replace(e, common=common.get(e.name, {})) for e in ice.effects)
     level = LevelError(sigma=0.03, common=(0.8, 0.2))

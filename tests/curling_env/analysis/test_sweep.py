@@ -1,4 +1,4 @@
-"""Sweeps give the same numbers whoever does the work, and however many of them are killed."""
+"""Sweeps give the same numbers on any workers, however many of them are killed."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def throw_or_die(piece):
 
 @pytest.fixture
 def knife(tmp_path, monkeypatch) -> Path:
-    """While this lies there, one worker of the next sweep will be killed; then it is gone."""
+    """Return a file that makes one worker of the next sweep be killed, and then disappears."""
     path = tmp_path / "knife"
     path.touch()
     (tmp_path / "deadly.py").write_text(DEADLY.format(knife=str(path)))

@@ -1,4 +1,4 @@
-"""How far sweeping carries a draw, against mechanics on paper."""
+"""Extra distance of a swept draw, against mechanics on paper."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The command gathers sub-commands, keeps their faults apart, and complains in one line."""
+"""The command gathers sub-commands, isolates their errors, and reports them in one line."""
 
 from __future__ import annotations
 

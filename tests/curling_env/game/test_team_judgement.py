@@ -1,4 +1,4 @@
-"""What teams take the ice and their stones for."""
+"""Teams' reading of the ice and of their stones."""
 
 from __future__ import annotations
 

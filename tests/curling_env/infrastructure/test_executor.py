@@ -1,4 +1,4 @@
-"""Workers end with their parent, however that ends, and hold nothing that others wait for."""
+"""Workers end with their parent, however that ends, and block no other process."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The first start says that it compiles; where nothing can be kept, every start is only slower."""
+"""The first start reports compilation; without a cache every start is only slower."""
 
 from __future__ import annotations
 

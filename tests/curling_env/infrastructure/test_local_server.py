@@ -1,4 +1,4 @@
-"""Servers on this machine: they answer their own page, and nobody else for long."""
+"""Servers on this machine answer their own page, and close other connections soon."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tasks and players that are not of this project are found by a declared name or module:Class."""
+"""Tasks and players of others are found by a declared name or module:Class."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ nothing = 7
 
 @pytest.fixture
 def club(tmp_path, monkeypatch):
-    """The current folder holds a club's module, which nobody installed."""
+    """Put a club's module, which is not installed, into the current folder."""
     (tmp_path / "our_club.py").write_text(MODULE)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
@@ -58,7 +58,7 @@ def club(tmp_path, monkeypatch):
 
 @pytest.fixture
 def installed(club, monkeypatch):
-    """The club's module is a package that declares a task and a player."""
+    """Install the club's module as a package that declares a task and a player."""
     entries = {
         TASK_GROUP: [EntryPoint("out_the_back", "our_club:OutTheBack", TASK_GROUP)],
         PLAYER_GROUP: [EntryPoint("cautious", "our_club:Cautious", PLAYER_GROUP)],

@@ -1,4 +1,4 @@
-"""Where results come from."""
+"""Provenance of results."""
 
 from __future__ import annotations
 

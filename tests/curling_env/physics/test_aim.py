@@ -1,4 +1,4 @@
-"""Aiming lands where it was aimed, on even and uneven ice and at both ends."""
+"""Aimed throws reach their targets, on even and uneven ice and at both ends."""
 
 from __future__ import annotations
 

@@ -86,7 +86,7 @@ def test_paths_end_where_the_stone_does(rng: np.random.Generator) -> None:
 
 
 def peak_memory(throws: int) -> int:
-    """Most bytes held at once by a table of slow releases, their throws and the results.
+    """Return the peak memory of a table of slow releases, their throws and the results [bytes].
 
     numpy reports its arrays to tracemalloc, and the compiled loops allocate nothing.
     """
@@ -181,7 +181,7 @@ def test_a_row_of_touching_stones_moves_on_together() -> None:
 
 
 ROUNDING = 1e-9
-"""Distance beyond a line that is rounding [m]."""
+"""Distance beyond a line that counts as rounding [m]."""
 CREEPING_OUT = (  # velocity and spin of stones that come to rest 40 and 11 µm past a line
     ((0.01909538582548148, 2.1637225522045886, 0.4245847929376072), True),
     ((0.11249791688802013, 1.7302909933092934, -1.1469223796361812), False),

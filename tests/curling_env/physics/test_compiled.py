@@ -1,4 +1,4 @@
-"""What is compiled when: nothing at import, nothing a second time."""
+"""Time of compilation: nothing at import, nothing a second time."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ print(json.dumps({"loaded": sorted(sys.modules)}))
 
 
 def run(program: str, cache: Path | None = None) -> Any:
-    """What a program in a process of its own prints; compiled code is kept in `cache`."""
+    """Return the output of a program in a separate process; compiled code is cached in `cache`."""
     own = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     done = subprocess.run(
         [sys.executable, "-c", program],
@@ -139,7 +139,7 @@ def cache(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def kernels(tmp_path: Path) -> str:
-    """A program that runs kernels which stand in a file."""
+    """Return a program that runs kernels in a file."""
     file = tmp_path / "kernels.py"
     file.write_text(KERNELS)
     return f"exec(compile(open({str(file)!r}).read(), {str(file)!r}, 'exec'))"

@@ -47,7 +47,7 @@ MOTION = {"heading": 1.0, "t": 5.0, "clock": 900.0, "order": 12, "stone": 3, "sw
 
 
 def typical(card: EffectCard) -> dict[str, float]:
-    """Parameters at which the effect shows, within its bounds."""
+    """Return parameters at which the effect shows, within its bounds."""
     chosen = {
         "speed_dependent_friction": {"exponent": 0.3, "speed_offset": 0.02, "share": 0.7},
         "curl": {"strength": 0.008, "spin_exponent": 0.1},
@@ -336,7 +336,7 @@ if __name__ == "__main__":
 
 
 def test_a_declared_effect_is_known_to_workers_without_an_import(tmp_path: Path) -> None:
-    """A package is a folder with its entry points, as an installer would leave it."""
+    """A package is a folder with its entry points, as made by an installer."""
     code = OUTSIDE + "\n\ndef card():\n    return CARD\n"
     (tmp_path / "eddy_brake.py").write_text(code.replace("register(", "("), encoding="utf-8")
     declared = tmp_path / "eddy_brake-1.0.dist-info"

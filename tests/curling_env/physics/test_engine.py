@@ -34,7 +34,7 @@ R = RULE_BOOK_STONE.radius
 
 
 def patchy(seed: int = 0) -> Ice:
-    """Standard ice whose friction varies by some per cent from cell to cell."""
+    """Return standard ice whose friction varies by some per cent from cell to cell."""
     rng = np.random.default_rng(seed)
     mu = 0.0082 * (1 + 0.05 * rng.standard_normal(PAPER_SHEET.shape))
     return replace(
@@ -44,7 +44,7 @@ def patchy(seed: int = 0) -> Ice:
 
 
 def coulomb(mu: float = 0.01) -> Ice:
-    """Constant friction under a point contact: straight paths with closed forms."""
+    """Return constant friction under a point contact: straight paths with closed forms."""
     return Ice.uniform(mu, stone=replace(RULE_BOOK_STONE, band_radius=0.0))
 
 

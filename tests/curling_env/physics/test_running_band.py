@@ -1,4 +1,4 @@
-"""The running band where stones have worn tracks, beside a sum over very many contacts."""
+"""The running band on worn tracks, compared with a sum over very many contacts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ICE = Ice.uniform(
     MU, effects=(ActiveEffect(name="pebble_wear", parameters={"under_contacts": WEAR}),)
 )
 LANES = ((0.0, 0.004), (0.05, 0.0), (-0.1, -0.006))
-"""Tracks of earlier stones: x in mid-sheet [m], and how x changes with y."""
+"""Tracks of earlier stones: x in mid-sheet [m], and the change of x with y."""
 HEAVY = np.array([0.0, -11.0, 0.0, 2.1, 0.0, 1.6])
 
 

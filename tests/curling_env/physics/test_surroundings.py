@@ -1,4 +1,4 @@
-"""What a sliding stone runs into: nothing is passed, however slightly it is touched."""
+"""Obstacles of a sliding stone: even the slightest contact is found."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The ice's memory: what is worn, where, and that games and sessions remember alike."""
+"""Memory of the ice: amount and place of wear, the same in games and sessions."""
 
 from __future__ import annotations
 

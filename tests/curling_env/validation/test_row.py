@@ -1,4 +1,4 @@
-"""How a value stands to a published one."""
+"""Agreement of a value with a published one."""
 
 from __future__ import annotations
 

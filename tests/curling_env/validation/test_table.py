@@ -1,4 +1,4 @@
-"""The rows that pass keep passing, and every other one is explained."""
+"""Rows that agree keep agreeing, and every other one is explained."""
 
 from __future__ import annotations
 

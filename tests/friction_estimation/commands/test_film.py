@@ -1,4 +1,4 @@
-"""The command `film`."""
+"""`curling film`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A donated session: read as written, closed to what strangers may send."""
+"""A donated session: read as written, robust against untrusted files."""
 
 from __future__ import annotations
 

@@ -103,7 +103,7 @@ def test_a_suffix_that_is_no_film_is_refused(tmp_path):
 
 
 def stored(path, pictures, moments=None, codec="libx264", pixels="yuv420p", turned=0, every=12):
-    """A film as other programs write them: at any times [ms], stored in any way."""
+    """Make a film like those of other programs: at any times [ms], in any format."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=25)
         stream.height, stream.width = pictures[0].shape[:2]
@@ -210,7 +210,7 @@ def test_a_damaged_part_costs_only_its_own_frames(tmp_path):
 
 
 def test_no_frame_shows_a_stale_picture_after_a_damaged_part(tmp_path):
-    """What is stored as changes to a picture that was lost is not what the camera saw."""
+    """Changes to a lost picture do not show the camera's view."""
     still = np.random.default_rng(2).integers(90, 130, (240, 320, 3), dtype=np.uint8)
     frames = []
     for k in range(90):
@@ -257,7 +257,7 @@ def test_a_part_of_a_film_is_a_film_of_the_same_pictures(tmp_path, codec, suffix
 
 
 def test_a_part_of_a_stream_is_found_at_any_distance_from_its_key_frame(tmp_path):
-    """A transport stream has no table of its pictures: a seek goes somewhere near."""
+    """A transport stream has no index of its pictures: a seek is approximate."""
     film = Film.open(stored(tmp_path / "a.ts", speckled(150), every=150))
     whole, part = list(film.frames()), film.part(4.6, 5.8)
     frames = list(part.frames())

@@ -1,4 +1,4 @@
-"""Films that are written play where people watch them."""
+"""Written films play in browsers and players."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_an_avi_film_can_be_cut_anywhere(tmp_path):
 
 
 def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path):
-    """A limit on the size of files stands for the disk."""
+    """A limit on the size of files simulates the disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     noise = np.random.default_rng(0).integers(0, 256, (60, 240, 320, 3), dtype=np.uint8)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))

@@ -1,4 +1,4 @@
-"""A stone covers the pixels that it is seen in, and its handle points where it is turned."""
+"""A stone covers its pixels, and its handle points in its direction."""
 
 from __future__ import annotations
 

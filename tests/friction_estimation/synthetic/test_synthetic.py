@@ -1,4 +1,4 @@
-"""Films of known ice: what is drawn stands where the geometry says, and the truth is it."""
+"""Films of known ice agree with the geometry and the truth."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def painted(camera: Camera, sheet=PAPER_SHEET) -> np.ndarray:
 
 
 def darkness(picture: np.ndarray) -> np.ndarray:
-    """How much green the paint takes away, as a share of what bare ice shows."""
+    """Return the share of bare ice's green that the paint removes."""
     return 1.0 - picture[..., 1] / Palette().ice[1]
 
 

@@ -11,7 +11,7 @@ from friction_estimation.tracks import join_cameras
 from friction_estimation.tracks.other_stones import other_stones
 
 BIAS = 0.002
-"""How far a camera is off in its own way, standard deviation of each coordinate [m]."""
+"""Standard deviation of a camera's systematic error in each coordinate [m]."""
 OVERLAPPING = ((-22.0, -3.0), (-5.0, 8.0), (6.0, 22.0))
 APART = ((-22.0, -5.0), (8.0, 22.0))
 
@@ -39,7 +39,7 @@ def throw(throws):
 
 
 def seen(throw, stretch, rng, clock=0.0, turns=0):
-    """What one camera makes of a stretch of the sheet, on its own clock."""
+    """Return one camera's view of a stretch of the sheet, on its own clock."""
     rows = (throw.xy[:, 1] > stretch[0]) & (throw.xy[:, 1] < stretch[1])
     xy = throw.xy[rows] + rng.normal(0, BIAS, 2) + rng.normal(0, 0.001, (rows.sum(), 2))
     return Trajectory(
@@ -172,7 +172,7 @@ def test_the_command_joins_films_and_reports_the_offset_of_their_clocks(
 
 
 def lying(xy, stretch, clock=0.0, sigma=0.004):
-    """A stone that nobody touches, as a film shows it in its first and in its last frame."""
+    """Return an untouched stone in the first and in the last frame of a film."""
     xy = np.array([xy, xy])
     return Trajectory(t=np.array(stretch) - clock, xy=xy, sigma_xy=np.full(2, sigma))
 

@@ -1,4 +1,5 @@
-"""Logs of light gates: throws found among people, faulty rows, and what the times show of the ice.
+"""Logs of light gates: throws found among people, faulty rows, and the evidence of times on the
+ice.
 
 The logs are written by the tests from throws that the engine slides, with gates that stand a little
 off their lines, beams of several heights, and noise.
@@ -24,7 +25,7 @@ EFFECT = "speed_dependent_friction"
 
 
 def people(rng, throws):
-    """Sensor, start and end of beams that people and stones that are pushed back break."""
+    """Return sensor, start and end of beams broken by people and by stones that are pushed back."""
     rows = []
     for k in range(throws):
         at = 1e3 + 60 * k + 32
@@ -36,7 +37,7 @@ def people(rng, throws):
 
 @pytest.fixture(scope="module")
 def session(gates, tmp_path_factory):
-    """Two dozen throws on the standard ice, as tracks, and the file that they come from."""
+    """Return two dozen throws on the standard ice, as tracks, and their file."""
     rng = np.random.default_rng(5)
     path = tmp_path_factory.mktemp("gates") / "gates.csv"
     gates.write(path, gates.log(load_ice("standard"), rng))
@@ -170,7 +171,7 @@ def without(ice: Ice, name: str) -> Ice:
 def test_friction_and_how_it_follows_the_speed_are_found_within_their_errors(
     gates, tmp_path, follows_speed
 ):
-    """Beams of another height than is taken for granted do not count as friction."""
+    """Beams of another height than assumed do not count as friction."""
     ice = load_ice("standard") if follows_speed else without(load_ice("standard"), EFFECT)
     exponent = 0.25 if follows_speed else 0.0
     off = []

@@ -1,4 +1,4 @@
-"""Tracks that other programs exported, in the forms in which they write them."""
+"""Tracks exported by other programs, in their formats."""
 
 from __future__ import annotations
 

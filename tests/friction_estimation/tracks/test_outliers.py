@@ -1,4 +1,4 @@
-"""Wild rows of a track."""
+"""Outliers of a track."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Friction that no ice has is questioned."""
+"""Friction outside that of any ice is questioned."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from friction_estimation.tracks import question_about, rough_friction
 
 
 def slide(mu, slow=1.0, speed=2.0):
-    """A stone that slides to rest, in a film that plays some times slower than life."""
+    """Return a stone that slides to rest, in a film in slow motion."""
     brake = 9.80665 * mu
     t = np.arange(0, speed / brake + 1, 1 / 30)
     moving = np.minimum(t, speed / brake)

@@ -1,4 +1,4 @@
-"""What a coach notes beside the tracks."""
+"""A coach's notes in the folder of the tracks."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a coach reads of throws, beside what the exact paths say."""
+"""A coach's table of throws, compared with the exact paths."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ def slid_in(track, speed):
 
 
 def when(track, line):
-    """When an exact path, seen along play, crosses a line; NaN where it does not."""
+    """Return the time at which an exact path, seen along play, crosses a line; NaN if it does
+    not.
+    """
     ahead = np.sign(track.xy[-1, 1] - track.xy[0, 1]) * track.xy[:, 1]
     return np.interp(line, ahead, track.t) if ahead[0] <= line <= ahead[-1] else np.nan
 
@@ -69,7 +71,7 @@ def seen(tracks, rng, noise=0.005):
 
 
 def deviations(found, name, true):
-    """Errors of a number in its standard errors, where both are known."""
+    """Return errors of a number in its standard errors, if both are known."""
     pairs = [(getattr(one, name), value) for one, value in zip(found, true, strict=True)]
     assert [got is None for got, _ in pairs] == [bool(np.isnan(v)) for _, v in pairs], name
     return np.array([(got.value - v) / got.sigma for got, v in pairs if got is not None])
@@ -169,7 +171,7 @@ def test_unseen_values_are_missing(draws, rng):
 
 
 def test_a_throw_that_hits_is_measured_up_to_the_contact(draws, rng):
-    """The times end with the contact; where the thrown stone came to rest is still told."""
+    """The times end with the contact; the place of rest of the thrown stone is still reported."""
     exact = draws[0][0]
     at = when(exact, 15.0)
     hit = int(np.searchsorted(exact.t, at))

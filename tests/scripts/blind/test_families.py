@@ -1,4 +1,4 @@
-"""The families of blind sessions: what is hidden where, and that each session stands alone."""
+"""Families of blind sessions: their hidden effects, and the independence of each session."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What counts as right in each family, and sizes and maps beside the truth."""
+"""Correct answers of each family, and sizes and maps compared with the truth."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Tracks of a takeout are compared with the stones that they are nearest to."""
+"""Tracks of a takeout are compared with the nearest stones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CONTACT = 10.0
 
 
 def way(stone):
-    """The thrown stone stops where it hits another one, which goes on."""
+    """Return the path of a thrown stone that stops at a hit, with the other one moving on."""
     at = np.minimum(T, CONTACT) if stone == 0 else 10.3 + np.maximum(T - CONTACT, 0)
     return np.column_stack([np.zeros(len(T)), at])
 

@@ -1,4 +1,4 @@
-"""Positions learnt backwards: what a good next stone leads to, on average over its error."""
+"""Values learned backwards: the outcome of a good next stone, on average over its error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ USUAL = skill_feature(ELITE.sigma_angle)
 
 
 class AlwaysThree:
-    """Stands for a network that is sure of three points, and remembers what it was asked."""
+    """Network that is sure of three points, and records its queries."""
 
     def __init__(self) -> None:
         self.asked: list[int] = []

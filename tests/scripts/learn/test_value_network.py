@@ -1,4 +1,4 @@
-"""Learning a value network: stopped runs go on, and other rules and ices are learnt as well."""
+"""Learning a value network: stopped runs resume, and other rules and ices are learned too."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ import curling_env
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory) -> Path:
-    """The wheel as setuptools makes it of a copy of what git knows."""
+    """Build the wheel with setuptools from a copy of the files in git."""
     folder = tmp_path_factory.mktemp("source")
     for name in [*tracked_files(), "pyproject.toml", "README.md", "LICENSE"]:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)

@@ -1,4 +1,4 @@
-"""Why throws missed, held against clubs whose truth is known (`scripts/simulated_club.py`)."""
+"""Causes of misses, compared with clubs whose truth is known (`scripts/simulated_club.py`)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLUMNS = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
 
 @pytest.fixture(scope="module")
 def told():
-    """An evening, its ice as it was estimated, and what the function tells of it."""
+    """Return an evening, its estimated ice, and the function's result."""
     rng = np.random.default_rng(5)
     evening = club.evening(rng, athletes=ATHLETES, throws=5)
     ice = evening.ice.as_ice(rng, sigma=0.002, curl_sigma=0.01)
@@ -167,7 +167,7 @@ def test_every_cause_has_its_place_in_the_table(told):
 
 
 def test_marked_sweeping_is_a_separate_cause(told):
-    """A stone that was swept for six seconds on ice whose file knows what sweeping does."""
+    """A stone was swept for six seconds on ice with the effect of sweeping."""
     _, ice, _ = told
     swept_ice = ice.with_effect(ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9}))
     throw = Throw(speed=2.2, angle=0.0, spin=-1.3)

@@ -1,4 +1,4 @@
-"""The throw that was meant does what was called, on the ice that was believed in."""
+"""The intended throw reaches its call on the ice that was believed in."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The commands that play games: what they print, write and refuse."""
+"""Commands that play games: output, files and refusals."""
 
 from __future__ import annotations
 

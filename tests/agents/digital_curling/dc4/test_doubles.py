@@ -52,7 +52,7 @@ def no_farewell(monkeypatch):
 
 
 class Leading(RuleBasedPlayer):
-    """Throws first where it may choose, and has its power play in the second end."""
+    """Throws first if it may choose, and has its power play in the second end."""
 
     name = "leading"
 
@@ -71,7 +71,7 @@ def told_by(state: dict) -> State4:
 
 
 def server_state(**changes) -> State4:
-    """The first state of mixed doubles, as the competition's server tells it."""
+    """Return the first state of mixed doubles, as sent by the competition's server."""
     return told_by(
         {
             "winner_team": None,

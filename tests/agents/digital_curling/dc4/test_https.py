@@ -1,4 +1,4 @@
-"""Version 4 over https: certificates that are trusted, and those that are not."""
+"""Version 4 over https: trusted and untrusted certificates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def openssl(*words: str | Path) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Certificates that nobody vouches for: of this machine, and of another one."""
+    """Make self-signed certificates: of this machine, and of another one."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl makes the certificates")
     made = tmp_path_factory.mktemp("certificates")

@@ -1,4 +1,4 @@
-"""Version 4 in the words of version 3, and back."""
+"""Conversion of version 4 to version 3, and back."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ THROUGH = ShotMessage(velocity=Point(0.4, 3.9), rotation="cw")
 
 
 def state(**changes) -> State4:
-    """The first state of a game, as its server tells it."""
+    """Return the first state of a game, as sent by its server."""
     nowhere = [{"x": 0, "y": 0}] * 8
     told = {
         "winner_team": None,
@@ -152,7 +152,7 @@ def test_a_move_is_the_same_after_its_way_through_version_4(x, y, rotation):
 
 
 def test_a_whole_game_reads_in_version_4_as_in_version_3():
-    """Every position of a hosted game, told by version 4 and read again, is the game."""
+    """Every position of a hosted game, sent in version 4 and read back, is the game."""
     game = HostedGame(
         HostSetting(ice=load_ice("fcv1"), ends=2, rule_name="dc4_server", seed=3),
         ("a", "b"),

@@ -1,4 +1,6 @@
-"""Version 4 over HTTP: our client against our host, strange requests, and the page to watch on."""
+"""Version 4 over HTTP: our client against our host, strange requests, and the page for
+spectators.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    """Nobody watches the end of these games, but one page, which asks each second."""
+    """Skip the wait at the end: only one page watches these games, and it asks each second."""
     monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
 
 

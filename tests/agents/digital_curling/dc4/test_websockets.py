@@ -44,7 +44,7 @@ def socket():
 
 
 def told(connection: ClientConnection):
-    """The messages until the host hangs up."""
+    """Return the messages until the host closes the connection."""
     try:
         while True:
             yield json.loads(connection.recv(timeout=120))

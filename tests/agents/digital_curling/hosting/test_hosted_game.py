@@ -38,7 +38,7 @@ def hosted(orders=((0, 1, 2, 3), (0, 1, 2, 3)), **changes: Any) -> HostedGame:
 
 
 def told(game: HostedGame) -> Update:
-    """The position after its way over the wire."""
+    """Return the position after conversion to the protocol and back."""
     message = from_server(write_line(game.update))
     assert isinstance(message, Update)
     return message

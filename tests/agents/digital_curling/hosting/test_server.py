@@ -44,7 +44,7 @@ def setting(**changes: Any) -> HostSetting:
 
 
 class Host(HostThread):
-    """A host in a thread of its own; clients are in the others.
+    """Host in a separate thread; clients are in the others.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Host(HostThread):
 
 
 class Wire:
-    """A client by hand."""
+    """Client by hand."""
 
     def __init__(self, port: int, *, ready: bool = True) -> None:
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=120)
@@ -94,7 +94,7 @@ class Wire:
         return json.loads(line) if line else {"cmd": "gone"}
 
     def until(self, cmd: str, **wanted: Any) -> dict[str, Any]:
-        """The next message of that kind with these fields."""
+        """Return the next message of that kind with these fields."""
         while True:
             message = self.hear()
             assert cmd == "gone" or message["cmd"] != "gone", "the host hung up"
@@ -112,7 +112,7 @@ def joined(port: int, player: Player, **settings: Any) -> tuple[Client, threadin
 
 
 def played_here(players, *, ends: int, seed: int, ice="fcv1"):
-    """The game as `curling play` plays it: the match itself, without any wire."""
+    """Play the game as `curling play` does: the match itself, without any network."""
     simulator = GameSimulator(
         ice,
         rules=rule_set("digital_curling", ends=ends),
@@ -166,7 +166,7 @@ def test_a_search_that_joins_plays_as_it_does_here():
 
 
 def test_join_and_host_are_two_commands(tmp_path):
-    """Two processes: the host says its port on stderr, and the client goes there."""
+    """Two processes: the host prints its port on stderr, and the client connects to it."""
     curling = [sys.executable, "-m", "curling_env.commands.cli"]
     words = ["host", "--team0", "draw", "--port", "0", "--ends", "1", "--seed", "3"]
     host = subprocess.Popen(
@@ -202,7 +202,7 @@ def test_join_and_host_are_two_commands(tmp_path):
 
 
 def check_logs(folder: Path, deliveries) -> None:
-    """The logs have what Digital Curling's viewers read."""
+    """Check that the logs have the fields that Digital Curling's viewers read."""
     entries = [json.loads(line) for line in (folder / "game.dcl2").read_text().splitlines()]
     assert {entry["tag"] for entry in entries} == {"gam"}
     assert [entry["id"] for entry in entries] == list(range(len(entries)))
@@ -223,7 +223,7 @@ def check_logs(folder: Path, deliveries) -> None:
 
 
 def check_trajectory(trajectory, played, before, after) -> None:
-    """A path begins at the hack and ends where the stones lie."""
+    """Check that a path begins at the hack and ends at the stones' places."""
     team, slot = f"team{played.shot.team.value}", played.shot.number // 2
     thrown = trajectory["start"][team][slot]
     assert thrown["position"] == pytest.approx({"x": 0.0, "y": 0.0}, abs=1e-9)

@@ -1,4 +1,4 @@
-"""A game between a person and a player, kept as its throws."""
+"""A game between a person and a player, stored as its throws."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Positions laid out by hand."""
+"""Positions placed by hand."""
 
 from __future__ import annotations
 

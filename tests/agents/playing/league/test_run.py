@@ -1,4 +1,4 @@
-"""A league: ends between generations, what they learn, and the file that plays."""
+"""A league: ends between generations, their learning, and the file of the player."""
 
 from __future__ import annotations
 
@@ -70,7 +70,9 @@ def test_it_reports_the_result_of_a_generation_against_earlier_ones(tmp_path: Pa
 
 
 def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
-    """Minus the log of what was said of the scores that came, over the last third of an end."""
+    """Return minus the log of the predicted probability of the actual scores, over the last third
+    of an end.
+    """
     score = np.clip(ends.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
     said = [
         network.score_probabilities(
@@ -82,7 +84,7 @@ def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
 
 
 def scattered(n: int, rng: np.random.Generator) -> PlayedEnds:
-    """PlayedEnds of stones that come to lie by chance, and are not moved again."""
+    """Return PlayedEnds of stones at random places that do not move again."""
     stones, seen = np.full((n, SLOTS, 2), np.nan), []
     for delivered in range(SLOTS):
         stones[:, SLOTS // 2 * (1 - delivered % 2) + delivered // 2] = rng.normal(0, 1, (n, 2))

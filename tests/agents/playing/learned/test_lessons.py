@@ -1,4 +1,4 @@
-"""Lessons hold what every shot is worth, left and right may change, and a network copies them."""
+"""Lessons have the value of every shot, may be mirrored, and a network learns them."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The network that calls shots: its file, what it may call, and what it learns."""
+"""The network that calls shots: its file, its possible calls, and its learning."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What shots are worth by simulation agrees with the rules and with playing on."""
+"""Values of shots by simulation agree with the rules and with further play."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The positions of observations are those that were observed, and their ice is as slow as told."""
+"""Views have the observed positions and the observed friction."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The replay page in a real browser: what a person sees is what the record says."""
+"""The replay page in a real browser shows the record."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def scrub(page, place: float) -> None:
 
 
 def colours_at(page, places, direction: int) -> np.ndarray:
-    """Colours of the picture of the house a third of a radius beside points of the sheet, RGB."""
+    """Return colours of the picture of the house a third of a radius beside points of the sheet,
+    RGB.
+    """
     # Beside the middle, where the handle's bar is not, in four directions: one is free of it.
     return np.array(
         page.evaluate(

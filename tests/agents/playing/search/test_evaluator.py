@@ -1,4 +1,4 @@
-"""What positions are worth, by the network and the ends to come."""
+"""Values of positions, by the network and the ends to come."""
 
 from __future__ import annotations
 
@@ -55,8 +55,9 @@ def test_the_networks_input_does_not_depend_on_the_order_of_stones(evaluator):
 
 
 def test_stones_that_the_opponent_piled_up_are_bad_news(evaluator):
-    """Four counting stones of the opponent's and one to come: no team of the network's own kind
-    leaves that, and a network that has not seen it takes it for a good house."""
+    """Four counting stones of the opponent's and one to come: a position that no team like the
+    network leaves, and that an untrained network takes for a good house.
+    """
     stones = np.full((1, SLOTS, 2), np.nan)
     stones[0, 8:12] = [(0.0, -0.1), (0.15, 0.35), (0.13, -0.45), (-0.55, 0.2)]
     stones[0, :4] = [(0.8, 0.3), (-0.8, -1.0), (1.2, -0.9), (-0.6, -2.3)]

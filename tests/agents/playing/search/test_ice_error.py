@@ -1,4 +1,4 @@
-"""How sure a search is of its ice."""
+"""Uncertainty of the ice in a search."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def view_of(**settings):
 
 
 def measured(sigma: float, *, curl: float = 0.0, observed: slice = slice(None)):
-    """The standard ice, as if it had been measured with these relative errors."""
+    """Return the standard ice, as if it had been measured with these relative errors."""
     friction = STANDARD.friction
     seen = np.zeros_like(friction.observed)
     seen[:, observed] = True

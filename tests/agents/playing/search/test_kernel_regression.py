@@ -1,4 +1,4 @@
-"""The worth of a throw, from all simulations near it."""
+"""Value of a throw, from all simulations near it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which of the package's networks values which games."""
+"""Choice of the package's network for a game."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from curling_env.ice import load_ice
 
 
 def learnt_for(rules: str, ice: str) -> str:
-    """The name of the network that values these games."""
+    """Return the name of the network for these games."""
     chosen = network_for(rule_set(rules), load_ice(ice))
     return next(
         known.name

@@ -1,4 +1,4 @@
-"""What a position is worth after the opponent's reply, and shots chosen by that."""
+"""Value of a position after the opponent's reply, and shots chosen by it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from curling_env.game import End, GameSimulator, GameState, PlayerView, RestingS
 RULES = rule_set("world_curling_2024", ends=1)
 SIMULATOR = GameSimulator(rules=RULES, skills="elite")
 AWAY_SHOT = RestingStone(Team.AWAY, 6, 0.1, 0.2)
-"""A stone of the team without the hammer that counts and lies open."""
+"""Open counting stone of the team without the hammer."""
 BURIED = (
     RestingStone(Team.AWAY, 6, 0.0, 0.25),
     *(RestingStone(Team.AWAY, k, x, -1.1) for k, x in enumerate((-0.16, 0.16))),

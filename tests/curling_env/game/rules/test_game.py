@@ -1,4 +1,4 @@
-"""A game from end to end: whose turn it is, when it is over, what is refused."""
+"""A game from end to end: turns, its end, refusals."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What holds for every position and every delivery, whatever the rules."""
+"""Invariants of every position and every delivery, under all rules."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ LINES = Lines()
 
 
 def counted_one_by_one(places, own):
-    """Points of the own team, going outwards from the tee until a stone of the other team lies."""
+    """Count points of the own team outwards from the tee up to a stone of the other team."""
     distances = [
         (float(np.hypot(x, y)), bool(mine))
         for (x, y), mine in zip(places, own, strict=True)

@@ -1,4 +1,4 @@
-"""Files of strangers: whatever they hold, they are refused with their place and cost little."""
+"""Untrusted files are refused with their place at little cost, whatever their content."""
 
 from __future__ import annotations
 

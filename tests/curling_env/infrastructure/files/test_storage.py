@@ -1,4 +1,4 @@
-"""Results are whole or absent; every fault in an input has its place named."""
+"""Results are complete or absent; every error in an input has its place."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_full_device_is_reported_and_not_replaced() -> None:
 
 
 def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    """A limit on the size of files stands in for the disk: writing fails half-way."""
+    """A limit on the size of files simulates the disk: writing fails half-way."""
     program = (
         "import resource, sys\n"
         "from curling_env.errors import OutputError\n"

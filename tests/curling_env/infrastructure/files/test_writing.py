@@ -1,4 +1,4 @@
-"""Files of one result appear together or not at all, and nothing that was read is written over."""
+"""Files of one result appear together or not at all, and no input is overwritten."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def names(folder: Path) -> list[str]:
 
 
 def left_over(folder: Path, name: str) -> list[str]:
-    """What a process left that was killed while it wrote a file of this name, and a result."""
+    """Return the remains of a process that was killed while it wrote a file, and a result."""
     program = (
         "import os, signal, sys\n"
         "from pathlib import Path\n"

@@ -1,4 +1,4 @@
-"""`curling corners` says what is wrong before it opens a page."""
+"""`curling corners` reports errors before it opens a page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Errors of the measurement: what a camera reports, by the formulas of their cards."""
+"""Errors of the measurement: the camera's report, by the formulas of their cards."""
 
 from __future__ import annotations
 
