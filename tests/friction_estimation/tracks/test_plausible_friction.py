@@ -29,7 +29,7 @@ def test_friction_of_ice_is_not_questioned(mu):
 
 @pytest.mark.parametrize(
     ("slow", "asked"),
-    [(2.0, r"less .* 2 times slower .* --slow 2"), (4.0, "--slow 4"), (8.0, "--slow 8")],
+    [(2.0, r"below .* 2 times slower .* --slow 2"), (4.0, "--slow 4"), (8.0, "--slow 8")],
 )
 def test_slow_motion_is_questioned(slow, asked):
     question = question_about(rough_friction(slide(0.0095, slow)))
