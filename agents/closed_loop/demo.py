@@ -32,8 +32,8 @@ from curling_env.throw import write_releases
 from curling_env.trajectory import Trajectory, write_tracks
 from curling_env.typing import Floats, Progress, no_progress, part_of_progress, with_progress
 from curling_env.units import Units
-from friction_estimation.discovery.assessment import assess
 from friction_estimation.discovery.discover import discover
+from friction_estimation.discovery.evidence.next_throws import next_throws
 from friction_estimation.discovery.report import write_files
 from friction_estimation.estimation.whole_ice import estimate_ice
 from friction_estimation.reports.discovery_page import write_report_page
@@ -230,7 +230,8 @@ def find_missing_effect(
     found = discover(
         list(tracks), estimate_ice(list(tracks), effects="none", start=start).ice, seed=seed
     )
-    report = write_files(found, folder, assessment=assess(found), provenance=provenance(seed=seed))
+    following = next_throws(found.final)
+    report = write_files(found, folder, following=following, provenance=provenance(seed=seed))
     write_report_page(found, report, folder / "report.html", units=units)
     draw = _compare(truth, target, found.improved_ice(), found.baseline_ice())
     return draw, [effect.label for effect in found.effects]

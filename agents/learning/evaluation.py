@@ -81,6 +81,7 @@ def rest_in_env(ice: Ice, throw: Throw, target: ArrayLike) -> Floats:
         throw_range=around,
         direction=direction,
         target=tuple(to_delivery(target, direction)),
+        details=True,
     )
     env.reset(seed=0)
     *_, info = env.step(env.unwrapped.action_of(throw))  # pyright: ignore[reportAttributeAccessIssue]

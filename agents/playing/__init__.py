@@ -17,6 +17,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "board.advice": ("best_calls",),
         "board.kept_game": ("GameTable", "KeptGame", "kept_throws"),
+        "board.recorded": ("rules_in", "state_before"),
         "board.set_up": ("LaidStone", "Position", "set_up"),
         "league.fit": ("Lesson", "fit_value_network"),
         "league.run": ("ends_from", "run_league"),

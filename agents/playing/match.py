@@ -45,6 +45,7 @@ class Match:
     seed : seed of all randomness; the same seed gives the same game
     last_stone : team with the hammer in the first end; by default the seed decides
     paths : keep the stones' paths of each delivery
+    start : a game to go on from, instead of a new one
 
     Notes
     -----
@@ -59,12 +60,13 @@ class Match:
         seed: int,
         last_stone: Team | None = None,
         paths: bool = False,
+        start: GameState | None = None,
     ) -> None:
         if seed < 0:
             raise InputError(f"a seed must be at least 0, got {seed}")
         self.simulator, self.players, self.paths = simulator, players, paths
         first = Team(seed % 2) if last_stone is None else last_stone
-        self.state = simulator.new_game(seed, last_stone=first)
+        self.state = simulator.new_game(seed, last_stone=first) if start is None else start
 
     @property
     def game(self) -> Game:

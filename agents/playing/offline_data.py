@@ -68,7 +68,8 @@ def record_ends(
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
-    root = make_directory(output)
+    # Minari puts the folder before the names of its files twice where it is relative.
+    root = make_directory(output).absolute()
     if (root / DATASET).exists():
         raise InputError(f"a dataset already exists: remove {root / DATASET}", source=output)
     env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))

@@ -165,8 +165,8 @@ def delivery_line(delivery: PlayedDelivery) -> dict[str, Any]:
         "fault": None if shot.ruling.fault is None else shot.ruling.fault.value,
         "put_back": shot.put_back,
         "time": round(shot.outcome.time, 3),
-        "before": _lying(end.stones, shot.direction),
-        "lying": _lying(shot.stones_after, shot.direction),
+        "before": lying_line(end.stones, shot.direction),
+        "lying": lying_line(shot.stones_after, shot.direction),
         "paths": [
             {**_path(path), "status": shot.outcome.status[k].value}
             for k, path in zip(shot.outcome.moved, shot.outcome.trajectories, strict=False)
@@ -181,7 +181,7 @@ def _throw(throw: Throw) -> dict[str, float]:
     return {"speed": throw.speed, "angle": throw.angle, "spin": throw.spin, "x": throw.x}
 
 
-def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
+def lying_line(stones: Any, direction: Any) -> list[dict[str, Any]]:
     """Return resting stones, sheet frame, with all digits."""
     places = [(lying, state_on_sheet(lying, direction)) for lying in stones]
     return [

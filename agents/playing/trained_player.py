@@ -8,12 +8,14 @@ from agents.learning.model_file import read_model
 from agents.learning.policy import TrainedPolicy
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
+from agents.playing.policy_player import GamePolicy, stable_baselines_model
 from agents.playing.search.player import SearchPlayer
 from agents.playing.search.value_network import network_from
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
-from curling_env.game.players import player_names
+from curling_env.game.players import PLAYER_GROUP, player_names
 from curling_env.ice import Ice
+from curling_env.infrastructure.plugins import load_plugin
 from curling_env.sheet import HOG_LINE_Y, Direction, tee
 from curling_env.throw import Throw
 
@@ -83,13 +85,29 @@ def model_in(path: str | Path) -> Player | TrainedPolicy:
 
 
 def player_from(name: str) -> Player:
-    """Return the player with a name, perhaps with an option, or the player of a model in a file.
+    """Return the player with a name, perhaps with an option, of a model in a file, or of a policy.
+
+    Parameters
+    ----------
+    name : name of a player; file of a model (``.npz``, or ``.zip`` of stable-baselines3); or
+        ``module:object``, a `Player` class, a function of observations, or an object with
+        `predict`
 
     Raises
     ------
-    InputError : neither the name of a player nor a model's file
+    InputError : none of these
     """
     is_file = Path(name).exists()
+    if Path(name).suffix == ".zip":
+        return GamePolicy(stable_baselines_model(name), Path(name).stem)
+    if ":" in name and not is_file and name.partition(":")[0] not in player_names():
+        found = load_plugin(
+            "player", PLAYER_GROUP, ":".join(name.split(":")[:2]), built_in=player_names()
+        )
+        if isinstance(found, type) and not issubclass(found, Player):
+            found = found()
+        if not isinstance(found, type):
+            return found if isinstance(found, Player) else GamePolicy(found, name)
     if name.partition(":")[0] in player_names() or (":" in name and not is_file):
         return player_named(name)
     if Path(name).suffix or is_file:

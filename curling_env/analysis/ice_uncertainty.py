@@ -97,17 +97,28 @@ def smooth_field(
     rows, columns : places of the rows and columns of a table [m]
     along, across : correlation lengths from row to row and from column to column [m]
     """
-    left, right = _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
+    left, right = smooth_factors(rows, columns, along, across)
     return left @ rng.standard_normal((left.shape[1], right.shape[1])) @ right.T
+
+
+def smooth_factors(
+    rows: Floats, columns: Floats, along: float, across: float
+) -> tuple[Floats, Floats]:
+    """Matrices L and R such that L·Z·Rᵀ is a `smooth_field` if Z holds standard normal numbers."""
+    return _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
 
 
 @lru_cache(maxsize=16)
 def _correlation_root(places: tuple[float, ...], length: float) -> Floats:
-    """Return a matrix that, times its transpose, is the correlation of places."""
+    """Return a matrix that, times its transpose, is the correlation of places.
+
+    Its columns begin with positive numbers: the signs of eigenvectors otherwise depend on the
+    LAPACK in use, and the same seed would give different fields.
+    """
     apart = np.subtract.outer(places, places) / length
     values, vectors = np.linalg.eigh(np.exp(-0.5 * apart**2))
     kept = values > 1e-6 * values[-1]
-    return vectors[:, kept] * np.sqrt(values[kept])
+    return vectors[:, kept] * np.copysign(np.sqrt(values[kept]), vectors[0, kept])
 
 
 # --- what errors have in common ------------------------------------------------------------------

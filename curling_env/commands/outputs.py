@@ -44,6 +44,7 @@ class Writes:
         then checked when it is written
     suffixes : allowed suffixes of its name, such as .mp4; empty for any
     folder : true for a folder, which is made before the work
+    or_folder : true if it may also be a folder, depending on the input
     rewrites : options whose file the result may overwrite on purpose, such as the ice that is
         updated
     beside : suffixes of files that are written next to it, and overwritten with it
@@ -53,6 +54,7 @@ class Writes:
     kinds: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
     folder: bool = False
+    or_folder: bool = False
     rewrites: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
     added_by: str | None = None
@@ -100,7 +102,11 @@ def _checked_outputs(given: dict[str, Any], outputs: dict[str, Writes]) -> list[
             paths = [Path(one) for one in values if isinstance(one, str | Path) and str(one)]
             inputs[name] = [path for path in paths if identity_of(path) and not path.is_dir()]
     chosen = {name: Path(given[name]) for name in outputs if given.get(name) is not None}
-    files = {name: path for name, path in chosen.items() if not outputs[name].folder}
+    files = {
+        name: path
+        for name, path in chosen.items()
+        if not (outputs[name].folder or (outputs[name].or_folder and path.is_dir()))
+    }
     earlier: list[Path] = []
     for name, path in files.items():
         how = outputs[name]

@@ -131,6 +131,51 @@ class Law(NamedTuple):
     track_length: float = 1.0
 
 
+class Laws(NamedTuple):
+    """Laws that differ in the map and in parameters of effects only.
+
+    Parameters
+    ----------
+    common : what they have in common
+    mu : (n, rows, columns) friction of each one's map
+    theta : (n, m) parameters of each one's effects
+    """
+
+    common: Law
+    mu: Floats
+    theta: Floats
+
+
+@inlined
+def law_among(laws: Laws, k: int) -> Law:
+    """The k-th of some laws."""
+    one = laws.common
+    return Law(
+        one.band_radius,
+        one.turning,
+        one.kernels,
+        one.offsets,
+        laws.theta[k],
+        one.per_contact,
+        laws.mu[k],
+        one.patterned,
+        one.bilinear,
+        one.origin_x,
+        one.origin_y,
+        one.cell,
+        one.x_breaks,
+        one.y_breaks,
+        one.table,
+        one.tabled,
+        one.wear,
+        one.tracks,
+        one.track_x,
+        one.track_y,
+        one.track_width,
+        one.track_length,
+    )
+
+
 def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
     """Return the force law of an ice, ready for the engines. This compiles no code.
 

@@ -50,11 +50,12 @@ def discover(
     from curling_env.infrastructure.files.writing import make_directory, together
     from curling_env.infrastructure.provenance import provenance
     from friction_estimation.camera.scene import load_scene
-    from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.data.references import calibrate, read_reference
     from friction_estimation.discovery.discover import discover as find
+    from friction_estimation.discovery.evidence.next_throws import next_throws
     from friction_estimation.discovery.posterior_file import write_posterior_of
     from friction_estimation.discovery.report import write_files
+    from friction_estimation.discovery.verdict import spoken
     from friction_estimation.reports.discovery_page import write_report_page
     from friction_estimation.reports.throws_section import throws_section
     from friction_estimation.tracks.throw_list import load_tracks, throws_beside
@@ -78,10 +79,10 @@ def discover(
         found = find(
             measured, base, scene=view, references=references, seed=seed, progress=progress
         )
-    assessment = assess(found)
+    following = next_throws(found.final)
     names = ["report.html", "report.json", "baseline.json", "ice.json"]
     with together():
-        report = write_files(found, folder, assessment=assessment, provenance=origin)
+        report = write_files(found, folder, following=following, provenance=origin)
         throws = throw_table(measured)
         table = throws_section(throws, units, throws_beside(tracks)) if throws else ""
         write_report_page(found, report, folder / "report.html", throws=table, units=units)
@@ -93,5 +94,5 @@ def discover(
     for reason in found.session.left_out:
         say(f"dropped: {reason}")
     say(f"{folder}: {', '.join(names)}")
-    keys = ("verdict", "effects", "gap", "next_throws")
-    results.show({key: report[key] for key in keys}, str(report["verdict"]))
+    keys = ("verdict", "doubts", "remarks", "effects", "gap", "next_throws")
+    results.show({key: report[key] for key in keys if key in report}, spoken(report))

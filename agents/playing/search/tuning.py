@@ -103,5 +103,7 @@ SCORE_SHARES = (0, 0, 0, 0.01, 0.05, 0.15, 0.20, 0.27, 0.21, 0.08, 0.02, 0.01, 0
 They spread about as much as in games between people. In games of `search` against itself scores
 spread less; a player that assumes that concedes games which weaker opponents would still lose.
 """
+DOUBLES_SHARES = (0, 0, 0.003, 0.021, 0.065, 0.205, 0.002, 0.354, 0.211, 0.099, 0.031, 0.009, 0)
+"""The same in mixed doubles, as in 2,577 ends of championships; see docs/championships.md."""
 MAX_LEAD = 15
 """Maximum lead; larger ones count as this one."""

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from agents.playing.search.positions import SCORES
-from agents.playing.search.tuning import MAX_LEAD, SCORE_SHARES
+from agents.playing.search.tuning import DOUBLES_SHARES, MAX_LEAD, SCORE_SHARES
 from curling_env.game.rules import RuleSet
 from curling_env.typing import Floats, Integers
 
@@ -23,10 +23,13 @@ class WinProbability:
     Parameters
     ----------
     rules : rules of the game
-    shares : (13,) frequency of each of `SCORES` for the hammer team
+    shares : (13,) frequency of each of `SCORES` for the hammer team; by default as assumed for
+        these rules
     """
 
-    def __init__(self, rules: RuleSet, shares: ArrayLike = SCORE_SHARES) -> None:
+    def __init__(self, rules: RuleSet, shares: ArrayLike | None = None) -> None:
+        if shares is None:
+            shares = DOUBLES_SHARES if rules.placed_stones else SCORE_SHARES
         self._blank_keeps = rules.blank_keeps_hammer
         self._shares = np.asarray(shares, dtype=np.float64) / np.sum(shares)
         # The team that scores wins an extra end; a blank is followed by another.

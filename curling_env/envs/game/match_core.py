@@ -28,7 +28,7 @@ from curling_env.envs.game.reward import (
     reward_parts,
 )
 from curling_env.envs.ices import IceOption
-from curling_env.envs.options import brief, rules_from, whole_number
+from curling_env.envs.options import brief, rules_from, whole_number, yes_or_no
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameState, PlayedShot
 from curling_env.game.rules import Team, concede, may_concede
@@ -98,6 +98,7 @@ class MatchCore(GameCore):
         potential: Any = None,
         max_cycles: int | None = None,
         max_throws: int | None = None,
+        details: bool = False,
         render_mode: str | None = None,
     ) -> None:
         for name, limit in (("ends", ends), ("max_cycles", max_cycles), ("max_throws", max_throws)):
@@ -122,7 +123,7 @@ class MatchCore(GameCore):
             weights=weights,
             potential=potential,
         )
-        self.render_mode = render_mode
+        self.render_mode, self.details = render_mode, yes_or_no("details", details)
         limits = [limit for limit in (max_throws, 2 * max_cycles if max_cycles else None) if limit]
         self._max_throws = min(limits, default=None)
         usual = self.usual.observation

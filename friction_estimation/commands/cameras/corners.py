@@ -64,6 +64,8 @@ def corners(
     from curling_env.sheet import Sheet
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.annotation.server import AnnotationServer
+    from friction_estimation.camera.expected import expected_in_words, expected_of_scene
+    from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_lens, load_scene, save_scene
 
     if start is not None:
@@ -90,7 +92,14 @@ def corners(
         saved = server.wait()
     assert saved is not None
     count = len(saved.points_px)
+    expected = expected_of_scene(saved, camera_from_scene(saved, annotation.size))
     results.show(
-        {"scene": str(output), "points": count, "corners": saved.has_corners},
+        {
+            "scene": str(output),
+            "points": count,
+            "corners": saved.has_corners,
+            "expected": [error.document() for error in expected],
+        },
         f"{count} points marked: {output}; next: `curling track FILM --scene {output}`",
+        f"expected error of tracks: {expected_in_words(expected, results.units)}",
     )

@@ -45,6 +45,7 @@ def locate(
     from curling_env.infrastructure.files.writing import together
     from curling_env.sheet import PAPER_SHEET
     from friction_estimation.camera.annotation.annotate import Annotation
+    from friction_estimation.camera.expected import expected_errors, expected_in_words
     from friction_estimation.camera.locate import camera_from_photo, draw_markings
     from friction_estimation.camera.scene import load_scene, save_scene
     from friction_estimation.film.pictures import write_picture
@@ -82,8 +83,11 @@ def locate(
     if spread > UNSURE_HEIGHT and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"
         words.append(f"{uncertainty}: measure it and give --height")
+    expected = expected_errors([found.refined], found.scene.stone_radius, found.scene.stone_height)
+    words.append(f"expected error of tracks: {expected_in_words(expected, results.units)}")
     shown = None if picture is None else str(picture)
-    results.show({"scene": str(output), "picture": shown, **found.summary()}, *words)
+    errors = {"expected": [error.document() for error in expected]}
+    results.show({"scene": str(output), "picture": shown, **found.summary(), **errors}, *words)
 
 
 def _read_mark(text: str) -> tuple[str, tuple[float, float]]:

@@ -387,7 +387,7 @@ def test_the_picture_shows_the_team_of_each_stone(tmp_path) -> None:
 
 def test_a_target_mid_sheet_is_questioned():
     remarks = plan("standard", (0.0, 0.0), skill="none").remarks
-    assert "is mid-sheet" in remarks[0]
+    assert "is mid-sheet, where no stone stays" in remarks[0]
     assert "the away tee is at (0, 17.3735)" in remarks[0]
     assert not any("mid-sheet" in one for one in plan("standard", (0, TEE_Y), skill="none").remarks)
 

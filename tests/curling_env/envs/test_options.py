@@ -248,7 +248,7 @@ def test_another_ice_holds_where_it_is_set_or_for_one_episode():
 
 
 def test_drawn_ices_follow_from_the_seed_alone():
-    env = gym.make("CurlingSheet-v0", ices="random", skill="club").unwrapped
+    env = gym.make("CurlingSheet-v0", ices="random", skill="club", details=True).unwrapped
     drawn, seen = [], []
     for seed in (1, 2, 1):
         seen.append(env.reset(seed=seed)[0])

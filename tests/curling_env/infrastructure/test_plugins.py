@@ -109,7 +109,7 @@ def test_players_of_others_are_found_and_take_their_option(installed):
         (task_named, "our_club:nothing", "is no task: it has no name"),
         (player_named, "nobody", "unknown player 'nobody'; expected one of draw, greedy"),
         (player_named, "nobody:500", "known names: draw, greedy"),
-        (player_named, "our_club:nothing", "is no player"),
+        (player_named, "our_club:nothing", "is not a player"),
         (player_named, "draw:500", "takes no option"),
     ],
 )
