@@ -68,7 +68,7 @@ def record_ends(
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
-    # Minari puts the folder before the names of its files twice where it is relative.
+    # Minari repeats a relative folder in the names of its files.
     root = make_directory(output).absolute()
     if (root / DATASET).exists():
         raise InputError(f"a dataset already exists: remove {root / DATASET}", source=output)

@@ -1,4 +1,4 @@
-"""A policy of `CurlingEnd-v0` as a player of whole games: anybody's function, or a saved model."""
+"""Policy of `CurlingEnd-v0` as a player of whole games: any function, or a saved model."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
 
 MOST_ENDS = 64
-"""Number of ends whose memory a recurrent policy keeps: more are never played side by side."""
+"""Number of ends whose memory a recurrent policy keeps: more are never played in parallel."""
 
 
 class GamePolicy(Player):
-    """A policy that sees flat observations and returns a throw, or the number of a shot.
+    """Policy that sees flat observations and returns a throw, or the number of a shot.
 
-    A policy that takes `action_masks` is given those of the shots; one that takes `state`, its
+    A policy with a parameter `action_masks` gets those of the shots; one with `state` gets its
     memory of the end.
 
     Parameters
     ----------
-    policy : a function of observations, or something with `predict`
+    policy : a function of observations, or an object with `predict`
     name : its name
 
     Raises
@@ -43,7 +43,7 @@ class GamePolicy(Player):
         self._memories: dict[tuple[Any, ...], Any] = {}
 
     def call(self, view: PlayerView) -> Call:
-        """What the policy's action means."""
+        """Return the call of the policy's action."""
         end = (view.entropy[0], view.team, len(view.game.line_score))
         memory = self._memories.pop(end, None)
         if view.own_stones_left == view.game.rules.stones:
@@ -67,15 +67,16 @@ _ALGORITHMS = {
     ".qrdqn.": "QRDQN",
     ".tqc.": "TQC",
 }
-"""The algorithms by a part of the name of their policy's module; others' policies are as PPO's."""
+"""Algorithms by a part of the name of their policy's module; other policies are like PPO's."""
 
 
 def stable_baselines_model(path: str | Path) -> Any:
-    """A model that stable-baselines3 or sb3-contrib saved. Loading one runs code in the file.
+    """Load a model that was saved by stable-baselines3 or sb3-contrib. Loading runs code in the
+    file.
 
     Raises
     ------
-    InputError : no such file, or one that none of their algorithms has saved
+    InputError : no such file, or one that was not saved by their algorithms
     """
     try:
         with ZipFile(path) as archive:
@@ -83,7 +84,7 @@ def stable_baselines_model(path: str | Path) -> Any:
     except FileNotFoundError as error:
         raise InputError("no such file", source=path) from error
     except (OSError, BadZipFile, KeyError, ValueError, TypeError) as error:
-        raise InputError("is no model of stable-baselines3", source=path) from error
+        raise InputError("is not a model of stable-baselines3", source=path) from error
     algorithm = next((name for part, name in _ALGORITHMS.items() if part in module), "PPO")
     package = "sb3_contrib" if module.startswith("sb3_contrib") else "stable_baselines3"
     try:

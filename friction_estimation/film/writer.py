@@ -63,7 +63,7 @@ class FilmWriter:
         self._count, self._last = 0, -1
         # The index goes before the pictures, so that a film plays while it is still loading.
         options = {"movflags": "+faststart"} if kind == "mp4" else {}
-        with self._told():
+        with self._reporting_errors():
             self._container = av.open(str(path), "w", format=kind, options=options)
             self._container.metadata["comment"] = FILM_MARK
             stream = self._container.add_stream(codec, rate=self._rate)
@@ -106,7 +106,7 @@ class FilmWriter:
         stored.time_base = self._unit
         stored.pts = self._last = max(round(when / self._unit), self._last + 1)
         self._count += 1
-        with self._told():
+        with self._reporting_errors():
             self._container.mux(self._stream.encode(stored))
 
     def finish(self) -> None:
@@ -116,7 +116,7 @@ class FilmWriter:
         ------
         OutputError : the disk is full
         """
-        with self._told():
+        with self._reporting_errors():
             if self._count:
                 self._container.mux(self._stream.encode(None))
             self._container.close()
@@ -127,7 +127,7 @@ class FilmWriter:
             self._container.close()
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _reporting_errors(self) -> Iterator[None]:
         try:
             yield
         except (FFmpegError, OSError) as fault:

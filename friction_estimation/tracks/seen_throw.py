@@ -221,7 +221,7 @@ def _fit(u: Floats, values: Floats, noise: float) -> _Fit:
 
 
 def _root(c: float, b: float, a: float, about: float) -> float | None:
-    """Return the upward root of c + b·u + a·u² within ±about; None if there is none."""
+    """Return the upward root of c + b·u + a·u² within ±about; None if absent."""
     roots = np.roots([a, b, c]) if abs(a) > 1e-12 else np.array([-c / b if b else np.nan])
     rising = [float(r.real) for r in roots if abs(r.imag) < 1e-9 and b + 2 * a * r.real > 0.05]
     near = [r for r in rising if abs(r) <= about]

@@ -5,5 +5,5 @@
 - `accuracy`: tracks of films compared with the truth, and coarse copies of films
 - `practice`: an hour of practice, joined from such films
 - `takeouts`: takeouts, rendered by the package
-- `live`: a camera that sends its film at its own pace
+- `live`: a camera that sends its film in real time
 """

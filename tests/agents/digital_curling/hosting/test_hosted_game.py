@@ -45,7 +45,7 @@ def told(game: HostedGame) -> Update:
 
 
 def test_clients_get_the_keys_that_their_library_needs():
-    told = json.loads(json.dumps(hosted(ends=3).setting.told))
+    told = json.loads(json.dumps(hosted(ends=3).setting.announcement))
     assert told["rule"] == "normal"
     setting = {"max_end", "sheet_width", "five_rock_rule", "thinking_time"}
     assert told["setting"].keys() == {*setting, "extra_end_thinking_time"}
