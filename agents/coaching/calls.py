@@ -234,7 +234,7 @@ class _Words:
         self._rest = rest
 
     def read(self) -> Call:
-        """Return the call; raise if there is none."""
+        """Return the call; raise if absent."""
         broom = self._broom()
         target = self._pair()
         sided = self._sided()

@@ -315,12 +315,12 @@ class _Match:
         )
 
     def _verdict(
-        self, levels: Levels, told: tuple[float, float, float], alike: float, i: int, j: int
+        self, levels: Levels, interval: tuple[float, float, float], alike: float, i: int, j: int
     ) -> tuple[str, int]:
         """Return the verdict on two stones, and the number of further throws of each to settle
         it.
         """
-        value, low, high = told
+        value, low, high = interval
         if low > 0 or high < 0:
             return "differ", 0
         if -alike < low and high < alike:
@@ -333,8 +333,8 @@ class _Match:
         return "open", int(np.clip(more, 1, MOST_MORE))
 
 
-def _factor(told: tuple[float, float, float]) -> Interval:
-    value, low, high = np.exp(told).tolist()
+def _factor(interval: tuple[float, float, float]) -> Interval:
+    value, low, high = np.exp(interval).tolist()
     return Interval(value, low, high)
 
 

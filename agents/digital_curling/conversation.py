@@ -66,7 +66,7 @@ class GameMessage(msgspec.Struct):
     players: dict[TeamName, list[PlayerMessage]] | Untold = None
 
     @property
-    def told_setting(self) -> SettingMessage:
+    def known_setting(self) -> SettingMessage:
         """Return the setting, or the server's default if it is not disclosed."""
         return self.setting if isinstance(self.setting, SettingMessage) else SettingMessage()
 

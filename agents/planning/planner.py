@@ -266,7 +266,7 @@ def _best_peaks(peaks: Floats) -> Floats:
 
 
 def _throws_to(ice: Ice, objective: Objective, spins: Sequence[float], x: float) -> Floats:
-    """Return throws that rest at the target on the empty sheet; empty if there are none."""
+    """Return throws that rest at the target on the empty sheet; empty if none reaches it."""
     delivery = objective.delivery
     try:
         return find_throws(ice, objective.target, spins=spins, x=x, delivery=delivery).throws

@@ -107,8 +107,8 @@ def write_dataset(
     output : folder of datasets
     name : identifier of the dataset, which is also its folder there
     env : their environment
-    episodes : fields of Minari's `EpisodeBuffer`, taken one by one, so that memory does not grow with
-        their number
+    episodes : fields of Minari's `EpisodeBuffer`, taken one by one, so that memory does not grow
+        with their number
     by, what : name of the player, and a description
     seed : seed of the first episode, if the others count up
     references : mean returns that count as 0 and 1; None where there are none
@@ -125,7 +125,7 @@ def write_dataset(
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
-    # Minari puts the folder before the names of its files twice where it is relative.
+    # Minari repeats a relative folder in the names of its files.
     root = make_directory(output).absolute()
     if (root / name).exists():
         raise InputError(f"a dataset already exists: remove {root / name}", source=output)

@@ -104,7 +104,7 @@ def smooth_field(
 def smooth_factors(
     rows: Floats, columns: Floats, along: float, across: float
 ) -> tuple[Floats, Floats]:
-    """Matrices L and R such that L·Z·Rᵀ is a `smooth_field` if Z holds standard normal numbers."""
+    """Return matrices L and R such that L·Z·Rᵀ is a `smooth_field` of standard normal numbers Z."""
     return _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
 
 

@@ -98,7 +98,7 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
     ax.set_ylabel(f"◀ light   weight [{of_weight}]   heavy ▶", fontsize=8, color=figures.SOFT)
     spread = short_length(one.overall.spread[1].value, units)
     weight = abs(up) * one.overall.spread[0].value
-    name = (one.name or "nobody").replace("$", r"\$")
+    name = (one.name or "no name").replace("$", r"\$")
     ax.set_title(
         f"{name}: {one.overall.throws} throws, ±{weight:.2f} {of_weight.split()[0]}, ±{spread}",
         fontsize=10,
@@ -108,7 +108,7 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
 
 
 def _by_handle(one: AthleteErrors) -> list[ErrorSummary]:
-    """Return one group for each handle, or all throws if there is none."""
+    """Return one group for each handle, or all throws without handles."""
     found: list[ErrorSummary] = []
     for handle in HANDLES:
         of = [group for group in one.groups if group.handle == handle]

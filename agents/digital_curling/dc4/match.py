@@ -196,7 +196,7 @@ class Match4:
         finally:
             self._placement = None
 
-    # --- what they are told -----------------------------------------------------------------------
+    # --- messages to them -------------------------------------------------------------------------
 
     def publish(self) -> None:
         """Send the position to all streams; after the last shot of an end, first its final
@@ -329,7 +329,7 @@ class HttpSeat(Seat):
     def __init__(self, match: Match4, team: Team, *, brings_errors: bool = True) -> None:
         self.match, self.team, self._brings_errors = match, team, brings_errors
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Wait until a team has registered and listens."""
         await self.match.ready[self.team].wait()
         taken = self.match.teams[self.team]

@@ -69,7 +69,7 @@ class Seat(ABC):
     """Execution errors of a team's own; by default those of the setting."""
 
     @abstractmethod
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Get the name, and wait until the seat is ready; see `ClientSeat`."""
 
     @abstractmethod
@@ -124,7 +124,7 @@ class PlayerSeat(Seat):
         self.name = player.name
         self.player, self.pace = player, Pace(player)
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Return at once; the first decision compiles before its clock runs."""
 
     async def tell(self, message: dict[str, Any]) -> None:
@@ -165,7 +165,7 @@ class ClientSeat(Seat):
         self._gone = False
         self._why = "it closed the connection"
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Greet the client, announce the game, and wait until it is ready.
 
         Raises
@@ -175,7 +175,7 @@ class ClientSeat(Seat):
         await self.tell(greeting)
         name = await self._expect(DcOk, GREETING_PATIENCE)
         self.name = name.name
-        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": told})
+        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": game})
         ready = await self._expect(ReadyOk, READY_PATIENCE)
         if sorted(ready.player_order) != list(range(THROWERS)):
             raise SeatLostError(f"player_order {ready.player_order} does not list each player once")

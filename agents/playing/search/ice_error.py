@@ -1,6 +1,6 @@
 """Differences between actual and simulated throws of `search`, because ice and stones differ.
 
-On ice that is known exactly and does not change, like Digital Curling's, there are none. Estimated
+On ice that is known exactly and does not change, like Digital Curling's, they are zero. Estimated
 ice has the standard errors of its map and of its curl; in a game the ice changes, and stones of a
 set differ.
 """

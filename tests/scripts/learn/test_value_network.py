@@ -1,4 +1,4 @@
-"""Learning a value network: stopped runs go on, and other rules and ices are learnt as well."""
+"""Learning a value network: stopped runs resume, and other rules and ices are learned too."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(tmp_path, capsys):
         learnt(tmp_path / "begun", replace(DIGITAL_CURLING, ice="standard"))
 
 
-def test_learning_backwards_goes_on_too_and_leaves_out_what_is_held_out(tmp_path, capsys):
+def test_learning_backwards_resumes_too_and_excludes_held_out_ends(tmp_path, capsys):
     begin = learnt(tmp_path)
     capsys.readouterr()
 

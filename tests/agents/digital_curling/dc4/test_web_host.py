@@ -1,4 +1,6 @@
-"""Version 4 over HTTP: our client against our host, strange requests, and the page to watch on."""
+"""Version 4 over HTTP: our client against our host, strange requests, and the page for
+spectators.
+"""
 
 from __future__ import annotations
 
@@ -27,7 +29,7 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    """Nobody watches the end of these games, but one page, which asks each second."""
+    """Skip the wait at the end: only one page watches these games, and it asks each second."""
     monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
 
 
@@ -92,7 +94,7 @@ def test_states_come_as_the_protocol_has_them():
     assert thrown["shot_angle"] == pytest.approx(SHOT["shot_angle"], abs=0.02)
 
 
-def test_who_comes_back_is_told_of_the_end_so_far():
+def test_a_returning_client_gets_the_end_up_to_now():
     with WebHost(None, DrawPlayer()) as host:
         host.take_seat()
         first = Stream(host)
@@ -118,7 +120,7 @@ def finish(host: WebHost, events) -> None:
             host.ask("/shots", SHOT, **host.match)
 
 
-def test_what_is_none_of_a_clients_business_is_refused():
+def test_requests_that_a_client_may_not_make_are_refused():
     with WebHost(None, DrawPlayer()) as host:
         seat = {**host.match, "expected_match_team_name": "team0"}
         assert host.ask("/store-team-config", TEAM, None, **seat)[0] == 401
@@ -162,7 +164,7 @@ def test_a_shot_out_of_turn_is_refused():
             assert host.ask("/shots", SHOT, user, **host.match)[0] == 200
 
 
-def test_whose_time_is_up_has_lost():
+def test_a_team_whose_time_is_up_loses():
     with WebHost(None, DrawPlayer(), thinking_time=0.3) as host:
         host.take_seat()
         stream = Stream(host)
@@ -245,7 +247,7 @@ def test_a_url_needs_a_match_and_a_user(words, says, curling, monkeypatch):
     assert says in curling("join", "http://127.0.0.1:9", "--player", "draw", *words).complaint
 
 
-def test_a_password_that_is_refused_is_said(curling, monkeypatch):
+def test_a_refused_password_is_reported(curling, monkeypatch):
     monkeypatch.setenv("CURLING_PASSWORD", "wrong")
     with WebHost(None, DrawPlayer(), thinking_time=1.0) as host:
         options = ["--match", host.hosting.game_id, "--user", "anna", "--player", "draw"]

@@ -1,4 +1,4 @@
-"""How sure a search is of its ice."""
+"""Uncertainty of the ice in a search."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def view_of(**settings):
 
 
 def measured(sigma: float, *, curl: float = 0.0, observed: slice = slice(None)):
-    """The standard ice, as if it had been measured with these relative errors."""
+    """Return the standard ice, as if it had been measured with these relative errors."""
     friction = STANDARD.friction
     seen = np.zeros_like(friction.observed)
     seen[:, observed] = True
@@ -46,7 +46,7 @@ def test_ice_that_changes_is_less_sure():
     assert (changing >= CHANGING_ICE_ERROR).all()
 
 
-def test_measured_ice_is_as_sure_as_its_map_says():
+def test_the_uncertainty_of_measured_ice_is_that_of_its_map():
     error = ice_error(view_of(known_ice=measured(0.01, curl=0.01)), 2.0)
     # 1 % of the friction of a stretch are 0.46 % on the whole way, and that 0.23 % of the speed; a
     # hundredth of 1.2 m of curl over 28.3 m.
@@ -68,6 +68,6 @@ def test_cells_that_no_stone_crossed_do_not_count_where_others_were_measured():
     assert friction_error(measured(0.02, observed=slice(0, 0))) == pytest.approx(25 * one)
 
 
-def test_a_curl_whose_error_is_not_told_counts_none():
+def test_a_curl_without_sigma_has_no_error():
     assert curl_error(STANDARD) == 0.0
     assert curl_error(load_ice("paper")) == 0.0

@@ -1,4 +1,4 @@
-"""What a position is worth after the opponent's reply, and shots chosen by that."""
+"""Value of a position after the opponent's reply, and shots chosen by it."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from curling_env.game import End, GameSimulator, GameState, PlayerView, RestingS
 RULES = rule_set("world_curling_2024", ends=1)
 SIMULATOR = GameSimulator(rules=RULES, skills="elite")
 AWAY_SHOT = RestingStone(Team.AWAY, 6, 0.1, 0.2)
-"""A stone of the team without the hammer that counts and lies open."""
+"""Open counting stone of the team without the hammer."""
 BURIED = (
     RestingStone(Team.AWAY, 6, 0.0, 0.25),
     *(RestingStone(Team.AWAY, k, x, -1.1) for k, x in enumerate((-0.16, 0.16))),
@@ -66,7 +66,7 @@ def wins_of_away(stones, trials=20) -> float:
     return float(np.mean([state.game.line_score[-1][Team.AWAY] > 0 for state in after]))
 
 
-def test_a_position_is_worth_what_the_reply_leaves_of_it():
+def test_the_value_of_a_position_is_that_after_the_reply():
     assert value_for_away((AWAY_SHOT,)) == pytest.approx(wins_of_away((AWAY_SHOT,)), abs=0.2)
 
 
