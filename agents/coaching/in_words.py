@@ -19,9 +19,9 @@ CAUSE_WORDS: dict[Cause, str] = {
     "neither": "unexplained",
 }
 """Name of each cause."""
-SMALL = 0.02
+MIN_SHOWN = 0.02
 """Smallest part of a miss that is shown [m]."""
-NOTED_MEAN = 0.1
+MIN_MENTIONED_MEAN = 0.1
 """Smallest mean part that is mentioned [m]."""
 
 
@@ -34,7 +34,7 @@ def offset(right: float, past: float, units: Units = Units.METRES) -> str:
     right, past : to the right, and along play [m]
     units : units of displayed lengths
     """
-    least = max(SMALL, 0.2 * max(abs(right), abs(past)))
+    least = max(MIN_SHOWN, 0.2 * max(abs(right), abs(past)))
     parts = [
         side(value, units, right=name)
         for value, name in ((past, "past"), (right, "right"))
@@ -50,7 +50,7 @@ def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
     """Return a row for each throw: its miss and the contribution of each cause."""
     causes: list[Cause] = [c for c in CAUSES if any(c in one.parts for one in found.throws)]
     if not found.believed and not any(
-        one.parts["ice"].size > SMALL for one in found.throws if "ice" in one.parts
+        one.parts["ice"].size > MIN_SHOWN for one in found.throws if "ice" in one.parts
     ):
         causes.remove("ice")
     head = ["throw", "athlete", "called", "miss", *(CAUSE_WORDS[c] for c in causes), "mostly"]
@@ -101,7 +101,7 @@ def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
         for right, past in [
             tuple(
                 way.value
-                if abs(way.value) > max(INTERVAL * (way.sigma or 0.0), NOTED_MEAN)
+                if abs(way.value) > max(INTERVAL * (way.sigma or 0.0), MIN_MENTIONED_MEAN)
                 else 0.0
                 for way in ways
             )

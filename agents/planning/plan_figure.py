@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 OWN_COLOUR, OTHER_COLOUR, NO_TEAM_COLOUR = "#c8433f", "#f2c230", "#7d8894"
 """Handle colours of the thrower's stones, of the opponents', and of stones without a team."""
-CONTACT_MATTERS = 0.05
+MAX_CONTACT_SHARE = 0.05
 """Share of trials with a contact above which the ends are not drawn as an ellipse."""
 
 
@@ -182,7 +182,7 @@ def _colours(plan: Plan) -> list[str]:
 
 def _is_cloud(plan: Plan) -> bool:
     """Return whether the ends have any shape, because stones touched another."""
-    return plan.best.trials.chance(SlideEnd.CONTACT) > CONTACT_MATTERS
+    return plan.best.trials.chance(SlideEnd.CONTACT) > MAX_CONTACT_SHARE
 
 
 def _draw_moved_stones(ax: Axes, plan: Plan, view: figures.Projection) -> None:

@@ -12,7 +12,7 @@ from curling_env.envs.game.opponents import Policy
 from curling_env.envs.game.shots import ShotActions
 from curling_env.game import Call, Player, PlayerView
 
-MOST_ENDS = 64
+MAX_PARALLEL_ENDS = 64
 """Number of ends whose memory a recurrent policy keeps: more are never played in parallel."""
 
 
@@ -47,7 +47,7 @@ class GamePolicy(Player):
         action, memory = self._policy.act(self._core.observation_of(view), memory, masks)
         if memory is not None:
             self._memories[end] = memory
-            if len(self._memories) > MOST_ENDS:
+            if len(self._memories) > MAX_PARALLEL_ENDS:
                 del self._memories[next(iter(self._memories))]
         chosen = self._shots if np.ndim(action) == 0 else self._core.action
         return chosen.call_of(action, view)

@@ -24,7 +24,7 @@ from curling_env.physics.integrator import ThrowTimes, integrate
 from curling_env.physics.law import Law, Laws, compile_law, law_among
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.refusals import refuse_impossible
+from curling_env.physics.refusals import refuse_impossible_positions
 from curling_env.physics.slides import USUAL_NODES, edge_bounds
 from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import Workspace, new_workspace
@@ -415,7 +415,7 @@ class BatchEngine:
         limits = edge_bounds(self.ice) if bounds is None else bounds
         all_stones = np.concatenate([stones, rows[:, None, : State.Y + 1]], axis=1)
         inside = "the bounds of the ice"
-        refuse_impossible(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
+        refuse_impossible_positions(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
         after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
         time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 

@@ -30,7 +30,7 @@ LICENCE = "CC0-1.0"
 """Licence of donated sessions: anyone may use them for anything."""
 MAX_ROWS = 300_000
 """Maximum number of frames of one session: 350 throws at 30 frames a second."""
-LEAST_CONSENT, MOST_CONSENT = 20, 1000
+MIN_CONSENT, MAX_CONSENT = 20, 1000
 """Minimum and maximum number of letters of a note of consent."""
 
 
@@ -77,9 +77,9 @@ class Session:
 
     def __post_init__(self) -> None:
         length = len(self.consent.strip())
-        if not LEAST_CONSENT <= length <= MOST_CONSENT or not self.consent.isprintable():
+        if not MIN_CONSENT <= length <= MAX_CONSENT or not self.consent.isprintable():
             raise InputError(
-                f"expected a note of consent of {LEAST_CONSENT} to {MOST_CONSENT} letters in one "
+                f"expected a note of consent of {MIN_CONSENT} to {MAX_CONSENT} letters in one "
                 f"line that states who agrees to what, got {length}"
             )
         if not self.tracks:
@@ -123,7 +123,7 @@ class SessionDocument(Document):
 
     format: Short
     licence: Short
-    consent: Annotated[str, Meta(min_length=LEAST_CONSENT, max_length=MOST_CONSENT)]
+    consent: Annotated[str, Meta(min_length=MIN_CONSENT, max_length=MAX_CONSENT)]
     scene: SceneDocument
     tracks: TracksDocument
     throws: Annotated[list[ThrowDocument], Meta(max_length=MAX_THROWS)] = msgspec.field(

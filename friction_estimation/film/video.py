@@ -44,15 +44,15 @@ from friction_estimation.film.frame import LazyFrame
 
 DEFAULT_FPS = 30.0
 """Frame rate if neither the film nor the scene has a usable one."""
-SEEK_BEYOND = 40
+MIN_FRAMES_TO_SEEK = 40
 """Number of frames below which decoding is cheaper than a seek, which goes back to a key frame."""
 MIN_KEY_FRAMES = 0.8
 """Minimum share of the requested frames for a sample of key frames only."""
-UNEVEN = 0.25
+MAX_SAMPLE_SHIFT = 0.25
 """Otherwise, maximum shift of a sample's frame towards a key frame, as a share of the step between
 frames.
 """
-WORTHWHILE = 0.7
+MAX_DECODED_SHARE = 0.7
 """Maximum share of the film that may be decoded for it."""
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".m2ts", ".ts", ".mpg", ".3gp")
 """Suffixes of the files that count as films in a folder."""
@@ -306,7 +306,7 @@ class Film:
         if len(self._moments) < self.frame_count or keys.min(initial=1) > 0:
             return []
         even = np.linspace(0, self.frame_count - 1, count)
-        slack = UNEVEN * (self.frame_count - 1) / max(count - 1, 1)
+        slack = MAX_SAMPLE_SHIFT * (self.frame_count - 1) / max(count - 1, 1)
         at = np.searchsorted(keys, even, side="right") - 1
         before, after = keys[at], keys[np.minimum(at + 1, len(keys) - 1)]
         near = np.where(np.abs(after - even) <= slack, after, np.maximum(even - slack, before))
@@ -314,7 +314,7 @@ class Film:
         at = np.searchsorted(keys, wanted, side="right") - 1
         last = np.append(np.diff(at) > 0, True)
         effort = int((wanted - keys[at] + 1)[last].sum())
-        return wanted.tolist() if effort < WORTHWHILE * self.frame_count else []
+        return wanted.tolist() if effort < MAX_DECODED_SHARE * self.frame_count else []
 
     def _seen_from_key_frames(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
         """Yield the same as `pick`; from the last of them to the next key frame nothing is
@@ -373,7 +373,7 @@ class Film:
             begin = start(stream) if self._begin is None else self._begin
             frames, at = decoded(container, stream), -self.first
             for index in sorted(set(wanted)):
-                if index - at > SEEK_BEYOND and index < len(moments):
+                if index - at > MIN_FRAMES_TO_SEEK and index < len(moments):
                     frames, at = decoded_from(container, stream, moments[index]), index
                 frame, damaged = next(islice(frames, index - at, None), (None, False))
                 if frame is None:

@@ -22,14 +22,14 @@ from friction_estimation.tracks.tuning import (
     CLEAR_DEVIATIONS,
     CONTACT_TIME_MARGIN,
     HARD_HIT,
-    ICE_CHANGES_VELOCITY,
     JUMP_ROWS,
     JUMP_WINDOWS,
-    LEAST_CONTACT_SPEED,
-    LEAST_JUMP,
-    LONG_WAY,
+    MAX_JUMP_BY_ICE,
+    MIN_CONTACT_SPEED,
+    MIN_JUMP,
     MIN_NOISE,
     MIN_SAMPLES,
+    MIN_THROWN_DISTANCE,
     TOUCHING_SLACK,
 )
 
@@ -134,7 +134,7 @@ def velocity_jumps(track: Trajectory) -> list[float]:
 def _beyond_delivery(xy: Floats) -> Flags:
     """Return the rows after the delivery by hand."""
     way = float(xy[-1, 1] - xy[0, 1])
-    if abs(way) < LONG_WAY:
+    if abs(way) < MIN_THROWN_DISTANCE:
         return np.ones(len(xy), dtype=bool)
     return np.sign(way) * xy[:, 1] >= -HOG_LINE_Y
 
@@ -150,7 +150,7 @@ class _Jumps:
     def __init__(self, t: Floats, xy: Floats) -> None:
         self._t, self._xy = t, xy
         motion = smooth_motion(t, xy)
-        moving = motion.speed > LEAST_CONTACT_SPEED
+        moving = motion.speed > MIN_CONTACT_SPEED
         self._speed = motion.speed
         shortest = max(JUMP_WINDOWS[0], JUMP_ROWS * float(np.median(np.diff(t))))
         self._windows = [shortest, *(w for w in JUMP_WINDOWS if w > shortest)]
@@ -184,7 +184,7 @@ class _Jumps:
             step = max(window / 8, float(np.median(np.diff(t))))
             times = np.arange(t[2] + 0.5 * step, t[-3], step)
             size, deviations = self._changes(first, last, times, window)
-            by_ice = max(LEAST_JUMP, ICE_CHANGES_VELOCITY * self._usual * window)
+            by_ice = max(MIN_JUMP, MAX_JUMP_BY_ICE * self._usual * window)
             excess = np.minimum(usual_excess, _excess(deviations))
             threshold = CLEAR_DEVIATIONS * np.where(size > HARD_HIT * by_ice, *excess)
             is_clear = (deviations > threshold) & (size > by_ice) & self._moved(times)
@@ -211,7 +211,7 @@ class _Jumps:
         its path.
         """
         before = [np.interp(times - shift, self._t, self._speed) for shift in (0.5, 0.75, 1.0)]
-        return np.min(before, axis=0) > LEAST_CONTACT_SPEED
+        return np.min(before, axis=0) > MIN_CONTACT_SPEED
 
     def _changes(
         self, first: int, last: int, times: Floats, window: float

@@ -23,11 +23,11 @@ from friction_estimation.tracks.tuning import (
     AFTER_PUSH_ENDS,
     BEFORE_PUSH_ENDS,
     CLEAR_DEVIATIONS,
+    DECELERATION_RANGE,
     MIN_MOVING_SPEED,
     MIN_SAMPLES,
     MIN_TRAVEL,
     PUSHED_DECELERATION,
-    SLOWED_ALIKE,
 )
 
 
@@ -154,15 +154,15 @@ def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
         raise problem or TrackTooShortError(
             f"throw {track.throw} has {count} samples; expected at least {MIN_SAMPLES}"
         )
-    return _alike(found)
+    return _same_deceleration(found)
 
 
-def _alike(slides: list[FreeSlide]) -> list[FreeSlide]:
+def _same_deceleration(slides: list[FreeSlide]) -> list[FreeSlide]:
     """Return the slides of one stone with the deceleration of its longest one: no hand moves it."""
     if len(slides) == 1:
         return slides
     usual = max(slides, key=lambda slide: slide.travel)
-    least, most = SLOWED_ALIKE
+    least, most = DECELERATION_RANGE
     mean, error = _deceleration(usual)
     kept: list[FreeSlide] = []
     for slide in slides:

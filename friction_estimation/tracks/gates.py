@@ -24,13 +24,13 @@ from curling_env.infrastructure.files.table import is_plain, quoted, read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.tuning import (
-    FASTEST_AT_GATE,
+    GATE_LINE_TOLERANCE,
     GATE_PLACE_SIGMA,
     GATE_WIDTH,
     HOG_TO_HOG_SECONDS,
-    NEAR_LINE,
-    OTHER_BEAM,
-    SAME_SPEED,
+    LENGTH_TOLERANCE,
+    MAX_GATE_SPEED,
+    SPEED_TOLERANCE,
     SPLIT_SECONDS,
 )
 
@@ -138,7 +138,7 @@ def passing_times(track: Trajectory, line: float) -> tuple[float, float] | None:
     line : place along the direction of play, from mid-sheet [m]
     """
     forward = 1.0 if track.xy[-1, 1] >= track.xy[0, 1] else -1.0
-    rows = np.abs(forward * track.xy[:, 1] - line) < NEAR_LINE
+    rows = np.abs(forward * track.xy[:, 1] - line) < GATE_LINE_TOLERANCE
     if not rows.any():
         return None
     sigma = float(np.sqrt(np.sum(track.sigma_t[rows] ** 2))) / int(rows.sum())
@@ -243,14 +243,14 @@ class _Passages:
             for second in self.between(
                 first.start, first.stop + HOG_TO_HOG_SECONDS[1], hog=True, at=-first.end
             )
-            if abs((ratio := _speed_ratio(first, second)) - 1.0) < OTHER_BEAM
+            if abs((ratio := _speed_ratio(first, second)) - 1.0) < LENGTH_TOLERANCE
         ]
         # Length of a stone where the beams cross it, over the usual one: the same for all throws.
         usual = float(np.median([ratio for ratio, *_ in ratios])) if ratios else 1.0
         pairs = [(abs(ratio / usual - 1.0), first, second) for ratio, first, second in ratios]
         used: set[int] = set()
         for misfit, first, second in sorted(pairs, key=lambda pair: pair[0]):
-            if misfit > SAME_SPEED or used & {first.row, second.row}:
+            if misfit > SPEED_TOLERANCE or used & {first.row, second.row}:
                 continue
             slowing = (first.speed - second.speed) / (second.middle - first.middle)
             tees = [*self._near_tee(first), first, second, *self._far_tee(second, slowing)]
@@ -262,7 +262,7 @@ class _Passages:
         """Return the last passage of the near tee line before a throw passes the near hog line."""
         low, high = SPLIT_SECONDS
         found = self.between(first.start - high, first.start - low, hog=False, at=first.end)
-        return [passage for passage in found if passage.speed < FASTEST_AT_GATE][-1:]
+        return [passage for passage in found if passage.speed < MAX_GATE_SPEED][-1:]
 
     def _far_tee(self, second: Passage, slowing: float) -> list[Passage]:
         """Return the passage of the far tee line with the expected time and speed.
@@ -281,10 +281,10 @@ class _Passages:
             for passage in self.between(
                 second.start, second.stop + 2 * expected, hog=False, at=second.end
             )
-            if abs(passage.speed / speed - 1.0) < 2 * SAME_SPEED
+            if abs(passage.speed / speed - 1.0) < 2 * SPEED_TOLERANCE
         ]
         misfit, best = min(found, key=lambda one: one[0], default=(np.inf, second))
-        return [best] if misfit < SAME_SPEED else []
+        return [best] if misfit < SPEED_TOLERANCE else []
 
 
 def _speed_ratio(first: Passage, second: Passage) -> float:
@@ -294,7 +294,7 @@ def _speed_ratio(first: Passage, second: Passage) -> float:
     """
     seconds = second.middle - first.middle
     low, high = HOG_TO_HOG_SECONDS
-    if not low < seconds < high or not second.speed < first.speed < FASTEST_AT_GATE:
+    if not low < seconds < high or not second.speed < first.speed < MAX_GATE_SPEED:
         return np.inf
     return 0.5 * (first.speed + second.speed) * seconds / _HOG_TO_HOG
 

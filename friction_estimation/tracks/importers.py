@@ -32,7 +32,7 @@ second.
 _MIN_ROWS = 3
 MAX_NUMBER = 1e9
 """Largest time or position in an export, in its own units."""
-FARTHEST = 1e3
+MAX_DISTANCE = 1e3
 """Maximum distance of a position from the middle of the sheet [m]."""
 
 
@@ -121,7 +121,7 @@ def on_sheet(
     ]
     for k, track in zip(series, tracks, strict=True):
         farthest = float(np.abs(track.xy).max())
-        if farthest > FARTHEST:
+        if farthest > MAX_DISTANCE:
             raise InputError(f"{k.name[:40]!r} is {farthest:.3g} m away from the sheet in one row")
     return tracks
 

@@ -30,7 +30,7 @@ some per cent; a hand removes the deceleration altogether.
 """
 CLEAR_DEVIATIONS = 6.0
 """Minimum significance of the end of a push, or a contact [standard errors]."""
-SLOWED_ALIKE = (0.5, 3.0)
+DECELERATION_RANGE = (0.5, 3.0)
 """Range of the deceleration of a slide between two contacts, over that of the longest slide of the
 same stone, within which ice alone slows it.
 """
@@ -79,17 +79,17 @@ glancing one or that of a slow camera in the longest.
 """
 JUMP_ROWS = 6
 """Minimum number of rows in the shortest of these on either side."""
-LEAST_JUMP = 0.03
+MIN_JUMP = 0.03
 """Minimum jump of the velocity that is searched [m/s]."""
-ICE_CHANGES_VELOCITY = 0.5
+MAX_JUMP_BY_ICE = 0.5
 """Maximum jump of the velocity due to ice, over the usual deceleration and the window. Friction
 that changes to zero or doubles within the window causes 0.2.
 """
 HARD_HIT = 4.0
 """Minimum size of a hard hit, over the smallest jump that counts in its window."""
-LEAST_CONTACT_SPEED = 0.15
+MIN_CONTACT_SPEED = 0.15
 """Minimum speed before a contact that matters [m/s]."""
-LONG_WAY = 5.0
+MIN_THROWN_DISTANCE = 5.0
 """Minimum path along the sheet of a stone that was thrown in that direction [m]."""
 
 # --- cameras joined into one track -------------------------------------------------------------
@@ -139,15 +139,15 @@ throws: the height of the beam and the distance of the gate from its line.
 """
 GATE_TIME_SIGMA = 0.003
 """Standard error of a time without a stated one [s]."""
-NEAR_LINE = 0.3
+GATE_LINE_TOLERANCE = 0.3
 """Maximum distance from a line for a time to be that of its gate [m]."""
-FASTEST_AT_GATE = 5.0
+MAX_GATE_SPEED = 5.0
 """Maximum speed of a stone at a gate [m/s]."""
 HOG_TO_HOG_SECONDS = (5.0, 30.0)
 """Time of a throw from hog line to hog line [s]."""
 SPLIT_SECONDS = (1.5, 4.5)
 """Time of a throw from the near tee line to the near hog line [s]."""
-OTHER_BEAM = 0.3
+LENGTH_TOLERANCE = 0.3
 """Maximum relative deviation of a stone's length from the usual one where the beams cross it."""
-SAME_SPEED = 0.15
+SPEED_TOLERANCE = 0.15
 """Maximum relative deviation of a sliding stone's speeds from the times between gates."""

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 COLOURS: dict[str | None, str] = {"in-turn": "#b5541c", "out-turn": "#137f8f", None: "#55606b"}
 MARKS: dict[str, Any] = {"guard": "^", "draw": "o", "hit": "s"}
-MOST = 9
+MAX_ATHLETES = 9
 """Maximum number of athletes drawn; those with most throws are chosen."""
 
 
@@ -37,7 +37,7 @@ def draw_athletes(
     ------
     OutputError : the picture cannot be written
     """
-    shown = sorted(found, key=lambda one: -one.overall.throws)[:MOST]
+    shown = sorted(found, key=lambda one: -one.overall.throws)[:MAX_ATHLETES]
     columns = min(len(shown), 3)
     rows = -(-len(shown) // columns)
     figure = figures.new_figure(max(4.4 * columns, 7.4), 4.4 * rows + 0.7)

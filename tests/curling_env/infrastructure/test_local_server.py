@@ -83,7 +83,7 @@ def test_broken_or_too_long_messages_are_refused(server):
 
 
 def test_silent_connections_hold_no_threads(server, monkeypatch):
-    monkeypatch.setattr(local_server, "PATIENCE", 0.1)
+    monkeypatch.setattr(local_server, "IDLE_TIMEOUT", 0.1)
     monkeypatch.setattr(Handler, "timeout", 0.1)
     before = threading.active_count()
     silent = [socket.create_connection(server.server_address, timeout=5) for _ in range(24)]

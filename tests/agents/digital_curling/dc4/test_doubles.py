@@ -48,7 +48,7 @@ ORDERS = ((0, 1, 2, 3), (0, 1, 2, 3))
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
 
 class Leading(RuleBasedPlayer):

@@ -70,7 +70,7 @@ def test_certificate_and_key_may_be_in_one_file(folder):
 def join(curling, monkeypatch):
     """Run `curling join` for anna's team in a host's match."""
     monkeypatch.setenv("CURLING_PASSWORD", PASSWORDS["anna"])
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
     def run(host: WebHost, *words: str | Path, url: str | None = None):
         options = ["--match", host.hosting.game_id, "--user", "anna", "--player", "draw"]

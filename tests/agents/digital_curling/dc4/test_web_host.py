@@ -30,7 +30,7 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
     """Skip the wait at the end: only one page watches these games, and it asks each second."""
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
 
 # --- whole games ----------------------------------------------------------------------------------
@@ -262,9 +262,9 @@ def test_a_refused_password_is_reported(curling, monkeypatch):
 
 def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
     # Every break lasts longer than the other team thinks, so that all its shots fall into one.
-    monkeypatch.setattr("agents.digital_curling.dc4.join.PAUSE", 0.3)
+    monkeypatch.setattr("agents.digital_curling.dc4.join.RETRY_DELAY", 0.3)
     # The last break may come with the end of the game; the host must still be there then.
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 2.0)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 2.0)
     real = Connection4.states
 
     def until_own_shot(self):
@@ -285,7 +285,7 @@ def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
 
 
 def test_the_page_follows_the_game(page, monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 3.0)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 3.0)
     with WebHost(None, DrawPlayer()) as host:
         page.goto(host.url)
         assert "when both teams are connected" in page.inner_text("body")

@@ -343,7 +343,7 @@ def test_a_clock_runs_only_for_the_team_to_throw():
 
 
 def test_a_client_that_is_refused_makes_room(monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.hosting.seats.GREETING_PATIENCE", 0.2)
+    monkeypatch.setattr("agents.digital_curling.hosting.seats.GREETING_TIMEOUT", 0.2)
     with Host(None, DrawPlayer()) as host:
         for words in (b"GET / HTTP/1.1\r\n\r\n", b"", b'{"cmd":"ready_ok"}\n'):
             with Wire(host.ports[0], ready=False) as stranger:

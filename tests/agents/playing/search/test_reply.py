@@ -11,7 +11,7 @@ import pytest
 from agents.playing import SearchPlayer, throws_before
 from agents.playing.search.player import _Search
 from agents.playing.search.reply import values_after_reply
-from agents.playing.search.tuning import REPLIES_ALWAYS, REPLY_FACTOR, REPLY_LEAST
+from agents.playing.search.tuning import MIN_REPLY_THROWS, REPLIES_ALWAYS, REPLY_FACTOR
 from curling_env.game import End, GameSimulator, GameState, PlayerView, RestingStone, Team, rule_set
 
 RULES = rule_set("world_curling_2024", ends=1)
@@ -82,9 +82,9 @@ def test_replies_are_looked_up_before_the_last_stone_but_one():
     }
     assert looked_up[13] == looked_up[15] == 0
     assert 1000 < looked_up[14] < REPLY_FACTOR * 1000
-    few = search_at(SIMULATOR.view(state_of(stones, 14)), REPLY_LEAST // REPLY_FACTOR - 1)
+    few = search_at(SIMULATOR.view(state_of(stones, 14)), MIN_REPLY_THROWS // REPLY_FACTOR - 1)
     assert few.looked_up == 0
-    assert few.simulated < REPLY_LEAST // REPLY_FACTOR
+    assert few.simulated < MIN_REPLY_THROWS // REPLY_FACTOR
 
 
 def test_a_long_search_looks_up_replies_before_every_delivery_but_the_last():
