@@ -1,4 +1,4 @@
-"""The ten tasks of the benchmark, and one for practice.
+"""The ten tasks of the benchmark, and two for practice.
 
 A task is an environment with fixed options, episodes with fixed seeds, and one number per episode.
 A change to any of them is a new version of the benchmark.
@@ -95,6 +95,14 @@ _ALL = (
     _end("rulebased"),
     _end("greedy"),
     _end("learned"),
+    BenchmarkTask(
+        name="end-doubles",
+        asks="an end of mixed doubles against `rulebased`, both teams elite",
+        environment="CurlingEnd-v0",
+        options={"opponent": "rulebased", "rules": "mixed_doubles_2024"},
+        metric="points",
+        headline=False,
+    ),
     replace(_end("draw"), headline=False),
 )
 # About what the planner earns in single throws (ten episodes of each), and in ends as much as
@@ -110,6 +118,7 @@ _THRESHOLDS = {
     "end-rulebased": 0.2,
     "end-greedy": 0.8,
     "end-learned": 0.0,
+    "end-doubles": 0.6,
     "end-draw": 1.3,
 }
 # Scores and returns of random actions, then those of the planner, or of `rulebased` in ends, in the
@@ -125,6 +134,7 @@ _REFERENCES = {
     "end-rulebased": ((-4.56, -0.14), (-4.56, -0.14)),
     "end-greedy": ((-5.19, 0.60), (-5.19, 0.60)),
     "end-learned": ((-3.66, -0.59), (-3.66, -0.59)),
+    "end-doubles": ((-3.44, -0.05), (-3.44, -0.05)),
     "end-draw": ((-5.77, 0.92), (-5.77, 0.92)),
 }
 TASKS = {
@@ -136,7 +146,8 @@ TASKS = {
     )
     for task in _ALL
 }
-"""The tasks by name; those that count, and `end-draw`, where one constant action does as well."""
+"""The tasks by name: those that count, and two for practice, where drawing to the button wins as
+much as playing by the stones."""
 
 
 def task_of(name: str) -> BenchmarkTask:

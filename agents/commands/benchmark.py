@@ -50,9 +50,9 @@ def benchmark(
 
     Seven tasks are single throws of a club player on held-out ices: draw, draw-mean, draw-blind,
     guard, takeout, hit-and-stay and freeze. Three are ends against rulebased, greedy and learned;
-    end-draw is for practice. Seeds and ices are fixed, so that the same policy has the same score
-    everywhere. Of several trainings the interquartile mean counts. A row is checked and shown.
-    See docs/benchmark.md.
+    end-draw and end-doubles are for practice. Seeds and ices are fixed, so that the same policy has
+    the same score everywhere. Of several trainings the interquartile mean counts. A row is checked
+    and shown. See docs/benchmark.md.
     """
     from agents.benchmark import TASKS, difference_of, played
     from agents.benchmark.contestants import can_do, contestant
@@ -93,7 +93,7 @@ def benchmark(
             document["together"] = None if together is None else asdict(together)
         print_json(document)
     elif together is not None and len(chosen) > 1:
-        print(f"{'all together':43} {together.in_words()}")
+        print(f"{'all tasks':43} {together.in_words()}")
 
 
 def _show_rows(paths: list[str], as_json: bool) -> None:

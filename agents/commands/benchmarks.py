@@ -1,4 +1,4 @@
-"""Measures of ends, on one core."""
+"""Measures of the speed of ends, on one core."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A trained model as a player: one that plays ends, or one that draws to the button."""
+"""Trained model as a player: one that plays ends, or one that draws to the button."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from curling_env.throw import Throw
 
 
 class TrainedPlayer(Player):
-    """Plays every stone to the button, thrown as a model of `curling train` throws it.
+    """Player that draws every stone to the button with a model of `curling train`.
 
     Parameters
     ----------
@@ -38,7 +38,7 @@ class TrainedPlayer(Player):
 
     def call(self, view: PlayerView) -> Call:
         if view.delivery.line_y != HOG_LINE_Y:
-            raise InputError(f"{self.name} has learnt to throw from the hog line only")
+            raise InputError(f"{self.name} was trained to throw from the hog line only")
         known = self._throws.get(view.direction)
         if known is None or known[0] is not view.ice:
             known = (view.ice, self._policy.throw(view.ice, tee(view.direction)))
@@ -47,12 +47,12 @@ class TrainedPlayer(Player):
 
 
 def trained_player(path: str | Path, *, budget: int = 400) -> Player:
-    """The player of a model in a file: one that has learnt ends, or one that draws to the button.
+    """Load the player of a model file: one that plays ends, or one that draws to the button.
 
     Parameters
     ----------
     path : file of the model
-    budget : simulated throws before each delivery, for a player from a league
+    budget : number of simulated throws before each delivery, for a player from a league
 
     Raises
     ------
@@ -73,7 +73,7 @@ def trained_player(path: str | Path, *, budget: int = 400) -> Player:
 
 
 def model_in(path: str | Path) -> Player | TrainedPolicy:
-    """The trained model in a file: a player of ends, or a policy of single throws.
+    """Load the trained model in a file: a player of ends, or a policy of single throws.
 
     Raises
     ------
@@ -85,12 +85,12 @@ def model_in(path: str | Path) -> Player | TrainedPolicy:
 
 
 def player_from(name: str) -> Player:
-    """The player with a name, perhaps with an option, of a model in a file, or of a policy.
+    """Return the player with a name, perhaps with an option, of a model in a file, or of a policy.
 
     Parameters
     ----------
-    name : a player's name; a model's file (``.npz``, or ``.zip`` of stable-baselines3); or
-        ``module:object``, a `Player`'s class, or a function of observations, or something with
+    name : name of a player; file of a model (``.npz``, or ``.zip`` of stable-baselines3); or
+        ``module:object``, a `Player` class, a function of observations, or an object with
         `predict`
 
     Raises
@@ -113,6 +113,6 @@ def player_from(name: str) -> Player:
     if Path(name).suffix or is_file:
         return trained_player(name)
     raise InputError(
-        f"no player is named {name!r}; there are {', '.join(player_names())}, module:Class, "
-        "or a trained model's file"
+        f"unknown player {name!r}; expected one of {', '.join(player_names())}, module:Class, or "
+        "a trained model's file"
     )

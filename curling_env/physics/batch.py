@@ -1,7 +1,7 @@
-"""Very many throws: lone stones by the thousand, or throws into positions of up to 16 stones.
+"""Batches of throws: lone stones by the thousand, or throws into positions of up to 16 stones.
 
 The law and the steps are those of a single stone, called from compiled loops. Throws do not depend
-on each other, so the result is the same to the last bit on any number of threads.
+on each other, so the result is the same bit for bit on any number of threads.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ RELEASE_DTYPE = np.dtype([(name, np.float64) for name in RELEASE_FIELDS])
 """One release as an element of a structured array, numbers only."""
 _STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = range(6, 11)
 MIN_CHUNK = 256
-"""Least number of throws that a thread takes at a time."""
+"""Minimum number of throws per thread and turn."""
 MOST_STONES = 16
 
 
@@ -144,11 +144,11 @@ class Positions:
     Parameters
     ----------
     xy : (n, k + 1, 2) centres afterwards, the thrown stone last; NaN for a stone that left play or
-        was never there [m]
+        was absent [m]
     last : (n, k + 1, 2) the same, but with the place where a stone left play [m]
     theta : (n, k + 1) headings [rad]
     time : (n,) time from release until all rest [s]
-    collisions : (n,) number of contacts that pushed; -1 where the stones do not come to rest
+    collisions : (n,) number of contacts that pushed; -1 if the stones do not come to rest
     """
 
     xy: Floats
@@ -159,13 +159,15 @@ class Positions:
 
 
 def release_table(releases: Sequence[Release]) -> NDArray[Any]:
-    """Releases as a structured array of RELEASE_DTYPE, (n,)."""
+    """Return releases as a structured array of RELEASE_DTYPE, (n,)."""
     rows = [tuple(getattr(release, name) for name in RELEASE_FIELDS) for release in releases]
     return np.array(rows, dtype=RELEASE_DTYPE)
 
 
 def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
-    """(n, 11) view of a table of releases; refuses other dtypes and numbers that are not finite."""
+    """Return an (n, 11) view of a table of releases; refuse other dtypes and infinite numbers or
+    NaN.
+    """
     table = releases if isinstance(releases, np.ndarray) else release_table(releases)
     if table.dtype != RELEASE_DTYPE or table.ndim != 1:
         raise InputError(
@@ -175,13 +177,13 @@ def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
     rows = np.ascontiguousarray(table).view(np.float64).reshape(-1, len(RELEASE_FIELDS))
     if not np.isfinite(rows).all():
         bad = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
-        raise InputError("a release must hold finite numbers", where=f"release {bad}")
+        raise InputError("a release must have finite numbers", where=f"release {bad}")
     return rows
 
 
 @inlined
 def _release(row: Any, state: Any, motion: Any) -> ThrowTimes:
-    """Give a stone the state and the order of a release; return the times of the throw."""
+    """Set the state and the order of a stone from a release; return the times of the throw."""
     for c in range(6):
         state[c] = row[c]
     motion[ORDER] = row[_ORDER]
@@ -205,7 +207,7 @@ def _slide_all(
 
     Returns
     -------
-    most nodes of a path: more than there is room for in `nodes` where paths are to be filled again
+    largest number of nodes of a path; if it exceeds `nodes`, the paths must be filled again
     """
     most = 0
     x, y, theta, time, end, paths = rests
@@ -240,24 +242,24 @@ def throw_batch(
     tolerance: float = QUICK_TOLERANCE,
     workers: int = 1,
 ) -> Rests:
-    """Slide very many lone stones.
+    """Slide many lone stones.
 
     Parameters
     ----------
     ice : one ice for all throws, or several; `IceVariants` are thrown on together
     releases : structured array of RELEASE_DTYPE, or `Release`s
-    which : (n,) index of the ice of each throw, where several are given. To throw all on every ice,
+    which : (n,) index of the ice of each throw, if several are given. To throw all on every ice,
         give ``np.repeat(np.arange(len(ices)), n)`` and tiled releases
     bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the edges of the ice by
         default
     fps : samples per second of the paths; without it no paths are kept
-    longest : length of the paths that are kept [s]
-    tolerance : how far a rest may be off on the roughest ice, as in `slide` [m]
+    longest : maximum duration of the kept paths [s]
+    tolerance : maximum error of a rest on the roughest ice, as in `slide` [m]
     workers : number of threads
 
     Raises
     ------
-    InputError : releases that are none, or an index without an ice
+    InputError : invalid releases, or an index without an ice
     """
     rows = _as_rows(releases)
     n = len(rows)
@@ -265,7 +267,7 @@ def throw_batch(
     count = len(ices.mu) if isinstance(ices, IceVariants) else len(ices)
     index = np.zeros(n, dtype=np.intp) if which is None else np.asarray(which)
     if index.shape != (n,) or (n and not 0 <= index.min() <= index.max() < count):
-        raise InputError(f"expected for each of {n} releases the index of one of {count} ices")
+        raise InputError(f"expected the index of one of {count} ices for each of {n} releases")
     x, y, theta, time = (np.empty(n) for _ in range(4))
     end = np.empty(n, dtype=np.int8)
     paths = np.empty((n, int(min(longest, MAX_TIME) * fps) + 1 if fps else 0, 3))
@@ -306,7 +308,7 @@ def throw_batch(
 
 
 def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
-    """Do the work on slices that cover n items, on a number of threads."""
+    """Run the work on slices that cover n items, on a number of threads."""
     if workers <= 1:
         if n:
             work(slice(0, n))
@@ -350,13 +352,13 @@ def _play_all(
 
 
 class BatchEngine:
-    """Throws a stone into each of many positions. Each thread needs one of its own.
+    """Engine that throws a stone into each of many positions. Each thread needs its own.
 
     Parameters
     ----------
     ice : the ice of all throws, or `IceVariants`
-    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
-    tabulated : whether the law is read from a table, for thousands of throws on one ice; see
+    tolerance : maximum error of a lone stone's rest on the roughest ice [m]
+    tabulated : read the law from a table, for thousands of throws on one ice; see
         `physics.law_table`
 
     Raises
@@ -379,7 +381,7 @@ class BatchEngine:
         self._workspaces: dict[int, tuple[PlayWorkspace, Workspace, Workspace]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The law holds addresses of this process.
+        # The law contains addresses of this process.
         return partial(BatchEngine, self._given, **self._settings), ()
 
     def play(
@@ -407,7 +409,7 @@ class BatchEngine:
         k = stones.shape[1]
         if k + 1 > MOST_STONES:
             raise InputError(
-                f"a position holds at most {MOST_STONES} stones, got {k} and the thrown"
+                f"expected at most {MOST_STONES} stones in a position, got {k} and the thrown one"
             )
         limits = edge_bounds(self.ice) if bounds is None else bounds
         all_stones = np.concatenate([stones, rows[:, None, : State.Y + 1]], axis=1)
@@ -417,7 +419,7 @@ class BatchEngine:
         time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 
         def play_some(part: slice) -> None:
-            # A thread that finds the kept arrays taken makes its own.
+            # A thread that finds the cached arrays in use makes its own.
             kept = self._workspaces.pop(k + 1, None)
             if kept is None:
                 kept = new_play_workspace(self.ice, k + 1, self._settings["tolerance"])
@@ -449,12 +451,12 @@ def play_batch(
     tabulated: bool = False,
     workers: int = 1,
 ) -> Positions:
-    """Throw a stone into each of many positions, once; `BatchEngine` does so again and again.
+    """Throw a stone into each of many positions, once; use `BatchEngine` for repeated calls.
 
     Parameters
     ----------
     ice, tolerance, tabulated : as in `BatchEngine`
-    stones : (n, k, 2) centres of resting stones, sheet frame; NaN where a position has fewer [m]
+    stones : (n, k, 2) centres of resting stones, sheet frame; NaN if a position has fewer [m]
     releases : n releases, as in `throw_batch`
     identity : (k,) identifiers of the resting stones, for effects that depend on them; 0 by default
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the edges of the ice by default
@@ -462,8 +464,8 @@ def play_batch(
 
     Raises
     ------
-    InputError : shapes that do not fit, more than sixteen stones, stones outside the bounds or that
-        overlap, a release that is not finite or within a stone
+    InputError : shapes that do not fit, more than sixteen stones, stones outside the bounds or
+        overlapping, a release that is not finite or within a stone
     """
     engine = BatchEngine(ice, tolerance=tolerance, tabulated=tabulated)
     return engine.play(stones, releases, identity=identity, bounds=bounds, workers=workers)

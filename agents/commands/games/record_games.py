@@ -36,7 +36,7 @@ def record_games(
     *,
     results: Results,
 ) -> None:
-    """Play ends and write them as a Minari dataset, to learn from without an environment.
+    """Play ends and write them as a Minari dataset, for learning without an environment.
 
     \b
     Examples:
@@ -48,7 +48,7 @@ def record_games(
             "import minari; print(minari.load_dataset('curling/ends-v0').total_steps)"
 
     Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
-    the action that means its throw without execution error, the reward. The dataset holds the
+    the action of its throw without execution error, the reward. The dataset contains the
     specification of the environment. With --task the dataset is one of a task of the benchmark
     (curling/TASK-TIER-v0), with reference scores. Needs Minari: pip install
     'curling-sheet[offline]'.

@@ -40,7 +40,7 @@ from curling_env.game import (
 )
 from curling_env.game.rules import Team
 from curling_env.game.rules.game import new_game
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.typing import Flags, Floats, Indices
 
 Hammer = Literal["own", "opponent", "random"]
@@ -142,7 +142,7 @@ class Asked(NamedTuple):
     ice: GivenIce = (None, None)
 
 
-@knows_its_options("CurlingEnd-v0")
+@rejects_unknown_keywords("CurlingEnd-v0")
 class EndCore(GameCore, Core[Ends]):
     """The options and rules of `CurlingEnd-v0`; see `CurlingEndEnv`."""
 

@@ -33,7 +33,7 @@ from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameState, PlayedShot
 from curling_env.game.rules import Team, concede, may_concede
 from curling_env.game.simulator import direction_of
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.typing import Singles
 
 MOST_EXTRA_ENDS = 20
@@ -75,7 +75,7 @@ class Match(NamedTuple):
         return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
 
-@knows_its_options("curling_v0")
+@rejects_unknown_keywords("curling_v0")
 class MatchCore(GameCore):
     """The options and rules of the two-team game; see `curling_v0.raw_env`."""
 

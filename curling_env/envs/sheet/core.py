@@ -50,7 +50,7 @@ from curling_env.envs.sheet.reward import Landing, RewardWeights, judge
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.physics.engine import Status
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, MAX_SPIN, MIN_SPEED, Delivery, Skill, Throw
@@ -95,7 +95,7 @@ class Asked(NamedTuple):
     ice: GivenIce = (None, None)
 
 
-@knows_its_options("CurlingSheet-v0")
+@rejects_unknown_keywords("CurlingSheet-v0")
 class SheetCore(Core[Sheets]):
     """The options and rules of `CurlingSheet-v0`; see `CurlingSheetEnv`."""
 

@@ -31,6 +31,7 @@ from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.focal_from_stone import focal_from_stone
 from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking.joint.association import CARRIED
 from friction_estimation.tracking.joint.coarse import CoarsePath
 from friction_estimation.tracking.joint.detections import Detections
 from friction_estimation.tracking.path.heading import (
@@ -45,6 +46,8 @@ _VIEW_STEP = 0.2
 """Time between the pictures of a stone that someone is near [s]."""
 _LEAST_VISIBLE = 0.45
 """Least share of a stone that such a picture must show."""
+_LEAST_ALONE = 3
+"""Fewest pictures of a stone that nothing touches by which its look is first learnt."""
 _PARTS = 10
 """Parts of a path, from each of which the clearest pictures are taken."""
 
@@ -75,7 +78,11 @@ class SeenStone:
     ) -> list[Crop]:
         """Clear pictures of the stone, placed as a camera sees them; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
-        clear = np.flatnonzero(kept & (self.path.likeness >= tuning.MIN_LEARNING_LIKENESS))
+        kept &= (self.path.likeness >= tuning.MIN_LEARNING_LIKENESS) & (self.path.mode != CARRIED)
+        clear = np.flatnonzero(kept)
+        alone = np.flatnonzero(kept & self.path.alone)
+        if self.people and len(alone) >= _LEAST_ALONE:
+            clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= tuning.LEAST_CLEAR:  # later the ice around it may be another
             clear = before
@@ -200,15 +207,19 @@ def left_open(crops: Sequence[Crop], look: Appearance) -> float:
 
 
 def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
-    """The clearest crops of every part of a path."""
+    """The clear crops of every part of a path; the clearest of all of it where these are few."""
     each = max(1, CROPS_TO_LEARN_FROM // _PARTS)
-    chosen: list[tuple[float, Crop]] = []
-    for part in np.array_split(np.arange(len(seen)), _PARTS):
-        chosen += sorted((seen[k] for k in part), key=lambda one: one[0])[:each]
-    chosen.sort(key=lambda one: one[0])
-    clear = sum(share < tuning.CLEAR_PICTURE for share, _ in chosen)
-    chosen = chosen[: max(clear, tuning.LEAST_CLEAR)]
-    return sorted((crop for _, crop in chosen), key=lambda crop: crop.t)
+    ordered = sorted(range(len(seen)), key=lambda k: seen[k][0])
+    part = np.arange(len(seen)) * _PARTS // len(seen)
+    count = np.zeros(_PARTS, dtype=int)
+    chosen: list[int] = []
+    for k in ordered:
+        if seen[k][0] < tuning.CLEAR_PICTURE and count[part[k]] < each:
+            count[part[k]] += 1
+            chosen.append(k)
+    if len(chosen) < tuning.LEAST_CLEAR:
+        chosen = sorted({*chosen, *ordered[: tuning.LEAST_CLEAR]})
+    return [seen[k][1] for k in sorted(chosen)]
 
 
 def heading_of(

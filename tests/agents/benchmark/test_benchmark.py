@@ -13,9 +13,19 @@ from agents.benchmark import TASKS, Score, contestant, difference_of, ices, make
 from curling_env.errors import InputError
 
 
+def test_the_end_of_doubles_begins_with_placed_stones():
+    env = make("end-doubles").unwrapped
+    env.reset(seed=1_000_000)
+    game = env.state.game
+    assert game.end is not None
+    assert sum(stone.number == 5 for stone in game.end.stones) == 2
+    assert game.rules.deliveries == 10
+
+
 def test_ten_tasks_count_and_each_can_be_made():
-    assert sum(task.headline for task in TASKS.values()) == 10
-    assert not TASKS["end-draw"].headline
+    practice = [name for name, task in TASKS.items() if not task.headline]
+    assert practice == ["end-doubles", "end-draw"]
+    assert len(TASKS) - len(practice) == 10
     for name, task in TASKS.items():
         env = make(name)
         env.reset(seed=0)
@@ -92,7 +102,7 @@ def test_a_difference_is_that_of_each_episode():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "no policy is named 'nobody'; there are constant, draw, greedy, learned,"),
+        (("nobody",), "unknown policy 'nobody'; expected one of constant, draw, greedy, learned,"),
         (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),

@@ -251,7 +251,7 @@ def test_the_deciding_team_may_give_the_hammer_away(first):
     decides = env.state.game.last_stone
     assert env.state.game.end.hammer is (decides.other if first else decides)
     game = curling_v0.env()
-    with pytest.raises(InputError, match="no choice who throws first"):
+    with pytest.raises(InputError, match="no choice of the first throw"):
         game.reset(seed=0, options={"throw_first": True})
 
 
