@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import shutil
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -67,20 +67,20 @@ def record_ends(
     """
     env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
     if not isinstance(env.observation_space, gymnasium.spaces.Box):
-        raise InputError("a dataset needs vector observations: expected observation='flat'")
+        raise InputError("a dataset needs observations that are vectors: observation='flat'")
     return write_dataset(
         output,
         DATASET,
-        _episodes(env, player, ends, seed, progress),
         env,
-        algorithm_name=player.name,
-        description=f"Ends of CurlingEnd-v0 played by {player.name}",
+        _episodes(env, player, ends, seed, progress),
+        by=player.name,
+        what=f"Ends of CurlingEnd-v0 played by {player.name}",
         seed=seed,
     )
 
 
 def check_minari() -> None:
-    """Find out before long work that a dataset can be written.
+    """Check before long work that a dataset can be written.
 
     Raises
     ------
@@ -92,24 +92,26 @@ def check_minari() -> None:
 def write_dataset(
     output: str | Path,
     name: str,
-    episodes: Iterable[dict[str, Any]],
     env: Any,
+    episodes: Iterable[dict[str, Any]],
     *,
-    algorithm_name: str,
-    description: str,
+    by: str,
+    what: str,
     seed: int | None = None,
+    references: tuple[float, float] | None = None,
 ) -> Path:
-    """Write episodes of an environment as a Minari dataset, complete or not at all.
+    """Write episodes as a Minari dataset, complete or not at all.
 
     Parameters
     ----------
     output : folder of datasets
-    name : identifier of the dataset, which is also the folder under `output`
-    episodes : observations, actions, rewards, terminations and truncations of each; they are taken
-        one by one, so that memory does not grow with their number
-    env : the environment whose specification is written with them
-    algorithm_name, description : who acted, and where it comes from
-    seed : seed of the first episode, where the others count up
+    name : identifier of the dataset, which is also its folder there
+    env : their environment
+    episodes : fields of Minari's `EpisodeBuffer`, taken one by one, so that memory does not grow
+        with their number
+    by, what : name of the player, and a description
+    seed : seed of the first episode, if the others count up
+    references : mean returns that count as 0 and 1; None where there are none
 
     Returns
     -------
@@ -123,7 +125,7 @@ def write_dataset(
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
-    # Minari puts the folder before the names of its files twice where it is relative.
+    # Minari repeats a relative folder in the names of its files.
     root = make_directory(output).absolute()
     if (root / name).exists():
         raise InputError(f"a dataset already exists: remove {root / name}", source=output)
@@ -131,6 +133,7 @@ def write_dataset(
         EpisodeBuffer(id=k, seed=None if seed is None else seed + k, **episode)
         for k, episode in enumerate(episodes)
     )
+    low, high = references or (None, None)
     draft = root / ".being-written"
     shutil.rmtree(draft, ignore_errors=True)
     try:
@@ -140,9 +143,11 @@ def write_dataset(
                 name,
                 buffers,
                 env=env.spec,
-                algorithm_name=algorithm_name,
-                description=description,
+                algorithm_name=by,
+                description=what,
                 requirements=["curling-sheet"],
+                ref_min_score=low,
+                ref_max_score=high,
                 data_format="hdf5",
             )
         (root / name).parent.mkdir(parents=True, exist_ok=True)
@@ -152,27 +157,46 @@ def write_dataset(
     return root / name
 
 
+def episode_of(
+    env: Any, act: Callable[[Any, Any, dict[str, Any]], Any], *, seed: int, masks: bool = False
+) -> dict[str, Any]:
+    """Play an episode; the fields of Minari's `EpisodeBuffer`.
+
+    Parameters
+    ----------
+    env : the environment
+    act : the action, given the environment (unwrapped), its observation and its `info`
+    seed : seed of the episode
+    masks : whether the masks of actions are kept in its infos
+    """
+    observation, info = env.reset(seed=seed)
+    seen, there = [observation], [info.get("action_mask")]
+    actions, rewards, over = list[Any](), list[float](), False
+    while not over:
+        actions.append(act(env.unwrapped, observation, info))
+        observation, reward, over, _, info = env.step(actions[-1])
+        seen.append(observation)
+        there.append(info.get("action_mask"))
+        rewards.append(float(reward))
+    steps = len(rewards)
+    return {
+        "observations": np.stack(seen),
+        "actions": np.stack(actions),
+        "rewards": rewards,
+        "terminations": [False] * (steps - 1) + [True],
+        "truncations": [False] * steps,
+        **({"infos": {"action_mask": np.stack(there)}} if masks else {}),
+    }
+
+
 def _episodes(
     env: Any, player: Player, ends: int, seed: int, progress: Progress
 ) -> Iterator[dict[str, Any]]:
-    game: CurlingEndEnv = env.unwrapped
+    def act(game: CurlingEndEnv, observation: Any, info: Any) -> Any:
+        return game.action_of(player.call(game.simulator.view(game.state, AGENT)))
+
     for k in range(ends):
-        observation, _ = env.reset(seed=seed + k)
-        seen, actions, rewards, over = [observation], list[Any](), list[float](), False
-        while not over:
-            call = player.call(game.simulator.view(game.state, AGENT))
-            actions.append(game.action_of(call))
-            observation, reward, over, _, _ = env.step(actions[-1])
-            seen.append(observation)
-            rewards.append(float(reward))
-        steps = len(rewards)
-        yield {
-            "observations": np.stack(seen),
-            "actions": np.stack(actions),
-            "rewards": rewards,
-            "terminations": [False] * (steps - 1) + [True],
-            "truncations": [False] * steps,
-        }
+        yield episode_of(env, act, seed=seed + k)
         progress("ends", k + 1, ends)
 
 

@@ -120,10 +120,10 @@ def write_doubles(folder: str | Path, episodes: Sequence[Episode]) -> Path:
     return write_dataset(
         folder,
         DATASET,
-        documents,
         env,
-        algorithm_name="championship teams",
-        description="Ends of mixed doubles from a table of championship shots",
+        documents,
+        by="championship teams",
+        what="Ends of mixed doubles from a table of championship shots",
     )
 
 

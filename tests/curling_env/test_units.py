@@ -1,4 +1,4 @@
-"""Lengths as people read them."""
+"""Formatted lengths."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_sides_are_the_throwers():
     assert side(-0.001, FEET, right="past") == "on the tee line"
 
 
-def test_misses_are_told_to_what_can_be_seen():
+def test_misses_are_formatted_to_visible_precision():
     assert [miss(metres) for metres in (0.0042, 0.0999, 1.5)] == ["4 mm", "10 cm", "1.50 m"]
     told = [miss(metres, FEET) for metres in (0.0032, 0.0127, 0.0250, 0.1, 0.4)]
     assert told == ["⅛ in", "½ in", "1 in", "4 in", "1 ft 4 in"]

@@ -1,4 +1,4 @@
-"""The table of published measurements as the script prints it."""
+"""The table of published measurements as printed by the script."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from tests.agents.shots.small_tables import RESTS, SmallTable
 
 @pytest.fixture
 def without_films(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Rows that render films or fit tables have tests of their own."""
+    """Leave out rows that render films or fit tables, which have separate tests."""
     monkeypatch.setattr(validation, "ROWS_OF_NO_ICE", OTHER_ROWS)
 
 
@@ -28,7 +28,9 @@ def test_rows_are_one_list_with_their_ice(without_films: None) -> None:
     assert {"part", "name", "published", "value", "verdict", "source"} <= documents[0].keys()
 
 
-def test_rows_of_the_paper_compare_with_what_it_printed(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_rows_of_the_paper_are_compared_with_the_printed_values(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     monkeypatch.setattr(validation, "_paper_errors", lambda: {1: 0.1, 5: 0.4})
     misses = {(form, where): 0.1 for form in ("plain", "pyramidal") for where in
               ("before mid-sheet", "after mid-sheet")}  # fmt: skip

@@ -1,4 +1,4 @@
-"""Joining a server: recorded conversations, replayed by a fake server in the process."""
+"""Joining a server: recorded conversations, replayed by a fake server in this process."""
 
 from __future__ import annotations
 
@@ -37,12 +37,12 @@ def golden(name: str) -> list[tuple[str, dict[str, Any]]]:
 
 
 def said(log: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
-    """What the server says in a conversation."""
+    """Return the server's lines of a conversation."""
     return [message for way, message in log if way == "<"]
 
 
 def in_turn(connection: socket.socket, messages: list[tuple[str, dict[str, Any]]]) -> None:
-    """Say each line, and wait for an answer where the recorded client gave one."""
+    """Send each line, and wait for an answer where the recorded client sent one."""
     stream = connection.makefile("rb")
     for way, message in messages:
         if way == "<":
@@ -52,7 +52,7 @@ def in_turn(connection: socket.socket, messages: list[tuple[str, dict[str, Any]]
 
 
 class FakeServer:
-    """Listens once, does what it is given to do, and hangs up.
+    """Server that accepts one connection, handles it, and closes it.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ def line_of(message) -> bytes:
 
 
 def answers(messages, player=None, **settings) -> tuple[Client, list]:
-    """What a client answers to each message."""
+    """Return a client's answers to each message."""
     client = Client(player or RuleBasedPlayer(), **settings)
     return client, [client.answer(from_server(line_of(message))) for message in messages]
 
@@ -134,7 +134,9 @@ def test_a_recorded_game_is_played_to_its_end(name, curling, tmp_path):
 
 
 def check_record(lines, log) -> None:
-    """Every stone lies in the record where the server says, and every path begins at the hack."""
+    """Check that every stone of the record is at the server's place, and every path begins at the
+    hack.
+    """
     updates = [message for message in said(log) if message["cmd"] == "update"]
     assert lines[0]["rules"] == "digital_curling"
     assert lines[0]["last_stone"] == "away"
@@ -210,7 +212,7 @@ def test_a_client_moves_only_at_its_own_turn():
 
 
 @pytest.mark.parametrize("untold", [None, False, "missing"])
-def test_what_is_not_told_is_the_servers_usual(untold):
+def test_undisclosed_fields_have_the_servers_defaults(untold):
     log = deepcopy(said(golden("extra-end-team1"))[:5])
     for name in ("setting", "simulator", "players"):
         if untold == "missing":
@@ -348,14 +350,14 @@ def test_a_line_that_breaks_off_is_no_line(curling):
     )
 
 
-def test_where_nobody_listens_is_said(curling):
+def test_a_missing_server_is_reported(curling):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
     assert "no server answers" in curling("join", f"127.0.0.1:{port}").complaint
 
 
 @pytest.mark.parametrize("text", ["", "host", "host:", ":1", "a:0", "a:65536", "a:1e3", "::1:5"])
-def test_addresses_that_are_none(text, curling):
+def test_invalid_addresses_are_refused(text, curling):
     assert "HOST:PORT" in curling("join", "--", text).complaint
 
 

@@ -82,7 +82,7 @@ def test_the_projects_configurations_are_all_understood(name: str) -> None:
         ({}, 3, "n_envs 8 cannot be shared out evenly to 3 workers"),
     ],
 )
-def test_what_rllib_cannot_do_is_refused(
+def test_settings_that_rllib_lacks_are_refused(
     wrong: dict[str, object], workers: int, words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
@@ -140,7 +140,7 @@ def test_rllibs_sheets_are_the_same_sheets(throws: int) -> None:
 # --- the command ---------------------------------------------------------------------------------
 
 
-def test_without_rllib_one_line_says_what_to_install(
+def test_without_rllib_one_line_reports_the_missing_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, curling: Callable[..., Any]
 ) -> None:
     monkeypatch.setitem(sys.modules, "ray.rllib", None)
@@ -183,7 +183,7 @@ def rllib() -> None:
 
 
 @pytest.mark.usefixtures("rllib")
-def test_rllibs_network_says_what_stable_baselines3s_does() -> None:
+def test_rllibs_network_agrees_with_stable_baselines3s() -> None:
     import torch
     from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
 

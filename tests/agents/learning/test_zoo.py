@@ -1,4 +1,4 @@
-"""RL Zoo's files hold what the algorithms and the environments take."""
+"""RL Zoo's files have the keys of the algorithms and the environments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from agents.learning import ALGORITHMS, file_of
 from curling_env.errors import InputError
 
 OF_THE_ZOO = {"env_kwargs", "n_envs", "n_timesteps", "normalize", "noise_type", "noise_std"}
-"""Keys that RL Zoo takes for itself."""
+"""Keys that RL Zoo uses itself."""
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)

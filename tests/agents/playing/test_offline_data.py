@@ -1,4 +1,4 @@
-"""A dataset of ends holds what happened, and Minari reads it back."""
+"""A dataset of ends has the played ends, and Minari reads it back."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ def test_a_relative_folder_serves(curling, tmp_path, monkeypatch):
     assert minari.load_dataset("curling/ends-v0").total_steps == 8
 
 
-def test_without_minari_the_command_says_what_to_install(curling, tmp_path):
+def test_without_minari_the_command_reports_the_missing_package(curling, tmp_path):
     try:
         import minari  # noqa: F401
     except ModuleNotFoundError:

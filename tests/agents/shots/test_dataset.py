@@ -96,7 +96,7 @@ def test_each_whole_end_is_an_episode_of_each_team(path):
 
 def test_the_command_writes_a_dataset_that_minari_reads(path, tmp_path, curling, monkeypatch):
     minari = pytest.importorskip("minari")
-    done = curling("record-games", "--shots", path, "-o", tmp_path / "data", "--json")
+    done = curling("record-games", "--table", path, "-o", tmp_path / "data", "--json")
     document = done.json()
     assert (document["episodes"], document["deliveries"], document["copy"]) == (4, 20, None)
     assert document["explained_within_10_cm"] == 1.0
@@ -108,7 +108,7 @@ def test_the_command_writes_a_dataset_that_minari_reads(path, tmp_path, curling,
     env = dataset.recover_environment()
     assert env.unwrapped.usual.simulator.rules.name == "mixed_doubles_2024"
     assert env.observation_space.contains(episodes[0].observations[0].astype(np.float32))
-    again = curling("record-games", "--shots", path, "-o", tmp_path / "data")
+    again = curling("record-games", "--table", path, "-o", tmp_path / "data")
     assert "a dataset already exists" in again.complaint
 
 
@@ -117,7 +117,7 @@ def test_a_table_without_a_whole_end_is_refused(tmp_path, curling):
     small.end(RESTS, (0, 1), thrown=9)
     path = small.write(tmp_path)
     pytest.importorskip("minari")
-    complaint = curling("record-games", "--shots", path, "-o", tmp_path / "data").complaint
+    complaint = curling("record-games", "--table", path, "-o", tmp_path / "data").complaint
     assert "Stones.csv: holds no whole end" in complaint
 
 

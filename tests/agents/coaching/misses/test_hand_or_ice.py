@@ -1,4 +1,4 @@
-"""Why throws missed, held against clubs whose truth is known (`scripts/simulated_club.py`)."""
+"""Causes of misses, compared with clubs whose truth is known (`scripts/simulated_club.py`)."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ COLUMNS = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
 
 @pytest.fixture(scope="module")
 def told():
-    """An evening, its ice as it was estimated, and what the function tells of it."""
+    """Return an evening, its estimated ice, and the function's result."""
     rng = np.random.default_rng(5)
     evening = club.evening(rng, athletes=ATHLETES, throws=5)
     ice = evening.ice.as_ice(rng, sigma=0.002, curl_sigma=0.01)
@@ -67,7 +67,7 @@ def test_causes_are_the_true_ones_within_their_intervals(told):
     assert np.mean(near) >= 0.9
 
 
-def test_what_an_athlete_does_again_and_again_is_the_pattern(told):
+def test_systematic_errors_of_an_athlete_are_the_pattern(told):
     _, _, found = told
     patterns = {pattern.athlete: pattern for pattern in found.athletes}
     right, past = patterns["Bo"].mean["weight"]
@@ -76,7 +76,7 @@ def test_what_an_athlete_does_again_and_again_is_the_pattern(told):
     assert abs(right.value) < 0.2
 
 
-def test_without_the_believed_ice_it_says_so_and_blames_no_ice(told):
+def test_without_the_believed_ice_it_warns_and_blames_no_ice(told):
     evening, ice, _ = told
     found = hand_or_ice(evening.tracks, ice, evening.notes)
     assert not found.believed
@@ -100,7 +100,7 @@ def test_a_broom_at_a_wrong_place_is_ice_that_was_read_wrong(told):
     assert cause.parts["ice"].right.value == pytest.approx(evening.rests[0, 0] - 1.5, abs=0.25)
 
 
-def test_reasons_why_throws_are_left_out(told):
+def test_reasons_for_excluded_throws(told):
     evening, ice, _ = told
     short = evening.tracks[0]
     cut = slice(0, len(short) // 2)
@@ -166,8 +166,8 @@ def test_every_cause_has_its_place_in_the_table(told):
         assert row["speed_error_sigma"] > 0
 
 
-def test_sweeping_that_the_tracks_mark_is_a_cause_of_its_own(told):
-    """A stone that was swept for six seconds on ice whose file knows what sweeping does."""
+def test_marked_sweeping_is_a_separate_cause(told):
+    """A stone was swept for six seconds on ice with the effect of sweeping."""
     _, ice, _ = told
     swept_ice = ice.with_effect(ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9}))
     throw = Throw(speed=2.2, angle=0.0, spin=-1.3)

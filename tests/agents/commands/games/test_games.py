@@ -1,4 +1,4 @@
-"""The commands that play games: what they print, write and refuse."""
+"""Commands that play games: output, files and refusals."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_pa
         (("--home", "draw", "--away", "draw", "--ends", "0"), "ends"),
     ],
 )
-def test_the_command_refuses_what_makes_no_sense(curling, arguments, word):
+def test_the_command_refuses_invalid_options(curling, arguments, word):
     assert word in curling("play", *arguments).complaint
 
 

@@ -48,11 +48,11 @@ ORDERS = ((0, 1, 2, 3), (0, 1, 2, 3))
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
 
 class Leading(RuleBasedPlayer):
-    """Throws first where it may choose, and has its power play in the second end."""
+    """Throws first if it may choose, and has its power play in the second end."""
 
     name = "leading"
 
@@ -71,7 +71,7 @@ def told_by(state: dict) -> State4:
 
 
 def server_state(**changes) -> State4:
-    """The first state of mixed doubles, as the competition's server tells it."""
+    """Return the first state of mixed doubles, as sent by the competition's server."""
     return told_by(
         {
             "winner_team": None,
@@ -122,7 +122,7 @@ def test_an_end_waits_for_its_placement_and_then_begins():
     assert lying == [(Team.HOME, 5, 0.0, -3.97), (Team.AWAY, 5, 0.0, 0.465)]
 
 
-def test_the_state_after_the_last_shot_is_none_that_waits():
+def test_the_state_after_the_last_shot_does_not_wait_for_a_placement():
     """It too has neither a number of shots nor a team, but a last move."""
     reader = Reader4()
     reader.read(server_state(**{**STARTED, "total_shot_number": 9, "next_shot_team": "team1"}))
@@ -215,7 +215,7 @@ def test_two_players_throw_in_the_order_of_mixed_doubles():
 
 @pytest.mark.parametrize("side", [None, "left", "right"])
 @pytest.mark.parametrize("first", [False, True])
-def test_a_wish_says_what_is_wanted(side, first):
+def test_a_request_is_read_and_written(side, first):
     wanted = side, first and side is None
     assert placement_of(request_of(*wanted)) == wanted
 
@@ -291,7 +291,7 @@ def test_the_conversation_is_that_of_the_competitions_server():
         stream.close()
 
 
-def test_who_decides_asks_and_is_answered():
+def test_the_deciding_team_asks_and_is_answered():
     with WebHost(DrawPlayer(), None, rule_name=RULES, ends=1) as host:
         setup = f"/matches/{host.hosting.game_id}/end-setup"
         assert host.take_seat(team="team1") == (200, "team1")
@@ -313,7 +313,7 @@ def test_who_decides_asks_and_is_answered():
     assert host.game.game.hammers == (Team.AWAY,)
 
 
-def test_who_never_decides_has_lost():
+def test_a_team_that_never_decides_loses():
     with WebHost(DrawPlayer(), None, rule_name=RULES, thinking_time=0.3) as host:
         host.take_seat(team="team1")
         stream = Stream(host)

@@ -38,14 +38,14 @@ def hosted(orders=((0, 1, 2, 3), (0, 1, 2, 3)), **changes: Any) -> HostedGame:
 
 
 def told(game: HostedGame) -> Update:
-    """The position after its way over the wire."""
+    """Return the position after conversion to the protocol and back."""
     message = from_server(write_line(game.update))
     assert isinstance(message, Update)
     return message
 
 
-def test_clients_are_told_what_their_library_looks_for():
-    told = json.loads(json.dumps(hosted(ends=3).setting.told))
+def test_clients_get_the_keys_that_their_library_needs():
+    told = json.loads(json.dumps(hosted(ends=3).setting.announcement))
     assert told["rule"] == "normal"
     setting = {"max_end", "sheet_width", "five_rock_rule", "thinking_time"}
     assert told["setting"].keys() == {*setting, "extra_end_thinking_time"}
@@ -57,7 +57,7 @@ def test_clients_are_told_what_their_library_looks_for():
             assert player.keys() == {*numbers, "type", "seed", "randomize_hand"}
 
 
-def test_every_position_tells_the_game_as_it_is():
+def test_every_position_shows_the_actual_game():
     game = hosted(throwers=(throwers_from("elite"), throwers_from("club")), ends=2)
     while not game.is_over:
         message = told(game)
@@ -86,13 +86,13 @@ def test_each_thrower_has_his_own_error_in_the_order_that_the_team_chose():
     assert exact == [False, True, False, True, *[True] * 12]
 
 
-def test_what_is_meant_has_a_greatest_speed():
+def test_intended_throws_have_a_maximum_speed():
     game = hosted(max_speed=3.0)
     game.shoot(ShotMessage(velocity=Point(0.0, 9.0), rotation="cw"), 1.0)
     assert game.shots[0]["actual_move"].velocity.y == pytest.approx(3.0)
 
 
-def test_a_shot_that_goes_back_is_removed_and_told_as_it_was():
+def test_a_backward_shot_is_removed_and_reported_unchanged():
     game = hosted()
     game.shoot(DRAW, 1.0)
     before = told(game).state.stones
@@ -115,7 +115,7 @@ def test_handles_turn_on_and_stay_where_stones_do():
     assert told(game).state.stones.team0[0] == first
 
 
-def test_a_level_game_goes_on_with_a_new_clock():
+def test_a_tied_game_continues_with_a_new_clock():
     game = hosted(extra_time=33.0)
     for _ in range(16):
         game.shoot(THROUGH, 2.0)
@@ -141,7 +141,7 @@ def test_a_shot_after_the_time_is_no_shot():
     assert game.record()[-1]["winner"] == "away"
 
 
-def test_paths_are_told_if_that_is_wanted():
+def test_paths_are_sent_on_request():
     game = hosted(send_trajectory=True)
     game.shoot(DRAW, 1.0)
     path = msgspec.to_builtins(game.update)["last_move"]["trajectory"]
@@ -179,7 +179,7 @@ def test_throwers_are_given_once_or_four_times(text, sigmas):
 
 
 @pytest.mark.parametrize("text", ["", "none,none", "fast", "a:b", "1:", "-1:0", "nan:0", "9:9"])
-def test_throwers_that_are_none_are_refused(text):
+def test_invalid_throwers_are_refused(text):
     with pytest.raises(InputError):
         throwers_from(text)
 
