@@ -86,7 +86,10 @@ def likeliest_paths(seen: Detections, area: float) -> list[Path]:
 
 
 def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Path]:
-    """The likeliest paths through some of the detections that share none of them."""
+    """The likeliest paths through some of the detections, one at a time.
+
+    Once the likeliest is taken out, those beside it may go on elsewhere, so that they wait.
+    """
     frame, t, xy = seen.frame[left], seen.t[left], seen.xy[left]
     variance, score = seen.sigma[left] ** 2, seen.score[left]
     still, leaves = seen.still[left], seen.leaves[left]
@@ -102,15 +105,16 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
     )  # fmt: skip
     flat = value.ravel()
     ends = np.flatnonzero(flat > numbers.SURE)
-    used = np.zeros(len(left), dtype=bool)
+    busy = np.zeros(len(seen.times), dtype=bool)
     found: list[Path] = []
     for end in ends[np.argsort(-flat[ends], kind="stable")].tolist():
-        if used[second[end // _MODES]]:
+        if busy[frame[second[end // _MODES]]]:
             continue
         nodes, modes, gained = _traced(end, first, second, came, value)
-        if not used[nodes].any():
-            used[nodes] = True
+        low, high = frame[nodes[[0, -1]]].tolist()
+        if not busy[max(low - numbers.LONGEST_GAP_FRAMES, 0) : high + 1].any():
             found.append(Path(at=left[nodes], mode=modes, gained=gained))
+        busy[low : high + numbers.LONGEST_GAP_FRAMES + 1] = True
     return found
 
 
@@ -193,6 +197,8 @@ def _score_pairs(
         value[e, CARRIED] = begin + free if begins else -np.inf
         value[e, SLIDING] = begin + free + _aim(x / dt, y / dt) if begins else -np.inf
         value[e, RESTING] = begin + _gauss(x, y, sx, sy)
+        if frame[j] < numbers.END_FRAMES:
+            value[e, RESTING] += numbers.LIES - numbers.BIRTH
         for m in range(_MODES):
             came[e, m] = -1
         slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2

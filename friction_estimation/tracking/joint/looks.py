@@ -235,11 +235,12 @@ def heading_of(
     return HeadingCurve([e.t for e in ordered], [float(e.pose[2]) for e in ordered])
 
 
-def with_focal(refined: RefinedCamera, scene: Scene, stone: SeenStone) -> RefinedCamera:
-    """The camera with the focal length that the paint leaves open, from pictures of a stone."""
-    if refined.log_focal_sigma <= tuning.OPEN_FOCAL_SIGMA or not stone.crops(refined.camera):
+def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]) -> RefinedCamera:
+    """The camera with the focal length that the paint leaves open, from pictures of stones."""
+    stones = [stone for stone in stones if stone.crops(refined.camera)]
+    if refined.log_focal_sigma <= tuning.OPEN_FOCAL_SIGMA or not stones:
         return refined
-    background = stone.background
+    background = stones[0].background
 
     def at_focal(change: float) -> RefinedCamera | None:
         return refine_at_focal(refined, scene, background.image, background.origin_px, change)
@@ -247,10 +248,11 @@ def with_focal(refined: RefinedCamera, scene: Scene, stone: SeenStone) -> Refine
     # Heights are compared on the same pixels: those in which the stone is seen from low down.
     low = at_focal(float(np.log(tuning.LOW_HEIGHT / refined.camera.position[2])))
     reach = refined.camera if low is None else low.camera
-    seen = stone.crops(reach) or stone.crops(refined.camera)
-    windows = {crop.t: crop.window for crop in seen[:: max(1, len(seen) // tuning.HEIGHT_CROPS)]}
+    seen = [stone.crops(reach) or stone.crops(refined.camera) for stone in stones]
+    every = max(1, round(sum(map(len, seen)) / tuning.HEIGHT_CROPS))
+    windows = [{crop.t: crop.window for crop in crops[::every]} for crops in seen]
 
     def crops(camera: Camera) -> list[list[Crop]]:
-        return [stone.crops(camera, windows)]
+        return [s.crops(camera, own) for s, own in zip(stones, windows, strict=True)]
 
-    return focal_from_stone(refined, at_focal, crops, stone.model, background.noise)
+    return focal_from_stone(refined, at_focal, crops, stones[0].model, background.noise)

@@ -75,6 +75,7 @@ class Follower:
         tries = [(place, spread)] if spread.max() < numbers.LOST else []
         if self._predict(t):
             tries.insert(0, (self._state[:, 0].copy(), np.sqrt(self._p[:, 0, 0])))
+        strays: list[StoneFit] = []
         for at, doubt in tries:
             if not np.isfinite(at).all():
                 continue
@@ -95,7 +96,14 @@ class Follower:
             if (away < np.maximum(numbers.GATE * error, least)).all():
                 self._update(t, fit)
                 return fit
-        return None
+            if not self.people and np.hypot(*away) < options.gate + 2 * pixel:
+                strays.append(fit)
+        if not strays:
+            return None
+        # Nobody is near whom it might be: the stone itself moves as no stone does alone.
+        self._seen = -np.inf
+        self._update(t, strays[0])
+        return strays[0]
 
     def posed(self, t: float) -> PosedStone:
         """Expected pose in a frame, for its neighbours."""

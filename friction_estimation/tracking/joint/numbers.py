@@ -24,6 +24,8 @@ LEAST_PACE = 0.05
 
 BIRTH = -6.0
 """Log probability that a stone enters the film at a given detection."""
+LIES = -3.0
+"""Log probability that a detection in the first frames is a stone that lies there."""
 RELEASED, STOPS, HIT = -2.0, -2.0, -7.0
 """Log probabilities that a stone is released, stops or is hit between two detections."""
 STILL_THERE = 0.1
@@ -88,15 +90,38 @@ CONTACT_GATE = 0.1
 
 # --- recordings of many throws --------------------------------------------------------------------
 
-LOOK_STEP, WINDOW = 0.5, 45.0
-"""Time between the frames that are looked at, and length of film over which the ice stays the same
-[s]."""
-BEFORE_THROW, AFTER_THROW = 2.5, 2.0
-"""Film that is tracked before and after the detections of a throw [s]."""
-LEAST_SLIDES = 6
+WINDOW = 45.0
+"""Length of film over which the ice stays the same [s]."""
+BEFORE_THROW, AFTER_THROW = 1.0, 4.0
+"""Film that is tracked before a stone comes into view, and after it was last seen to move [s]."""
+HELD = 5.0
+"""Longest time for which a thrower holds a stone before the release that is tracked [s]."""
+LONGEST_SLIDE = 30.0
+"""Longest time that a stone slides [s]."""
+ASKED_EVERY = 3
+"""The network is asked in one of this number of looks."""
+TURNS_BACK = 0.3
+"""What goes back this far is pushed back [m]."""
+FROM_REST = 0.7
+"""What is slower at first than this share of its mean speed is pushed."""
+APART = 0.5
+"""Least time between two throws [s]."""
+RETURNS_FROM = 0.8
+"""A stone that starts this near to where the one before it rests may be slid back [m]."""
+LEAST_SLIDES = 4
 """Fewest detections of a throw while it slides."""
+LEAST_THROW = 3.0
+"""Shortest way of a throw in a recording [m]."""
+JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
+"""Rows of a track by which it is judged, share of its way for which it counts as moving, and time
+for which a stone that has come to rest is seen at rest [s]."""
 WALKING_SIGMA = 0.02
 """Standard deviation of the mean acceleration of people who walk [m/s²]."""
+UNUSUAL, HIT_RANGE, HALT_RANGE = 0.2, 1.0, 0.4
+"""Share of stones that hit others or are hit, and of people who change their pace; ranges of the
+mean deceleration then [m/s²]."""
+WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
+"""Mean and standard deviation of the pace of people who walk [m/s]."""
 PUSHED = 0.3
 """Gain of speed that no stone has that slides alone [m/s]."""
 STANDING = 0.12
