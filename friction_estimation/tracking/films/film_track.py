@@ -13,7 +13,7 @@ from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
-from friction_estimation.tracking.detection.thrown_stone import Sighting
+from friction_estimation.tracking.joint.sightings import Sighting
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""

@@ -28,10 +28,9 @@ from friction_estimation.camera.lens import FreeLens, Lens
 from friction_estimation.camera.refinement import RefinedCamera, displacement, refine_again
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.cutting import tuning as cutting_tuning
 from friction_estimation.tracking.cutting.pieces import Piece
-from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
 from friction_estimation.tracking.found_stone import (
@@ -39,6 +38,7 @@ from friction_estimation.tracking.found_stone import (
     find_stone,
     focal_from_stones,
 )
+from friction_estimation.tracking.joint import numbers
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 3
@@ -114,7 +114,7 @@ class SharedCameras:
         self, scene: Scene, films: list[Film], others: Sequence[Path], progress: Progress
     ) -> RefinedCamera | None:
         for path in others:
-            if len(films) >= tuning.SOLVING_FILMS:
+            if len(films) >= numbers.SOLVING_FILMS:
                 break
             try:
                 film = Film.open(path, scene.fps)
@@ -127,7 +127,7 @@ class SharedCameras:
             if film.film is films[0]:
                 self._sampled = film
 
-        films = films[: tuning.SOLVING_FILMS]
+        films = films[: numbers.SOLVING_FILMS]
         return solve_camera(films, scene, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
@@ -202,7 +202,7 @@ def solve_camera(
         elif (
             background.image.shape != seen[0][1].image.shape
             or displacement(refined, scene, background.image, background.origin_px)
-            > tuning.STILL_PX
+            > numbers.STILL_PX
         ):
             continue
         seen.append((steady, background))
@@ -214,7 +214,7 @@ def solve_camera(
             np.mean([background.image for _, background in seen], axis=0), dtype=np.float32
         )
         refined = refine_again(refined, scene, image, seen[0][1].origin_px)
-    if refined.log_focal_sigma > tuning.OPEN_FOCAL_SIGMA:
+    if refined.log_focal_sigma > numbers.OPEN_FOCAL_SIGMA:
         stones: list[FoundStone] = []
         for steady, background in seen:
             with suppress(InputError):

@@ -13,8 +13,7 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import find_background, sheet_region
+from friction_estimation.tracking.background import find_background, sheet_region
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.association import RESTING, SLIDING, Path, likeliest_paths
 from friction_estimation.tracking.joint.detections import Detections, Detector, StoneFinder
@@ -51,7 +50,7 @@ def find_throws(
     region = sheet_region(camera, scene.sheet)
     seen: Detections | None = None
     for frames in _windows(film):
-        some = frames[:: max(1, -(-len(frames) // tuning.BACKGROUND_FRAMES))]
+        some = frames[:: max(1, -(-len(frames) // numbers.BACKGROUND_FRAMES))]
         background = find_background([frame for _, frame in some], region)
         detector = Detector(background, camera, model, scene.sheet, finder)
         found = detector.detect(frames)
@@ -111,7 +110,7 @@ def is_throw(path: Path, seen: Detections) -> bool:
     if len(slides) < numbers.LEAST_SLIDES or path.odds < numbers.SURE:
         return False
     t, xy = seen.t[slides], seen.xy[slides]
-    if np.hypot(*(xy[-1] - xy[0])) < tuning.MAX_PUSH:
+    if np.hypot(*(xy[-1] - xy[0])) < numbers.MAX_PUSH:
         return False
     slowing, sigma = deceleration(t, xy, seen.sigma[slides])
     ice = np.hypot(numbers.DECELERATION_SIGMA, sigma)

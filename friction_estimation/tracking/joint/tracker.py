@@ -15,9 +15,9 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
+from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.assembling import assemble_all
 from friction_estimation.tracking.joint.detections import StoneFinder
 from friction_estimation.tracking.joint.finder import NetworkFinder
@@ -68,7 +68,7 @@ def track(
     if look is None:
         raise InputError("the thrown stone is nowhere wholly in the image", source=steady.path)
     appearance, crops = look
-    if left_open(crops, appearance) > tuning.MAX_UNEXPLAINED:
+    if left_open(crops, appearance) > numbers.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=steady.path,
