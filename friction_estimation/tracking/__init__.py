@@ -23,12 +23,12 @@ __getattr__, __dir__ = lazy_names(
     {
         "cutting.motion": ("MotionDetector",),
         "cutting.tuning": ("COMPARED_AFTER",),
-        "detection.single_image": ("find_stones_in_image",),
+        "single_image": ("find_stones_in_image",),
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),
         "path.optical_flow": ("lucas_kanade",),
-        "path.uncertainty": ("camera_variance",),
+        "joint.uncertainty": ("camera_variance",),
         "stone_numbers": ("StoneNumbers",),
     },
 )

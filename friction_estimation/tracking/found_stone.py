@@ -24,7 +24,7 @@ from friction_estimation.camera.refinement import (
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import (
+from friction_estimation.tracking.background import (
     Background,
 )
 from friction_estimation.tracking.detection.known_look import find_by_look

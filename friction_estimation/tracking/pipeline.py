@@ -41,8 +41,8 @@ from friction_estimation.tracking.found_stone import (
     focal_from_stones,
     found_or_misplaced,
 )
+from friction_estimation.tracking.joint.heading import HeadingCurve
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
-from friction_estimation.tracking.path.heading import HeadingCurve
 from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.scene_context import SceneContext, find_scene_context
 from friction_estimation.tracking.several.collisions import assemble_tracks

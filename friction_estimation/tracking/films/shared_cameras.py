@@ -28,13 +28,13 @@ from friction_estimation.camera.lens import FreeLens, Lens
 from friction_estimation.camera.refinement import RefinedCamera, displacement, refine_again
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.cutting import tuning as cutting_tuning
 from friction_estimation.tracking.cutting.pieces import Piece
 from friction_estimation.tracking.default import OwnTracker
-from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
+from friction_estimation.tracking.joint import numbers
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 3
@@ -121,7 +121,7 @@ class SharedCameras:
         progress: Progress,
     ) -> RefinedCamera | None:
         for path in others:
-            if len(films) >= tuning.SOLVING_FILMS:
+            if len(films) >= numbers.SOLVING_FILMS:
                 break
             try:
                 film = Film.open(path, scene.fps)
@@ -134,7 +134,7 @@ class SharedCameras:
             if film.film is films[0]:
                 self._sampled = film
 
-        films = films[: tuning.SOLVING_FILMS]
+        films = films[: numbers.SOLVING_FILMS]
         return solve_camera(films, scene, own, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
@@ -211,7 +211,7 @@ def solve_camera(
         elif (
             background.image.shape != seen[0][1].image.shape
             or displacement(refined, scene, background.image, background.origin_px)
-            > tuning.STILL_PX
+            > numbers.STILL_PX
         ):
             continue
         seen.append((steady, background))
@@ -223,7 +223,7 @@ def solve_camera(
             np.mean([background.image for _, background in seen], axis=0), dtype=np.float32
         )
         refined = refine_again(refined, scene, image, seen[0][1].origin_px)
-    if refined.log_focal_sigma > tuning.OPEN_FOCAL_SIGMA:
+    if refined.log_focal_sigma > numbers.OPEN_FOCAL_SIGMA:
         stones: list[Any] = []
         for steady, background in seen:
             with suppress(InputError):

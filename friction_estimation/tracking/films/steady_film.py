@@ -21,12 +21,12 @@ from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame, LazyFrame
 from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import (
+from friction_estimation.tracking.background import (
     Background,
     find_background,
     sheet_region,
 )
+from friction_estimation.tracking.joint import numbers
 
 
 class SteadyFilm:
@@ -119,8 +119,8 @@ class SteadyFilm:
 
 def sample_size(size: tuple[int, int]) -> int:
     """How many frames of a film are looked at before the stone is followed."""
-    fitting = tuning.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
-    return min(tuning.SAMPLE_FRAMES, max(fitting, tuning.LEAST_SAMPLE))
+    fitting = numbers.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
+    return min(numbers.SAMPLE_FRAMES, max(fitting, numbers.LEAST_SAMPLE))
 
 
 def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
@@ -128,9 +128,9 @@ def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
     camera = camera_from_scene(scene, film.size)
     # A lens that is not known yet may misplace the sheet by tens of pixels.
     known = scene.camera_matrix is not None and scene.distortion is not None
-    margin = tuning.KNOWN_LENS_MARGIN_PX if known else tuning.UNKNOWN_LENS_MARGIN_PX
+    margin = numbers.KNOWN_LENS_MARGIN_PX if known else numbers.UNKNOWN_LENS_MARGIN_PX
     region = sheet_region(camera, scene.sheet, margin)
-    every = max(1, -(-len(film.sample) // tuning.BACKGROUND_FRAMES))
+    every = max(1, -(-len(film.sample) // numbers.BACKGROUND_FRAMES))
     return find_background([frame for _, frame in film.sample[::every]], region)
 
 
@@ -156,7 +156,7 @@ def camera_of(
     if known is None:
         return refined_by_paint(film, scene, background, refine_camera), 0.0
     moved_px = displacement(known, scene, background.image, background.origin_px)
-    if moved_px <= max(tuning.STILL_PX, 3 * known.rms_px):
+    if moved_px <= max(numbers.STILL_PX, 3 * known.rms_px):
         return known, 0.0
     refined = refined_by_paint(film, scene, background, refine_camera)
     if refine_camera and not refined.measured:

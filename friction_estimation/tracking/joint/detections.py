@@ -14,10 +14,9 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Flags, Floats, Image, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
-from friction_estimation.tracking.detection.people import is_larger
-from friction_estimation.tracking.detection.thrown_stone import sighting_of
+from friction_estimation.tracking.background import Background, Blob, moving_blobs
 from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking.joint.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
 """The least likeness that counts for something."""

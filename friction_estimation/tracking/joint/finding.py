@@ -12,7 +12,7 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.association import RESTING, Path, likeliest_paths

@@ -11,14 +11,14 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, PosedStone, StoneFit, measure_occluded
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import TrackingOptions
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.coarse import CoarsePath
+from friction_estimation.tracking.joint.heading import HeadingCurve
+from friction_estimation.tracking.joint.measurements import Measurements
 from friction_estimation.tracking.joint.motion import correct, predict
 from friction_estimation.tracking.joint.others import OtherStone
-from friction_estimation.tracking.path.assembly import Measurements
-from friction_estimation.tracking.path.heading import HeadingCurve
 
 _STALE = 1.0
 """A stone unseen for longer is sought by its coarse path alone [s]."""

@@ -15,10 +15,9 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.background import find_background, sheet_region
 from friction_estimation.tracking.cutting.looks import looks, parts_for, smaller
 from friction_estimation.tracking.cutting.motion import MotionDetector
-from friction_estimation.tracking.detection.background import find_background, sheet_region
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.association import RESTING, SLIDING, Path, likeliest_paths
 from friction_estimation.tracking.joint.detections import Detections, Detector, StoneFinder
@@ -84,7 +83,7 @@ def find_throws(
     finder: StoneFinder = NetworkFinder(small, scene.sheet, model, quick=True)
     seen: Detections | None = None
     for frames in _windows(film, MotionDetector.for_camera(camera, scene), parts, progress):
-        some = frames[:: max(1, -(-len(frames) // tuning.BACKGROUND_FRAMES))]
+        some = frames[:: max(1, -(-len(frames) // numbers.BACKGROUND_FRAMES))]
         background = find_background([frame for _, frame in some], region)
         detector = Detector(
             background, small, model, scene.sheet, finder, every=numbers.ASKED_EVERY

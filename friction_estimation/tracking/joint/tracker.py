@@ -16,8 +16,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import (
     SteadyFilm,
@@ -25,6 +24,7 @@ from friction_estimation.tracking.films.steady_film import (
     camera_of,
     empty_ice,
 )
+from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.assembling import assemble_all
 from friction_estimation.tracking.joint.detections import StoneFinder
 from friction_estimation.tracking.joint.finder import NetworkFinder
@@ -93,9 +93,9 @@ def track(
     if look is None:
         raise InputError("the thrown stone is nowhere wholly in the image", source=steady.path)
     appearance, crops = look
-    grain = background.grain if background.noise > tuning.NOISY else 0.0
+    grain = background.grain if background.noise > numbers.NOISY else 0.0
     unexplained = unexplained_share(crops, appearance, grain)
-    if min(unexplained, left_open(crops, appearance)) > tuning.MAX_UNEXPLAINED:
+    if min(unexplained, left_open(crops, appearance)) > numbers.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=steady.path,

@@ -10,19 +10,18 @@ import numpy as np
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.finding import FilmStones
+from friction_estimation.tracking.joint.losses import left_behind, sudden_loss
 from friction_estimation.tracking.joint.measuring import Follower
 from friction_estimation.tracking.joint.others import (
     OtherStone,
     RestingStone,
     measured_at_rest,
 )
-from friction_estimation.tracking.path.losses import left_behind, sudden_loss
-from friction_estimation.tracking.path.scatter import (
+from friction_estimation.tracking.joint.scatter import (
     Scattered,
     scatter_sigma,
     scattered,
@@ -106,7 +105,7 @@ def with_warnings(
         for one in scatter.thrown
         if one.is_wild
         or (
-            one.last - one.first > tuning.SCATTER_TOLD
+            one.last - one.first > numbers.SCATTER_REPORTED
             and not any(one.first - 1 < c < one.last + 1 for c in found.contacts)
         )
     ]
@@ -126,7 +125,7 @@ def with_warnings(
     said += [
         f"the stone that lay at {_place(one.fit.xy)} left unseen and has no track"
         for one in others
-        if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < tuning.MIN_FITS
+        if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < numbers.MIN_FITS
     ]
     lay = {id(one.rests.path): one.fit.xy for one in others}
     said += [
