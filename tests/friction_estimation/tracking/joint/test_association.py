@@ -62,6 +62,18 @@ def test_a_throw_is_found_among_other_things_and_in_gaps():
     assert is_throw(path, seen)
 
 
+@pytest.mark.parametrize(("step", "seen_at_least"), [(0.5, 0.85), (0.12, 0.8)])
+def test_a_stone_at_rest_stays_at_rest(step, seen_at_least):
+    times = np.arange(0.0, 34.0, step)
+    true = slide(times, (0.0, -11.0), (0.03, 1.9))
+    seen = detections(times, [true], clutter=1)
+    path = likeliest_paths(seen, AREA)[0]
+    t = seen.t[path.at]
+    assert (path.mode[t > 19.8] == RESTING).all()
+    assert 17.0 < t[path.mode == RESTING].min() < 20.5
+    assert len(path.at) > seen_at_least * len(times)
+
+
 def test_nothing_is_found_among_what_is_no_stone():
     seen = detections(np.arange(0.0, 24.0, 0.6), [], clutter=5)
     assert not any(is_throw(path, seen) for path in likeliest_paths(seen, AREA))
