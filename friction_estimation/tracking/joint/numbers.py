@@ -8,6 +8,8 @@ import numpy as np
 
 DECELERATION, DECELERATION_SIGMA = 0.09, 0.03
 """Mean and standard deviation of a sliding stone's deceleration [m/s²]."""
+ICE_SIGMA = 0.09
+"""Standard deviation of the deceleration on ice that is not known yet [m/s²]."""
 CURL_SIGMA = 0.015
 """Standard deviation of its acceleration sideways [m/s²]."""
 DECELERATION_MEMORY = 5.0
@@ -106,14 +108,17 @@ ASKED_EVERY = 3
 """The network is asked in one of this number of looks."""
 TURNS_BACK = 0.3
 """What goes back this far is pushed back [m]."""
-FROM_REST = 0.7
-"""What is slower at first than this share of its mean speed is pushed."""
+LAY_UNTIL, FROM_REST = 2.5, 0.7
+"""A stone that lay where one starts less than this before is the same one [s], if it is slower at
+first than this share of its mean speed."""
 APART = 0.5
 """Least time between two throws [s]."""
 RETURNS_FROM = 0.8
 """A stone that starts this near to where the one before it rests may be slid back [m]."""
 LEAST_SLIDES = 4
 """Fewest detections of a throw while it slides."""
+ICE = 0.05, 0.4
+"""Least and greatest deceleration of stones on any ice [m/s²]."""
 LEAST_THROW = 3.0
 """Shortest way of a throw in a recording [m]."""
 JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
@@ -121,7 +126,7 @@ JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
 for which a stone that has come to rest is seen at rest [s]."""
 WALKING_SIGMA = 0.02
 """Standard deviation of the mean acceleration of people who walk [m/s²]."""
-UNUSUAL, HIT_RANGE, HALT_RANGE = 0.2, 1.0, 0.4
+UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
 """Share of stones that hit others or are hit, and of people who change their pace; ranges of the
 mean deceleration then [m/s²]."""
 WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
