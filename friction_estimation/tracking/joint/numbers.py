@@ -98,10 +98,10 @@ CONTACT_GATE = 0.1
 
 WINDOW = 45.0
 """Length of film over which the ice stays the same [s]."""
-BEFORE_THROW, AFTER_THROW = 1.0, 4.0
-"""Film that is tracked before a stone comes into view, and after it was last seen to move [s]."""
-HELD = 5.0
-"""Longest time for which a thrower holds a stone before the release that is tracked [s]."""
+AFTER_THROW = 4.0
+"""Film that is tracked after a stone was last seen to move [s]."""
+HELD = 3.0
+"""Longest time before the first sliding detection from which on a throw is tracked [s]."""
 LONGEST_SLIDE = 30.0
 """Longest time that a stone slides [s]."""
 ASKED_EVERY = 3
@@ -329,7 +329,7 @@ SAME_HUE = np.radians(35.0)
 HIDDEN_DECELERATION = 0.12
 """Deceleration of a stone while it is hidden, if it is not known how it slowed before [m/s²]."""
 SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
-"""A stone that loses this much speed at once [m/s], by this number of standard errors, hit another..."""
+"""A stone that loses this much speed at once [m/s], by this many standard errors, hit one..."""
 SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
 """... if it is this many pixels from where it would be, this long after it [s]."""
 STOPS_WITHIN, MOST_SLOWING, SURELY_SLOWS = 1.2, 0.2, 3.0
@@ -341,11 +341,14 @@ BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
 """Time over which its speed before and after is taken [s], and least number of measurements."""
 OUT_OF_HAND = 10.0
 """Way along the sheet from which on no hand is at a stone [m]."""
+ISLAND_GAP = 1.5
+"""Gap beyond which a few measurements are not those of the stone [s]."""
 SCATTER_AROUND, LEAST_SCATTERED = 0.5, 6
 """Time before and after over which the scatter of places is taken [s], and their least number."""
 SCATTER_PX, SCATTER_TIMES, LEAST_SCATTER = 0.2, 5.0, 0.02
-"""They scatter where that exceeds this in pixels, in times its median in the film, and in metres. Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most;
-where now a stone and now a broom was measured, by 0.2 to 1.3."""
+"""They scatter where that exceeds this in pixels, in times its median in the film, and in metres.
+Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most; where now a stone and
+now a broom was measured, by 0.2 to 1.3."""
 SCATTER_APART = 2.0
 """What lies between two stretches that scatter is no better if it is shorter [s]."""
 SCATTER_ERROR = 2.0

@@ -95,18 +95,17 @@ def find_throws(
     if seen is None:
         return []
     area = scene.sheet.width * scene.sheet.length
-    throws = throws_among(likeliest_paths(seen, area), seen, small, area)
-    throws = list(without_returns(throws, slid_back))
-    ends = [0.0, *(one.last for one in throws)]
-    begins = [*(one.first for one in throws), film.duration]
-    found_throws: list[ThrowInFilm] = []
+    moves = throws_among(likeliest_paths(seen, area), seen, small, area)
+    found: list[ThrowInFilm] = []
     free = 0.0
-    for k, one in enumerate(throws):  # no two stones are thrown at once
-        begin = max(one.begin, free, ends[k])
-        end = min(one.end, film.duration, max(begins[k + 1] - numbers.APART, one.last))
-        found_throws.append(replace(one, begin=min(begin, one.first), end=end))
+    for one in without_returns(moves, slid_back):  # no two stones are thrown at once
+        before = max((k.last for k in moves if k.last < one.first), default=0.0)
+        after = min((k.first for k in moves if k.first > one.last), default=film.duration)
+        begin = min(max(one.begin, free, before), one.first)
+        end = min(one.end, film.duration, max(after - numbers.APART, one.last))
+        found.append(replace(one, begin=begin, end=end))
         free = end
-    return found_throws
+    return found
 
 
 def _windows(
@@ -197,28 +196,39 @@ def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
     held, later = part.at[: slides[0]], part.at[slides[-1] + 1 :]
     begin = t[0] - _in_view(camera, t, xy, -1.0)
     if len(held):
-        begin = min(begin, max(float(seen.t[held[0]]), t[0] - numbers.HELD))
+        begin = min(begin, float(seen.t[held[0]]))
     end = t[-1] + _in_view(camera, t, xy, 1.0)
     if len(later):
         end = float(seen.t[later[0]])
-    begins = float(seen.t[part.at[0]])
-    lay = (seen.t < begins) & (seen.t > begins - numbers.LAY_UNTIL)
-    lay &= np.hypot(*(seen.xy - seen.xy[part.at[0]]).T) < numbers.RETURNS_FROM
-    slow = _pace(seen.t[part.at[:2]], seen.xy[part.at[:2]]) < numbers.FROM_REST * _pace(t, xy)
     missing = (seen.times > begin) & (seen.times < t[0])
     if not len(later):
         missing |= (seen.times > t[-1]) & (seen.times < end)
     return ThrowInFilm(
-        begin=max(float(begin) - numbers.BEFORE_THROW, 0.0),
+        begin=max(float(begin), float(t[0]) - numbers.HELD, 0.0),
         end=float(end) + numbers.AFTER_THROW,
         first=float(t[0]),
         last=float(t[-1]),
         start=seen.xy[part.at[0]],
         stop=xy[-1],
         rests=bool(len(later)),
-        from_rest=bool(slow and lay.any()),
+        from_rest=_starts_from_rest(part, seen),
         odds=part.odds + numbers.MISSED * float(missing.sum()),
     )
+
+
+def _starts_from_rest(part: Path, seen: Detections) -> bool:
+    """Return whether a stone lay behind the beginning of a path and is slower at first."""
+    at = part.at
+    t, xy = seen.t[at], seen.xy[at]
+    way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
+    lay = (seen.t < t[0]) & (seen.t > t[0] - numbers.LAY_UNTIL)
+    lay &= np.hypot(*(seen.xy - xy[0]).T) < numbers.RETURNS_FROM
+    lay &= (xy[0] - seen.xy) @ way > -2 * numbers.DETECTION_M
+    last = np.flatnonzero(lay)[-1:]
+    if not len(last):
+        return False
+    first = np.append(last, at[:1])
+    return _pace(seen.t[first], seen.xy[first]) < numbers.FROM_REST * _pace(t, xy)
 
 
 def _pace(t: Floats, xy: Floats) -> float:
