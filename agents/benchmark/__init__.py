@@ -1,4 +1,4 @@
-"""Ten fixed tasks with fixed seeds, so that results of different people can be compared.
+"""Eleven fixed tasks with fixed seeds, so that results of different people can be compared.
 
 - `tasks`: what is asked for, on which ices, and how it is measured
 - `contestants`: who may be measured: players, the planner, trained models, functions

@@ -1,4 +1,4 @@
-"""One shot as Digital Curling's server plays it, its JSON in and out.
+"""One shot as on Digital Curling's server, its JSON in and out.
 
 Law, contacts and rules are the project's own, by the preset `fcv1` and the set `digital_curling`;
 the time steps are the server's (`steps`).
@@ -41,24 +41,24 @@ STONES_PER_END = 16
 def transition(
     state: StateDocument | dict[str, Any], move: dict[str, Any], setting: dict[str, Any]
 ) -> StateDocument:
-    """The state after one noise-free shot, as Digital Curling's server (DC3) would send it.
+    """Return the state after one noise-free shot, as Digital Curling's server (DC3) would send it.
 
     Parameters
     ----------
     state : the `state` of an `update`: positions in metres from the hack, angles in radians
-    move : as it is sent, ``{"type": "shot", "velocity": {"x", "y"}, "rotation"}`` in m/s, or
-        ``{"type": "concede"}``. A shot that goes backwards is removed, a rotation that is not
-        known is played as ccw, and no speed is cut
+    move : move as sent, ``{"type": "shot", "velocity": {"x", "y"}, "rotation"}`` in m/s, or
+        ``{"type": "concede"}``. A shot that goes backwards is removed, an unknown rotation is
+        played as ccw, and no speed is limited
     setting : the `game` of `is_ready` (its `setting` and `simulator` are read), or its `setting`
 
     Returns
     -------
-    a new state; `state` is left as it is. Fields that a shot does not change, and those that are
-    not known here, are kept. No thinking time is used up: a team that has none left has lost
+    a new state; `state` is unchanged. Fields that a shot does not change, and unknown fields, are
+    kept. No thinking time is used: a team that has none left has lost
 
     Raises
     ------
-    InputError : the game is over, or a document that is none of the protocol's
+    InputError : the game is over, or a document that is not of the protocol
 
     Examples
     --------
@@ -86,7 +86,7 @@ def transition(
     team = hammer if before.shot % 2 else hammer.other
     out_of_time = before.thinking_time_remaining.get(TEAMS[team], 1.0) <= 0.0
     after = cast("dict[str, Any]", deepcopy(state))
-    # The server throws the stone of this slot, should one lie there already.
+    # The server throws the stone of this slot, even if one is already there.
     slot = before.shot // 2
     stones = tuple(s for s in stones_of(before) if (s.team, s.number) != (team, slot))
     given_up = out_of_time or isinstance(play, ConcedeMessage)
@@ -112,7 +112,7 @@ def _played(
     simulator: SimulatorMessage,
     after: dict[str, Any],
 ) -> tuple[RestingStone, ...]:
-    """Throw a stone, fill in the places of the stones in `after`, and return those that stay."""
+    """Throw a stone, fill in the positions of the stones in `after`, and return those that stay."""
     slot = before.shot // 2
     rest = _thrown(before, stones, shot, told, simulator)
     rules = replace(rule_set("digital_curling"), free_guard_until=5 if told.five_rock_rule else 4)
@@ -135,7 +135,7 @@ def _played(
     kept = set(ruling.stones)
     for stone, place, state in zip((*stones, thrown), places, rest.stones.tolist(), strict=True):
         if stone in kept:
-            continue  # as it lay
+            continue  # unchanged
         entry = None
         if place in kept:
             position = {"x": state[State.X], "y": state[State.Y] + HACK_Y}
@@ -146,7 +146,7 @@ def _played(
 
 @lru_cache(maxsize=8)
 def fcv1_ice(sheet_width: float) -> Ice:
-    """The ice of `fcv1` on a sheet of this width [m]."""
+    """Return the ice of `fcv1` on a sheet of this width [m]."""
     ice = load_ice("fcv1")
     sheet = replace(ice.sheet, width=sheet_width)
     mu = float(ice.friction.mu[0, 0])
@@ -160,7 +160,7 @@ def _thrown(
     told: SettingMessage,
     simulator: SimulatorMessage,
 ) -> Rest:
-    """Let a shot run until all stones rest."""
+    """Simulate a shot until all stones rest."""
     states = np.zeros((len(stones) + 1, 6))
     for state, stone in zip(states, stones, strict=False):
         message = before.stones.of(stone.team)[stone.number]
@@ -177,7 +177,7 @@ def _thrown(
 
 
 def _as_measured(stones: tuple[RestingStone, ...], reach: float) -> tuple[RestingStone, ...]:
-    """The stones in the house at the distance at which single precision has them from the tee."""
+    """Return the stones in the house, at their single-precision distance from the tee."""
     found: list[RestingStone] = []
     for stone in stones:
         y = np.float32(stone.y + HACK_TO_TEE) - np.float32(HACK_Y) - np.float32(TEE_Y)
@@ -196,7 +196,7 @@ def _end(
     ends: int,
     told: SettingMessage,
 ) -> None:
-    """Score an end, and begin the next one or end the game."""
+    """Score an end, and start the next one or end the game."""
     rules = rule_set("digital_curling", measure=0.0)
     lines = rules.lines(width=told.sheet_width)
     points = score_of(rules, lines, _as_measured(stones, lines.reach))

@@ -1,4 +1,4 @@
-"""Ends played by a player, as an offline dataset in Minari's form.
+"""Ends played by a player, as an offline dataset in Minari's format.
 
 Needs Minari: ``pip install 'curling-sheet[offline]'``.
 """
@@ -27,9 +27,9 @@ from curling_env.infrastructure.files.writing import make_directory
 from curling_env.typing import Progress, no_progress
 
 DATASET = "curling/ends-v0"
-"""Identifier of the dataset, which is also the folder under the one asked for."""
+"""Identifier of the dataset, which is also its folder inside the given one."""
 RECORDED = Path(__file__).with_name("recorded")
-"""Folder of the small dataset that comes with the package: 100 ends by `search:400`."""
+"""Folder of the small dataset of the package: 100 ends by `search:400`."""
 
 
 def record_ends(
@@ -43,16 +43,16 @@ def record_ends(
 ) -> Path:
     """Play ends of `CurlingEnd-v0` and write them as a Minari dataset.
 
-    Every delivery of the player is a step: the observation before it, the action that means its
-    throw without execution error, the reward.
+    Every delivery of the player is a step: the observation before it, the action of its throw
+    without execution error, the reward.
 
     Parameters
     ----------
     output : folder of datasets; ``minari.load_dataset("curling/ends-v0")`` finds it there with
         ``MINARI_DATASETS_PATH`` set to the folder
-    player : who plays as the agent
+    player : player in the role of the agent
     ends : number of ends, each an episode
-    options : options of `CurlingEnd-v0`, as plain data: they are written with the dataset
+    options : options of `CurlingEnd-v0`, as plain data that are written with the dataset
     seed : seed of the first end; the others count up
     progress : called after every end
 
@@ -62,18 +62,19 @@ def record_ends(
 
     Raises
     ------
-    InputError : a dataset lies there already, or observations that are no vectors
+    InputError : a dataset already exists there, or observations that are not vectors
     ModuleNotFoundError : Minari is not installed
     """
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
-    root = make_directory(output)
+    # Minari puts the folder before the names of its files twice where it is relative.
+    root = make_directory(output).absolute()
     if (root / DATASET).exists():
-        raise InputError(f"there is a dataset already: remove {root / DATASET}", source=output)
+        raise InputError(f"a dataset already exists: remove {root / DATASET}", source=output)
     env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
     if not isinstance(env.observation_space, gymnasium.spaces.Box):
-        raise InputError("a dataset needs observations that are vectors: observation='flat'")
+        raise InputError("a dataset needs vector observations: expected observation='flat'")
     # Written end by end, so that memory does not grow with their number.
     played: Any = (
         EpisodeBuffer(id=k, seed=seed + k, **episode)
@@ -83,7 +84,7 @@ def record_ends(
     shutil.rmtree(draft, ignore_errors=True)
     try:
         with _datasets_in(draft), warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # of what Minari would like to know of its authors
+            warnings.simplefilter("ignore")  # missing metadata on authors
             create_dataset_from_buffers(
                 DATASET,
                 played,
@@ -126,7 +127,7 @@ def _episodes(
 
 @contextmanager
 def _datasets_in(folder: Path) -> Iterator[None]:
-    """Minari's folder of datasets for a while."""
+    """Set Minari's folder of datasets temporarily."""
     before = os.environ.get("MINARI_DATASETS_PATH")
     os.environ["MINARI_DATASETS_PATH"] = str(folder)
     try:

@@ -22,6 +22,8 @@ Episodes = TypeVar("Episodes")
 """The episodes of one kind of environment: n of them, as an immutable value."""
 Facts = dict[str, Any]
 """Entries of `info`: by name an array or a list with a row for each episode, or a dictionary."""
+DETAILS = frozenset({"throw", "outcome", "trajectory", "shots"})
+"""Entries of `info` that are objects of the physics and the game; the others have fixed shapes."""
 Part = tuple[Indices, Facts]
 """Entries of `info` of some episodes, by their indices."""
 
@@ -34,6 +36,9 @@ class Core(ABC, Generic[Episodes]):
     observation_space, action_space : of one episode
     render_mode : how one episode is shown; None for not at all
     """
+
+    details: bool = False
+    """Whether `info` has `DETAILS` too."""
 
     def __init__(
         self,
@@ -101,6 +106,12 @@ class Core(ABC, Generic[Episodes]):
         ------
         InputError : an action that is none
         """
+
+    def returned(self, facts: Facts) -> Facts:
+        """The entries of `info` that the caller gets."""
+        if self.details:
+            return facts
+        return {name: value for name, value in facts.items() if name not in DETAILS}
 
     @abstractmethod
     def are_over(self, episodes: Episodes) -> Flags:

@@ -98,6 +98,19 @@ CAMERAS: dict[str, CameraPlacement] = {
         distortion=(-0.15, 0.018, -0.0002, 0.0003, 0.0),
         shows="the home house and its hog line from the ceiling",
     ),
+    "phone": CameraPlacement(
+        position=(0.6, -22.73, 1.7),
+        target=(0.0, -6.0, 0.0),
+        focal_px=1390.0,
+        distortion=(0.03, -0.02, 0.0, 0.0, 0.0),
+        shows="the sheet from a phone on a tripod, 1.7 m high and 1.7 m behind the home hack",
+    ),
+    "gallery": CameraPlacement(
+        position=(1.5, -31.0, 4.5),
+        target=(0.0, -8.0, 0.0),
+        focal_px=2250.0,
+        shows="the sheet from a gallery window, 8.8 m behind the ice",
+    ),
 }
 
 

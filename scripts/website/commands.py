@@ -11,8 +11,8 @@ from unittest import mock
 from curling_env.commands.cli import COMMAND_GROUP, main
 
 GROUPS = {
-    "Films and cameras": ("corners", "locate", "calibrate", "stones", "track", "live",
-                          "join-cameras", "convert"),
+    "Films and cameras": ("corners", "locate", "place-camera", "calibrate", "stones", "track",
+                          "live", "join-cameras", "convert"),
     "Ice": ("estimate", "design", "compare", "discover"),
     "Coaching": ("app", "throws", "hand-or-ice", "athletes", "match-stones"),
     "Throws": ("plan", "throw", "simulate", "sweep", "film"),

@@ -161,7 +161,7 @@ def broken(document, path, value):
         (("friction", "mu", 3, 4), 0, r"friction.mu\[3\]\[4\]"),
         (("friction", "mu", 3, 4), 8.2, r"friction.mu\[3\]\[4\]"),
         (("friction", "mu", 3, 4), None, r"friction.mu"),
-        (("friction", "mu", 3), [0.008], "equally many"),
+        (("friction", "mu", 3), [0.008], "rows of equal length"),
         (("friction", "sigma", 0, 0), -1, r"friction.sigma\[0\]\[0\]"),
         (("friction", "cell_size"), 0.25, "rows"),
         (("friction", "interpolation"), "cubic", "interpolation"),

@@ -24,7 +24,7 @@ def record_games(
     *,
     results: Results,
 ) -> None:
-    """Play ends and write them as a Minari dataset, to learn from without an environment.
+    """Play ends and write them as a Minari dataset, for learning without an environment.
 
     \b
     Examples:
@@ -34,7 +34,7 @@ def record_games(
             "import minari; print(minari.load_dataset('curling/ends-v0').total_steps)"
 
     Each end of CurlingEnd-v0 is an episode, each delivery of the player a step: the observation,
-    the action that means its throw without execution error, the reward. The dataset holds the
+    the action of its throw without execution error, the reward. The dataset contains the
     specification of the environment. Needs Minari: pip install 'curling-sheet[offline]'.
     """
     from agents.playing.offline_data import DATASET, record_ends

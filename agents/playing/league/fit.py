@@ -1,4 +1,4 @@
-"""A value network fitted to positions and how ends are scored from them."""
+"""Value network fitted to positions and the scores of their ends."""
 
 from __future__ import annotations
 
@@ -23,15 +23,15 @@ from curling_env.typing import Floats, Indices, Progress, no_progress, with_prog
 
 
 class Lesson(NamedTuple):
-    """Positions with so many stones to come, and how ends are scored from them.
+    """Positions with a number of stones to come, and the scores of their ends.
 
     Parameters
     ----------
-    left : stones to come
+    left : number of stones to come
     stones : (n, 16, 2) positions
     score_values : (n, 13) value of each score to the team with the hammer
     skill : (n,) skill of the players; see `value_network.skill_feature`
-    shares : (n, 13) how likely each score is; 1 for the score that came
+    shares : (n, 13) probability of each score; 1 for the actual score
     """
 
     left: int
@@ -42,7 +42,7 @@ class Lesson(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """Features of some positions, and how ends are scored from them."""
+    """Features of some positions, and the scores of their ends."""
 
     stones: NDArray[np.float32]
     places: Indices
@@ -61,20 +61,20 @@ def fit_value_network(
     begin: ValueNetwork | None = None,
     progress: Progress = no_progress,
 ) -> ValueNetwork:
-    """Fit the network that best predicts how ends are scored; each position is also seen mirrored.
+    """Fit a network to predict the scores of ends; each position is also used mirrored.
 
-    The first weights are those of a network to begin with, or come from torch's own generator,
-    which the caller seeds.
+    The initial weights are those of a given network, or come from torch's own generator, which the
+    caller seeds.
 
     Parameters
     ----------
     lines : lines of the sheet
     lessons : positions and how ends are scored from them
-    rng : source of the order of training
+    rng : source of the training order
     layers : units of the hidden layers: two for a stone, two for the position
     epochs : passes through the lessons
     learning_rate : highest learning rate of the schedule
-    begin : a network to begin with, whose layers have these units; None for random weights
+    begin : initial network with layers of these sizes; None for random weights
     progress : called after each epoch
     """
     import torch
@@ -122,7 +122,7 @@ def fit_value_network(
 
 
 def negative_log_likelihood(network: ValueNetwork, lines: Lines, ends: PlayedEnds) -> float:
-    """Mean over positions of minus the log of the probability of the score that came."""
+    """Return the mean negative log-likelihood of the actual scores over positions."""
     losses: list[Floats] = []
     for left, stones, score_values, skill, came in lessons_of(ends):
         there = stones.astype(np.float64)
@@ -132,7 +132,7 @@ def negative_log_likelihood(network: ValueNetwork, lines: Lines, ends: PlayedEnd
 
 
 def lessons_of(ends: PlayedEnds) -> Iterator[Lesson]:
-    """After each delivery that was not random: the positions, and the scores that came."""
+    """Return the positions after each delivery that was not random, and the actual scores."""
     deliveries, n = len(ends.stones), len(ends.score)
     shares, skill = shares_of(ends.score), np.broadcast_to(ends.skill, n)
     for delivered in range(deliveries - 1):

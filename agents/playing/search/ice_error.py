@@ -1,8 +1,8 @@
-"""How far throws may go otherwise than `search` simulates them, because ice and stones differ.
+"""Differences between actual and simulated throws of `search`, because ice and stones differ.
 
-On ice that is known exactly and does not change, as Digital Curling's, they go as simulated. Ice
-that was estimated has the standard errors of its map and of its curl; in a game the ice changes,
-and stones of a set differ.
+On ice that is known exactly and does not change, like Digital Curling's, there are none. Estimated
+ice has the standard errors of its map and of its curl; in a game the ice changes, and stones of a
+set differ.
 """
 
 from __future__ import annotations
@@ -16,15 +16,16 @@ from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.typing import Floats
 
 LANE = 1.5
-"""Throws keep within so far of the centre line [m]."""
+"""Half-width of the lane of throws [m]."""
 STRETCH = 6.0
-"""Errors of a map go together over so much of a throw's way [m]."""
+"""Correlation length of errors of a map along a throw's path [m]."""
 CURL = 1.2
-"""How far a draw curls [m]."""
+"""Curl of a draw [m]."""
 
 
 def ice_error(view: PlayerView, draw_speed: float) -> Floats:
-    """Standard errors that ice and stones add to a player's own: speed, angle and spin, (3,).
+    """Return standard errors that ice and stones add to a player's own: speed, angle and spin,
+    (3,).
 
     Parameters
     ----------
@@ -46,9 +47,10 @@ def ice_error(view: PlayerView, draw_speed: float) -> Floats:
 
 
 def friction_error(ice: Ice) -> float:
-    """Relative standard error of the mean friction on the way to the house, by the map's own.
+    """Return the relative standard error of the mean friction on the path to the house, from the
+    map's.
 
-    The errors of its cells are taken to go together over a few metres, as those of a smooth map do.
+    The errors of its cells are assumed to be correlated over a few metres, as in a smooth map.
     """
     friction, sheet = ice.friction, ice.sheet
     near = (np.abs(sheet.y_centres) <= TEE_Y)[:, None] & (np.abs(sheet.x_centres) <= LANE)
@@ -59,7 +61,7 @@ def friction_error(ice: Ice) -> float:
 
 
 def curl_error(ice: Ice) -> float:
-    """Relative standard error of how far stones curl; 0 where it is not told."""
+    """Return the relative standard error of the curl of stones; 0 if unknown."""
     for effect in ice.effects:
         strength = effect.parameters.get("strength", 0.0)
         if effect.name == "curl" and strength:

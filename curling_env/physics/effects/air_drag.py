@@ -1,4 +1,4 @@
-"""Air in the way of the stone."""
+"""Air drag of the stone."""
 
 from typing import Any
 

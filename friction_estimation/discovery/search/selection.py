@@ -12,7 +12,6 @@ from friction_estimation.discovery.model.fit import SessionFit, fit, refit, rele
 from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
-from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.maps import find_map, renew_map
 from friction_estimation.discovery.search.patch_and_map import find_patch_and_map
 from friction_estimation.discovery.search.patch_sides import place_sides_of
@@ -21,7 +20,7 @@ from friction_estimation.discovery.search.patches import (
     find_patches,
     term_within,
 )
-from friction_estimation.discovery.search.residuals import Misfit, misfit
+from friction_estimation.discovery.search.residuals import Misfit, misfit_of
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
@@ -105,12 +104,6 @@ class Selection:
 def closure(before: Misfit, after: Misfit) -> float:
     """Part of the slow misfit that was closed; 1 where there was none."""
     return 1.0 if before.white else 1.0 - after.excess / before.excess
-
-
-def misfit_of(fitted: SessionFit) -> Misfit:
-    """Slow misfit of a fit."""
-    _, columns = sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
-    return misfit(fitted, columns)
 
 
 def fit_with_noise(

@@ -239,18 +239,60 @@ def fit_heading_curve(
     others = [seen.mean(axis=1)]  # any heading
     if known is None:
         others.append(seen[:, 0])  # turned round
-    for other in others:
-        costs = other / counts[own]
-        mean = np.average(costs, weights=counts[own])
-        spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts[own]))
-        if mean < numbers.CLEAR_HEADING * spread / np.sqrt(independent):
-            return None
+    if not all(_is_clear(other, counts[own], independent) for other in others):
+        return None
+    if known is None and _another_rotation(times, waves, theta, counts, independent):
+        return None
     near = np.abs(times[:, None] - times) <= numbers.HEADING_NEIGHBOURS
     excess_nearby = near @ excess
     trusted = excess_nearby[:, np.abs(_ANGLES) > numbers.HEADING_MATCH].min(axis=1) > 0
     if not trusted.any():
         return None
     return HeadingCurve(times, theta, trusted, _seen_near(times[own], waves[own], theta[own]))
+
+
+def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
+    """Return whether pictures cost clearly more at one heading than at another.
+
+    Parameters
+    ----------
+    excess, counts : (n,) excess cost of each picture and its weight
+    independent : number of pictures that count as independent
+    """
+    costs = excess / counts
+    mean = np.average(costs, weights=counts)
+    spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts))
+    return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
+
+
+def _another_rotation(
+    times: Floats,
+    waves: NDArray[np.complex128],
+    theta: Floats,
+    counts: Floats,
+    independent: float,
+) -> bool:
+    """Return whether a stone that turns otherwise explains the pictures nearly as well.
+
+    Light that falls on a stone, or what is left of its granite, is a picture too, and one that does
+    not turn as the stone does. Each other spin may start at any heading, and drift as the curve
+    does.
+    """
+    since = times - times[0]
+    fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
+    turn = float(theta[-1] - theta[0]) / max(float(since[-1]), 1e-6)
+    for spin in turn + numbers.OTHER_SPINS:
+        turned = np.exp(1j * np.outer(spin * since, np.arange(numbers.HEADING_WAVES + 1)))
+        costs = ((waves * turned).sum(axis=0) @ fronts).real
+        other = _ANGLES[int(np.argmin(costs))] + spin * since
+        other = other + _drift(times, waves, other)
+        apart = np.abs(np.angle(np.exp(1j * (other - theta)))) > numbers.HEADING_MATCH / 2
+        if np.average(apart, weights=counts) < numbers.LEAST_APART:
+            continue
+        excess = _cost_at(waves, other) - _cost_at(waves, theta)
+        if not _is_clear(excess[apart], counts[apart], independent * float(apart.mean())):
+            return True
+    return False
 
 
 def likeliest_turn(views: HeadingViews, t: Floats, speed: Floats) -> tuple[Floats, float]:

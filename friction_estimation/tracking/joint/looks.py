@@ -30,7 +30,6 @@ from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.focal_from_stone import focal_from_stone
 from friction_estimation.tracking.joint import numbers
-from friction_estimation.tracking.joint.association import CARRIED
 from friction_estimation.tracking.joint.coarse import CoarsePath
 from friction_estimation.tracking.joint.detections import Detections
 from friction_estimation.tracking.joint.heading import (
@@ -79,7 +78,7 @@ class SeenStone:
     ) -> list[Crop]:
         """Clear pictures of the stone, placed as a camera sees them; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
-        kept &= (self.path.likeness >= numbers.MIN_LEARNING_LIKENESS) & (self.path.mode != CARRIED)
+        kept &= self.path.likeness >= numbers.MIN_LEARNING_LIKENESS
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # At one place alone, a stone does not show its profile.

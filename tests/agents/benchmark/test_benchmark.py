@@ -12,8 +12,17 @@ from agents.benchmark import TASKS, Score, contestant, difference_of, make, meas
 from curling_env.errors import InputError
 
 
-def test_there_are_ten_tasks_and_each_can_be_made():
-    assert len(TASKS) == 10
+def test_the_end_of_doubles_begins_with_placed_stones():
+    env = make("end-doubles").unwrapped
+    env.reset(seed=1_000_000)
+    game = env.state.game
+    assert game.end is not None
+    assert sum(stone.number == 5 for stone in game.end.stones) == 2
+    assert game.rules.deliveries == 10
+
+
+def test_there_are_twelve_tasks_and_each_can_be_made():
+    assert len(TASKS) == 12
     for name, task in TASKS.items():
         env = make(name)
         env.reset(seed=0)
@@ -90,7 +99,7 @@ def test_a_difference_is_that_of_each_episode():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "no policy is named 'nobody'; there are draw, greedy, learned,"),
+        (("nobody",), "unknown policy 'nobody'; expected one of draw, greedy, learned,"),
         (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),

@@ -96,5 +96,5 @@ def test_names_are_those_that_were_noted(matched):
 
 def test_one_stone_is_no_set(matched):
     evening, ice, _ = matched
-    with pytest.raises(InputError, match="have 1: note in throws.csv which stone"):
+    with pytest.raises(InputError, match="found 1: enter the stone of each throw in throws.csv"):
         match_stones(evening.tracks[:1], ice, evening.notes)

@@ -307,7 +307,7 @@ def test_another_physics_is_remarked_on():
         (b'{"cmd":"is_ready","team":"team7"}\n', "team7"),
         (b'{"cmd":"is_ready","team":"team0","game":{"rule":"mixed"}}\n', "'mixed'"),
         (b"[" * 100_000 + b"\n", "nested"),
-        (b"x" * (8 * 2**20 + 2), "longer"),
+        (b"x" * (8 * 2**20 + 2), "too long"),
     ],
 )
 def test_a_break_of_the_protocol_is_one_line(line, says, curling, tmp_path):
@@ -327,7 +327,10 @@ def test_a_server_that_hangs_up_ends_the_game_and_the_log_stays(curling, tmp_pat
     log = golden("extra-end-team1")[:15]
     with FakeServer(lambda connection: in_turn(connection, log)) as server:
         out = curling("join", f"127.0.0.1:{server.port}", "--player", "draw", "-o", tmp_path)
-    assert "the server hung up before the game was over (end 1, stone 7)" in out.complaint
+    assert (
+        "the server closed the connection before the game was over (end 1, stone 7)"
+        in out.complaint
+    )
     lines = read_record(tmp_path / "game.jsonl")
     assert len(lines) == 2 + 6
     assert lines[-1]["winner"] is None
@@ -340,7 +343,9 @@ def test_a_line_that_breaks_off_is_no_line(curling):
     half = line_of(said(golden("extra-end-team1"))[0])[:40]
     with FakeServer(lambda connection: connection.sendall(half)) as server:
         out = curling("join", f"127.0.0.1:{server.port}", "--player", "draw")
-    assert "hung up before the game was over (before the first stone)" in out.complaint
+    assert (
+        "closed the connection before the game was over (before the first stone)" in out.complaint
+    )
 
 
 def test_where_nobody_listens_is_said(curling):

@@ -66,10 +66,10 @@ def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
         ("policy_kwargs: {width: 3}", "unknown key 'width' in policy_kwargs"),
         ("learning_rate: lin_fast", "a schedule is lin_ and a number"),
         ("n_timesteps: many", "n_timesteps must be a whole number"),
-        ("skill: god", "no skill is named 'god'"),
+        ("skill: god", "unknown skill 'god'"),
         ("knows: all", "knows must be one of"),
         ("- a\n- b", "expected settings by name"),
-        ("a: [1", "is not YAML"),
+        ("a: [1", "not YAML"),
     ],
 )
 def test_what_nobody_knows_is_refused_in_one_line(tmp_path: Path, text: str, words: str) -> None:

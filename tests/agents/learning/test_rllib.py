@@ -155,12 +155,12 @@ def test_without_rllib_one_line_says_what_to_install(
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (["--workers", "ray"], "--workers must be rllib: and a number"),
-        (["--workers", "rllib:0"], "--workers must be rllib: and a number"),
-        (["--workers", "rllib:2", "--resume", "nowhere.npz"], "writes no checkpoints"),
+        (["--workers", "ray"], "--workers: expected rllib:N with a number"),
+        (["--workers", "rllib:0"], "--workers: expected rllib:N with a number"),
+        (["--workers", "rllib:2", "--resume", "nowhere.npz"], "write no checkpoints"),
         (
             ["--workers", "rllib:2", "--config", "ends-league"],
-            "league cannot be trained",
+            "cannot train a league",
         ),
     ],
 )

@@ -156,7 +156,7 @@ def test_a_plan_says_which_of_its_effects_nobody_measured() -> None:
     assert found["sweep"] is None
     assert found["believed"] == {"curl": ["strength"]}
     assert found["remarks"] == [
-        "curl is believed, not measured: throw with both handles to measure it"
+        "curl is assumed, not measured: throw with both handles to measure it"
     ]
     known = plan(ice, (0, TEE_Y), skill="none").as_dict()
     assert known["believed"] == {}
@@ -213,7 +213,7 @@ def test_says_that_the_way_is_blocked() -> None:
     ice = load_ice("paper")  # nothing curls: the guard is in the way of every throw
     with pytest.raises(InputError, match=r"blocked.*\(0, 14\)"):
         plan(ice, (0.0, TEE_Y), stones=[[0.0, 14.0]], skill="none")
-    with pytest.raises(InputError, match="lies in its place"):
+    with pytest.raises(InputError, match="is in its place"):
         plan(ice, (0.0, TEE_Y), stones=[[0.1, TEE_Y]], skill="none")
 
 
@@ -343,11 +343,11 @@ def test_the_second_choice_is_another_shot() -> None:
 def test_what_a_miss_is_the_distance_of_is_said() -> None:
     ice = load_ice("standard")
     draw = plan(ice, (0.0, TEE_Y), skill="club")
-    assert "from the target to where the stone rests" in draw.expectation(draw.best)
+    assert "from the target to the stone's place of rest" in draw.expectation(draw.best)
     assert " in (" in draw.expectation(draw.best, Units.FEET)
     hit = plan_task(ice, "takeout", STONE, skill="club")
     said = hit.expectation(hit.best)
-    assert "succeed (the stone that was hit is out of play)" in said
+    assert "succeed (the struck stone is out of play)" in said
     assert "miss" not in said
     assert hit.as_dict()["miss_means"] is None
     exact = plan(ice, (0.0, TEE_Y), skill="none")
@@ -387,7 +387,7 @@ def test_the_picture_tells_whose_stones_are_whose(tmp_path) -> None:
 
 def test_a_target_mid_sheet_is_questioned():
     remarks = plan("standard", (0.0, 0.0), skill="none").remarks
-    assert "lies mid-sheet" in remarks[0]
+    assert "is mid-sheet, where no stone stays" in remarks[0]
     assert "the away tee is at (0, 17.3735)" in remarks[0]
     assert not any("mid-sheet" in one for one in plan("standard", (0, TEE_Y), skill="none").remarks)
 
@@ -395,16 +395,16 @@ def test_a_target_mid_sheet_is_questioned():
 @pytest.mark.parametrize(
     ("wanted", "says"),
     [
-        ((3, (0, TEE_Y)), "an ice must be an Ice"),
+        ((3, (0, TEE_Y)), "expected an Ice"),
         (("standard", None), "target must be"),
         (("standard", (0, 1, 2)), r"target must be \(x, y\)"),
-        (("standard", "wiggle"), "no task is named 'wiggle'"),
+        (("standard", "wiggle"), "unknown task 'wiggle'"),
         (("standard", "takeout", {"mark": "here"}), r"target must be \(x, y\)"),
         (("standard", (0, TEE_Y), {"stones": 3}), "stones must be places"),
-        (("standard", (0, TEE_Y), {"skill": 3}), "no skill is named"),
-        (("standard", (0, TEE_Y), {"delivery": 3}), "no delivery is named"),
+        (("standard", (0, TEE_Y), {"skill": 3}), "unknown skill"),
+        (("standard", (0, TEE_Y), {"delivery": 3}), "unknown delivery"),
         (("standard", (0, TEE_Y), {"seed": -1}), "seed must be a whole number"),
-        (("standard", (0, TEE_Y), {"own": [True]}), "own must say True or False for each of 0"),
+        (("standard", (0, TEE_Y), {"own": [True]}), "own must have True or False for each of 0"),
         (("standard", (0, TEE_Y), {"wind": 1}), "plan_throw has no option 'wind'; it has ice, "),
     ],
 )
@@ -420,7 +420,7 @@ def test_what_cannot_be_planned_is_told_with_what_is_right(wanted, says):
         ({"spins": "both"}, "spins must be numbers"),
         ({"spins": []}, "no spin to try"),
         ({"x": "left"}, "x must lie above"),
-        ({"delivery": "hog"}, "no delivery is named"),
+        ({"delivery": "hog"}, "unknown delivery"),
         ({"candidates": 0}, "candidates must be a whole number"),
         ({"seed": 1.5}, "seed must be a whole number"),
         ({"wind": 1}, "plan_task has no option 'wind'; it has ice, task, target"),

@@ -32,6 +32,14 @@ def test_ends_are_written_and_read_back(tmp_path, monkeypatch):
     assert folder.is_dir()
 
 
+def test_a_relative_folder_serves(curling, tmp_path, monkeypatch):
+    minari = pytest.importorskip("minari")
+    monkeypatch.chdir(tmp_path)
+    curling("record-games", "--player", "draw", "--ends", "1", "-o", "runs/data")
+    monkeypatch.setenv("MINARI_DATASETS_PATH", str(tmp_path / "runs/data"))
+    assert minari.load_dataset("curling/ends-v0").total_steps == 8
+
+
 def test_without_minari_the_command_says_what_to_install(curling, tmp_path):
     try:
         import minari  # noqa: F401

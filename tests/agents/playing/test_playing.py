@@ -50,7 +50,7 @@ def test_a_game_on_ice_that_lacks_something_says_so_once(curling, tmp_path):
     save_ice(marked, tmp_path / "ice.json")
     game = ("play", "--home", "draw", "--away", "draw", "--ends", 1, "--json")
     result = curling(*game, "--ice", tmp_path / "ice.json")
-    assert result.err.count("lacks something") == 1
+    assert result.err.count("lacks an effect") == 1
     assert "lacks" not in curling(*game).err
 
 
@@ -117,7 +117,7 @@ def test_every_stone_that_moved_has_its_path(tmp_path):
     [
         ("", "expected a recorded game"),
         ('{"format": "else"}\n', "expected a recorded game"),
-        ('{"format": "curling-game/1"}\n{"end": 1}\n', "breaks off"),
+        ('{"format": "curling-game/1"}\n{"end": 1}\n', "incomplete"),
         ('{"format": "curling-game/1"}\n{nonsense\n', "line 2"),
     ],
 )
@@ -200,5 +200,5 @@ def test_ratings_and_intervals():
     assert np.isfinite(third).all()
     assert third[2] == pytest.approx(0, abs=1e-6)
     assert wilson(30, 40) == pytest.approx((0.598, 0.858), abs=2e-3)
-    with pytest.raises(InputError, match="another name"):
+    with pytest.raises(InputError, match="different names"):
         play_tournament(simulator(), [DrawPlayer(), DrawPlayer()], games=1, seed=0)

@@ -115,11 +115,11 @@ def test_few_throws_with_many_seeds_go_together():
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"ices": []}, "needs ices"),
-        ({"seeds": ()}, "needs seeds"),
-        ({"throws": 0}, "needs releases"),
+        ({"ices": []}, "one of the ices"),
+        ({"seeds": ()}, "one of the seeds"),
+        ({"throws": 0}, "one of the releases"),
         ({"seeds": (-1,)}, "at least 0"),
-        ({"skill": "god"}, "no skill"),
+        ({"skill": "god"}, "unknown skill"),
     ],
 )
 def test_what_makes_no_sense_is_refused(options, says):
@@ -231,7 +231,7 @@ def test_the_command_refuses_in_one_line(curling, tmp_path):
     write_releases(tmp_path / "r.csv", [Throw(speed=2.1).release()])
     for arguments, words in (
         (["--workers", "lots"], "workers must be a number of processes"),
-        (["--skill", "god"], "no skill is named 'god'"),
+        (["--skill", "god"], "unknown skill 'god'"),
         (["--ice", "nowhere.json"], "nowhere.json"),
     ):
         full = ["sweep", "--releases", tmp_path / "r.csv", "-o", tmp_path / "e.csv", *arguments]

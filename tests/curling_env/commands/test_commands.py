@@ -86,7 +86,7 @@ def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):
     result = curling("throw", "--ice", tmp_path / "ice.json", "--speed", 2.1)
     assert result.json()["status"] == "rest"
     assert result.err.count("\n") == 1
-    assert "lacks something" in result.err
+    assert "lacks an effect" in result.err
     friction = load_ice("paper").friction
     bare = replace(friction, observed=np.zeros_like(friction.observed))
     save_ice(Ice(friction=bare), tmp_path / "bare.json")
@@ -107,14 +107,14 @@ def test_a_throw_that_does_not_stay_in_play(curling, speed, angle, status):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--speed", 0), "speed must lie above 0"),
-        (("--speed", -2), "speed must lie above 0"),
-        (("--speed", "nan"), "speed must lie above 0"),
+        (("--speed", 0), "speed must be above 0"),
+        (("--speed", -2), "speed must be above 0"),
+        (("--speed", "nan"), "speed must be above 0"),
         (("--speed", 50), "at most 6"),
         (("--speed", "fast"), "valid number"),
-        (("--speed", 2, "--angle", 2), "angle must lie within"),
-        (("--speed", 2, "--angle", "nan"), "angle must lie within"),
-        (("--speed", 2, "--spin", 100), "spin must lie within"),
+        (("--speed", 2, "--angle", 2), "angle must be within"),
+        (("--speed", 2, "--angle", "nan"), "angle must be within"),
+        (("--speed", 2, "--spin", 100), "spin must be within"),
         (("--speed", 2, "--x", 3), "inside the side lines"),
         (("--speed", 2, "--x", "inf"), "within ±100 m"),
         (("--speed", 2, "--direction", "up"), "direction"),
@@ -228,7 +228,7 @@ def test_a_simulated_session_remembers_where_its_stones_went(curling, tmp_path):
         ("0,0,-11,0,0,0,1", "row 2: a release needs a speed above 0"),
         ("0,3,-11,0,2,0,1", "throw 0: the stone starts off the ice"),
         ("0,0,-11,0,2,0,1\n0,0,-11,0,2,0,1", "row 3, column throw: throw 0 appears twice"),
-        ("", "holds no release"),
+        ("", "contains no release"),
     ],
 )
 def test_bad_releases_are_refused_with_their_place(curling, tmp_path, row, says):

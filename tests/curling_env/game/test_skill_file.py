@@ -47,7 +47,7 @@ def test_a_file_that_describes_no_skill(tmp_path, change, said):
 
 def test_a_name_that_is_none():
     with pytest.raises(
-        InputError, match="no skill is named 'clubb', nor a skill file; there are none"
+        InputError, match="unknown skill 'clubb'; expected a skill file or one of none"
     ):
         load_skill("clubb")
 
@@ -61,6 +61,6 @@ def test_a_throw_is_planned_for_an_athlete(tmp_path, curling):
     elite = curling("plan", "--ice", "standard", "--target", "0,17.3735", "--spin", "1.3").json()
     assert found["expected_miss_m"] > 1.5 * elite["expected_miss_m"]
     assert (
-        "no skill"
+        "unknown skill"
         in curling("plan", "--ice", "paper", "--target", "0,17", "--skill", "x").complaint
     )

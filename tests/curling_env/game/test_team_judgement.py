@@ -83,5 +83,5 @@ def test_the_spread_of_what_sweepers_expect():
 
 @pytest.mark.parametrize("given", [{"weight": -0.1}, {"curl": 0.9}, {"sweep": float("nan")}])
 def test_judgements_that_no_team_has_are_refused(given):
-    with pytest.raises(InputError, match="must lie within"):
+    with pytest.raises(InputError, match="must be (within|between)"):
         TeamJudgement(**given)

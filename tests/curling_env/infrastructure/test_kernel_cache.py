@@ -42,7 +42,7 @@ def test_where_nothing_can_be_kept_it_runs_all_the_same():
     found = start(Path("/dev/null/nowhere"))
     assert found.returncode == 0, found.stderr
     assert found.stdout == "True\n"
-    assert found.stderr.count("compiled code is not kept") == 1
+    assert found.stderr.count("compiled code is not cached") == 1
 
 
 def test_a_user_without_a_home_is_warned():
@@ -62,4 +62,4 @@ def test_a_user_without_a_home_is_warned():
         timeout=300,
     )
     assert found.stdout == "True\n", found.stderr
-    assert found.stderr.count("compiled code is not kept") == 1
+    assert found.stderr.count("compiled code is not cached") == 1

@@ -101,15 +101,15 @@ def test_players_of_others_are_found_and_take_their_option(installed):
 @pytest.mark.parametrize(
     ("find", "name", "complaint"),
     [
-        (task_named, "wiggle", "no task is named 'wiggle'; there are draw, freeze, guard"),
-        (task_named, "wiggle", "or give module:Class"),
+        (task_named, "wiggle", "unknown task 'wiggle'; expected one of draw, freeze, guard"),
+        (task_named, "wiggle", "or module:Class"),
         (task_named, "no_such_module:Wiggle", "No module named 'no_such_module'"),
-        (task_named, "no_such_module:Wiggle", "known by name are draw, freeze, guard"),
+        (task_named, "no_such_module:Wiggle", "known names: draw, freeze, guard"),
         (task_named, "our_club:Wiggle", "no attribute 'Wiggle'"),
         (task_named, "our_club:nothing", "is no task: it has no name"),
-        (player_named, "nobody", "no player is named 'nobody'; there are draw, greedy"),
-        (player_named, "nobody:500", "known by name are draw, greedy"),
-        (player_named, "our_club:nothing", "is no player"),
+        (player_named, "nobody", "unknown player 'nobody'; expected one of draw, greedy"),
+        (player_named, "nobody:500", "known names: draw, greedy"),
+        (player_named, "our_club:nothing", "is not a player"),
         (player_named, "draw:500", "takes no option"),
     ],
 )

@@ -194,7 +194,7 @@ def test_unknown_effects_and_parameters_are_refused() -> None:
     for effect, problem in [
         (ActiveEffect(name="magnetism"), "unknown effect"),
         (ActiveEffect(name="slope", parameters={"z": 1e-4}), "no parameter 'z'"),
-        (ActiveEffect(name="slope", parameters={"x": 1.0}), "must lie within"),
+        (ActiveEffect(name="slope", parameters={"x": 1.0}), "must be between"),
         (ActiveEffect(name="curl"), "needs its parameter"),
     ]:
         with pytest.raises(InputError, match=problem):

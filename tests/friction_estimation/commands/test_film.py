@@ -31,7 +31,7 @@ def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
         (["--size", "large"], RELEASES, "WIDTHxHEIGHT"),
         (["--fps", "-3"], RELEASES, "frames per second"),
         (["--ice", "slush"], RELEASES, "slush"),
-        ([], "throw,x,y,vx,vy,theta,omega\n", "holds no release"),
+        ([], "throw,x,y,vx,vy,theta,omega\n", "contains no release"),
         ([], "throw,x,y\n0,0,0\n", "vx"),
         ([], None, "r.csv"),
     ],
@@ -71,5 +71,5 @@ def test_the_command_refuses_thousands_of_films(curling, tmp_path):
     result = curling(
         "film", "--ice", "standard", "--releases", tmp_path / "r.csv", "-o", tmp_path / "films"
     )
-    assert "r.csv: has 1001 throws; at most 1000 are filmed" in result.complaint
+    assert "r.csv: has 1001 throws; expected at most 1000" in result.complaint
     assert not (tmp_path / "films").exists()

@@ -125,7 +125,7 @@ def test_one_camera_is_not_joined(throw):
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ([], "give the films of two cameras or more"),
+        ([], "expected the films of two or more cameras"),
         (["b.mp4", "c.mp4", "--scene", "a.json"], "3 films, 2 scenes"),
     ],
 )

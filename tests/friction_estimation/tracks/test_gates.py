@@ -72,7 +72,7 @@ def test_the_file_of_tracks_has_times_without_x(session, tmp_path):
     ("rows", "problem"),
     [
         ("0,1,,2,\n", "only gate times, with sigma_t, have no x"),
-        ("0,1,,2,0.003\n0,2,1,3,\n", "some rows of a throw only"),
+        ("0,1,,2,0.003\n0,2,1,3,\n", "missing in some rows of a throw"),
     ],
 )
 def test_a_camera_sees_x(tmp_path, rows, problem):
@@ -270,7 +270,7 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
     assert done.status == 0, done.err
     assert done.json()["throws"] == len(tracks)
     assert "unknown sensor 'Door'" in done.json()["faulty_rows"][0]
-    assert "left out: row " in done.err
+    assert "dropped: row " in done.err
     ice = tmp_path / "ice.json"
     done = curling("estimate", throws, "-o", ice)
     assert done.status == 0, done.err
@@ -291,8 +291,8 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
 @pytest.mark.parametrize(
     ("options", "problem"),
     [
-        (("--report", "page"), "light gates show none"),
-        (("--method", "paper"), "light gates show none"),
+        (("--report", "page"), "light gates do not measure"),
+        (("--method", "paper"), "light gates do not measure"),
     ],
 )
 def test_what_needs_paths_is_refused(session, tmp_path, curling, options, problem):

@@ -51,7 +51,7 @@ def test_the_fuzzer_notices_what_is_unclean(
     assert ends("import pathlib; pathlib.Path('mine').unlink()") == ("lost ['mine']",)
     kept = "open('o.csv', 'w').close(); print('curling: {}', file=sys.stderr); sys.exit(2)"
     assert ends("import sys; " + kept.format("bad")) == ("left ['o.csv']",)
-    assert ends("import sys; " + kept.format("written before: o.csv")) == ()
+    assert ends("import sys; " + kept.format("already written: o.csv")) == ()
     said = "import sys; print('curling: ' + 'x' * 400, file=sys.stderr); sys.exit(2)"
     assert ends(said) == ("long line",)
     given = {"fails": lambda path: 1 / 0}

@@ -1,4 +1,4 @@
-"""A tracked point that is fixed to the stone but lies beside its centre."""
+"""Tracked point that is fixed to the stone but not at its centre."""
 
 import numpy as np
 
@@ -6,7 +6,7 @@ from curling_env.physics.effects.card import EffectCard, Parameter, Search, Valu
 from curling_env.typing import Floats
 
 FURTHEST = 0.2
-"""Largest offset that is tried [m]: a stone's radius is 0.15 m."""
+"""Maximum offset that is tried [m]: a stone's radius is 0.15 m."""
 
 
 def _displacement(_xy: Floats, theta: Floats, values: Values) -> Floats:

@@ -119,10 +119,10 @@ def test_reasons_why_throws_are_left_out(told):
     found = hand_or_ice(tracks, ice, notes)
     assert [one.throw for one in found.throws] == [0]
     assert found.left_out == {
-        1: "nothing was called that is read as a call",
+        1: "its call cannot be read",
         2: "no call",
         3: "the call names no target",
-        4: "it was not seen to come to rest",
+        4: "its place of rest was not seen",
     }
 
 

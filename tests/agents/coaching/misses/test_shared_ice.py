@@ -55,4 +55,4 @@ def test_an_ice_that_is_off_by_more_than_it_says_is_told():
     rng = np.random.default_rng(4)
     found = agree(throws(rng, 16, off=3.0), rng)
     assert "3.0" in found.remark
-    assert "short of where this ice file says" in found.remark
+    assert "short of the prediction of this ice file" in found.remark

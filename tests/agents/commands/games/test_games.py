@@ -46,5 +46,29 @@ def test_the_tournament_command(curling):
         assert standing["elo_low"] <= standing["elo_high"]
     shown = curling("tournament", "draw", "rulebased", "--games", "2", "--ends", "1")
     assert "Elo" in shown.out
-    assert "two players" in curling("tournament", "draw").complaint
+    assert "two or more players" in curling("tournament", "draw").complaint
     assert "workers" in curling("tournament", "draw", "rulebased", "--workers", "0").complaint
+
+
+def test_each_player_of_a_team_may_have_its_own_hand(tmp_path, curling):
+    players = (
+        "--home",
+        "draw",
+        "--away",
+        "draw",
+        "--ends",
+        1,
+        "--seed",
+        2,
+        "--still",
+        "--no-sweep",
+    )
+    folder = tmp_path / "game"
+    options = ("--rules", "mixed_doubles_2024", "--skill", "none,club", "-o", folder)
+    assert curling("play", *players, *options).status == 0
+    lines = read_record(folder / "game.jsonl")[1:11]
+    exact = [line["meant"]["angle"] == line["thrown"]["angle"] for line in lines]
+    assert exact == [True] * 2 + [False] * 6 + [True] * 2  # 1 2 2 2 1 of both teams
+    problem = "expected one skill, or one for each of 2 players, got 3"
+    three = ("--rules", "mixed_doubles_2024", "--skill", "none,club,elite")
+    assert problem in curling("play", *players, *three).complaint

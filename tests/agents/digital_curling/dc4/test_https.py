@@ -99,21 +99,21 @@ def test_a_game_over_https(join, folder):
         out = join(host, *trusts)
     assert out.status == 0, out.err
     assert out.json()["winner"] == host.game.result["winner"]
-    assert "can be read on its way" not in out.err
+    assert "unencrypted" not in out.err
 
 
 def test_a_host_without_https_is_no_host_with_it(join):
     with WebHost(None, DrawPlayer(), ends=1, rule_name=RULES) as host:
         secure = join(host, url=host.url.replace("http", "https"))
-        assert "speaks no https there" in secure.complaint
+        assert "does not support https there" in secure.complaint
         assert join(host).status == 0
 
 
 @pytest.mark.parametrize(
     ("words", "says"),
     [
-        (["--key", "k.pem"], "--key belongs to a --certificate"),
-        (["--certificate", "c.pem"], "is for --http"),
+        (["--key", "k.pem"], "--key needs a --certificate"),
+        (["--certificate", "c.pem"], "needs --http"),
         (["--certificate", "c.pem", "--http", "0"], "c.pem: cannot be read"),
     ],
 )

@@ -286,7 +286,7 @@ def test_the_page_follows_the_game(page, monkeypatch):
     monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 3.0)
     with WebHost(None, DrawPlayer()) as host:
         page.goto(host.url)
-        assert "when both teams are there" in page.inner_text("body")
+        assert "when both teams are connected" in page.inner_text("body")
         host.take_seat()
         stream = Stream(host)
         events = stream.events()

@@ -106,7 +106,7 @@ def test_the_first_move_counts_unless_too_much_else_came(lines, data):
 
 def test_a_line_without_end_is_no_move():
     assert "more than 65536 bytes" in decided([b"x" * 200_000])
-    assert decided([GOOD[1]]) == "it hung up"  # it broke off before the end of its line
+    assert decided([GOOD[1]]) == "it closed the connection"  # before the end of its line
 
 
 def test_time_runs_while_bad_lines_come():

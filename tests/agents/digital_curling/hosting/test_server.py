@@ -303,7 +303,7 @@ def test_who_hangs_up_loses(when):
         assert over["state"]["game_result"] == {"winner": "team1", "reason": "concede"}
         assert over["state"]["hammer"] is None
         assert staying.hear()["cmd"] == "game_over"
-    assert "team0 (by hand) has left the game: it hung up" in host.remarks[-1]
+    assert "team0 (by hand) left the game: it closed the connection" in host.remarks[-1]
 
 
 def test_a_line_without_end_loses_the_seat():
@@ -363,7 +363,7 @@ def test_a_client_that_is_none_makes_room(monkeypatch):
                     break
             time.sleep(0.05)
     assert host.game.names[0] == "late"
-    assert sum("was sent away" in remark for remark in host.remarks) == 3
+    assert sum("was refused" in remark for remark in host.remarks) == 3
 
 
 @pytest.mark.parametrize("order", [[0, 1, 2], [0, 0, 1, 2], [0, 1, 2, 9]])
@@ -393,7 +393,7 @@ def test_a_port_that_is_taken_is_said(curling):
         # In a thread: the browser of other tests leaves an event loop running in this one.
         with ThreadPoolExecutor() as pool:
             out = pool.submit(curling, "host", "--team1", "draw", "--port", port).result()
-    assert out.complaint.startswith(f"127.0.0.1:{port}: cannot listen there")
+    assert out.complaint.startswith(f"127.0.0.1:{port}: cannot listen on this address")
 
 
 @settings(max_examples=8)

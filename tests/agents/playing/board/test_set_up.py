@@ -47,7 +47,7 @@ def test_a_position_goes_on_as_it_lies(direction):
             "stone 2 .* overlaps stone 1",
         ),
         (Position(stones=laid((0.0, 17.0, "home")), delivered=1), "1 stones of the home team"),
-        (Position(delivered=16), "0 to 15 stones were delivered, got 16"),
+        (Position(delivered=16), "expected 0 to 15 delivered stones, got 16"),
     ],
 )
 def test_what_cannot_lie_there_is_refused(position, complaint):
@@ -56,7 +56,7 @@ def test_what_cannot_lie_there_is_refused(position, complaint):
 
 
 def test_impossible_games_are_refused():
-    with pytest.raises(InputError, match="ends are left"):
+    with pytest.raises(InputError, match="ends left"):
         Position(ends_left=0)
     with pytest.raises(InputError, match="0 to 99 points"):
         Position(score=(0, -1))

@@ -130,9 +130,9 @@ def test_the_model_plays_a_game(league: tuple[Path, list[str]]) -> None:
         ({"generation": 3}, "unknown key 'generation'"),
         ({"generations": []}, "generations must list"),
         ({"layers": [1, 2]}, "layers must be four"),
-        ({"past": 2}, "past must lie"),
-        ({"tried": 2}, "tried is a whole number of at least"),
-        ({"skill": "god"}, "no skill"),
+        ({"past": 2}, "past must be between"),
+        ({"tried": 2}, "tried must be a whole number of at least"),
+        ({"skill": "god"}, "unknown skill"),
     ],
 )
 def test_refuses_a_league_that_makes_no_sense(wrong: dict[str, object], words: str) -> None:

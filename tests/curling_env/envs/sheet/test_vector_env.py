@@ -121,7 +121,7 @@ def assert_same_info(many: dict, single: dict, bound: float) -> None:
 
 def test_hits_end_as_on_single_sheets(rng):
     options = {"stones": ((0.0, 0.0), (-0.6, -1.5), (0.7, -2.5)), "throws": 2}
-    many, single = make(64, **options), make(1, vectorization_mode="sync", **options)
+    many, single = make(64, **options), make(1, vectorization_mode="sync", details=True, **options)
     many.reset(seed=0)
     actions = some_actions(rng, 64) * np.float32([1, 0.3, 0.3])
     seen, rewards, *_, info = many.step(actions)

@@ -40,7 +40,7 @@ from curling_env.infrastructure.files import limits
 def test_a_device_is_no_file(name: str) -> None:
     with pytest.raises(InputError, match="is a device"):
         read_bytes(name)
-    with pytest.raises(InputError, match="no ordinary file"):
+    with pytest.raises(InputError, match="not an ordinary file"):
         ordinary_file(name)
 
 
@@ -58,13 +58,13 @@ def test_a_pipe_into_which_nobody_writes_is_given_up(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     os.mkfifo(tmp_path / "pipe")
-    monkeypatch.setattr(limits, "PIPE_ALONE", 0.1)
-    with pytest.raises(InputError, match="nothing comes from this pipe"):
+    monkeypatch.setattr(limits, "ORPHAN_PIPE_TIMEOUT", 0.1)
+    with pytest.raises(InputError, match="this pipe sends nothing"):
         read_bytes(tmp_path / "pipe")
     # One who holds the other end is waited for longer, and not for ever.
-    monkeypatch.setattr(limits, "PIPE_PATIENCE", 0.2)
+    monkeypatch.setattr(limits, "PIPE_TIMEOUT", 0.2)
     silent = os.open(tmp_path / "pipe", os.O_RDWR)
-    with pytest.raises(InputError, match="nothing comes from this pipe"):
+    with pytest.raises(InputError, match="this pipe sends nothing"):
         read_bytes(tmp_path / "pipe")
     os.close(silent)
 
@@ -72,7 +72,7 @@ def test_a_pipe_into_which_nobody_writes_is_given_up(
 def test_a_file_larger_than_its_limit_is_refused_unread(tmp_path: Path) -> None:
     with (tmp_path / "huge").open("wb") as file:
         file.truncate(limits.MAX_TEXT_BYTES + 1)  # takes no room on the disk
-    with pytest.raises(InputError, match="is larger than the 512 MB"):
+    with pytest.raises(InputError, match="is too large; expected at most 512 MB"):
         read_text(tmp_path / "huge")
 
 
@@ -128,7 +128,7 @@ class Outer(Document):
         ({"inner": [{"speed": 10**400}]}, "inner[0].speed", "number out of range"),
         ({"inner": {}}, "inner", "expected a list, found an object"),
         ({"inner": [], "named": {"a": 0.5, "b": 2}}, "named.b", "at most 1.0, found 2"),
-        ({"inner": [], "\ud800": 1}, None, "half a letter"),
+        ({"inner": [], "\ud800": 1}, None, "half a character"),
     ],
 )
 def test_a_document_is_refused_with_its_place(document: Any, where: Any, problem: str) -> None:
@@ -161,7 +161,7 @@ def test_a_number_that_the_column_cannot_hold(tmp_path: Path) -> None:
     ("content", "complaint"),
     [
         ("a" + ",a" * 300 + "\n", "301 columns"),
-        ("a,b\n" + "x" * 5000 + ",1\n", "longer than 1000 characters"),
+        ("a,b\n" + "x" * 5000 + ",1\n", "too long; expected at most 1000 characters"),
         ('a,b\n"1,2\n', "not a CSV table"),
     ],
 )
@@ -231,10 +231,10 @@ HEADER = npy(np.zeros(3))
             packed("a.npy", HEADER.replace(b"(3,)", b"(9,)")),
             "EOF: reading array data, expected 72 bytes got 24",
         ),
-        (packed("a.npy", HEADER.replace(b"(3,)", b"(2,)")), "size that it claims"),
+        (packed("a.npy", HEADER.replace(b"(3,)", b"(2,)")), "differs from its header"),
         (packed("a.npy", HEADER.replace(b"(3,)", b"(-1,)"[:4])), "cannot be read"),
         (packed("a.npy", HEADER.replace(b"<f8", b"|O8")), "cannot be read|neither numbers"),
-        (packed("a.npy", npy(np.zeros(3, dtype=complex))), "neither numbers nor text"),
+        (packed("a.npy", npy(np.zeros(3, dtype=complex))), "expected numbers or text"),
         (packed("a.npy", b"x"), "cannot be read"),
     ],
 )
@@ -272,13 +272,13 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        (BOMB, "20000 entries"),
-        ("a: 2024-13-45", "not YAML that can be read"),
-        ('a: !!float "x"', "not YAML that can be read"),
+        (BOMB, "at most 20000"),
+        ("a: 2024-13-45", "not readable YAML"),
+        ('a: !!float "x"', "not readable YAML"),
         ("a: .inf", "not finite"),
         ("a: [", "line 1|line 2"),
         ("&a [*a]", "nested too deep|cannot|not YAML"),
-        ("!!python/object/apply:os.system [ls]", "is not YAML"),
+        ("!!python/object/apply:os.system [ls]", "not YAML"),
         ("- " * 500 + "x", "nested too deep"),
     ],
 )

@@ -16,6 +16,7 @@ from curling_env.infrastructure import (
     atomic_path,
     check_writable,
     command_files,
+    current_path,
     fitted,
     folder_of_drafts,
     kind_of,
@@ -26,7 +27,6 @@ from curling_env.infrastructure import (
     write_json,
     write_table,
     write_text,
-    written_so_far,
 )
 
 TRACKS = {"throw": [0], "t": [0.0], "x": [0.0], "y": [0.0], "theta": [0.0]}
@@ -62,7 +62,7 @@ def test_files_of_one_result_appear_at_the_end(tmp_path: Path) -> None:
         write_text(tmp_path / "b.txt", "new")
         assert (tmp_path / "a.txt").read_text() == "old"
         assert not (tmp_path / "b.txt").exists()
-        assert written_so_far(tmp_path / "a.txt").read_text() == "new"
+        assert current_path(tmp_path / "a.txt").read_text() == "new"
     assert (tmp_path / "a.txt").read_text() == (tmp_path / "b.txt").read_text() == "new"
     assert names(tmp_path) == ["a.txt", "b.txt"]
 
@@ -180,7 +180,7 @@ def test_what_was_read_is_not_written_over_by_any_name(tmp_path: Path) -> None:
     with command_files():
         read_text(tmp_path / "r.csv")
         for name in ("r.csv", "link.csv", "hard.csv", "folder/../r.csv"):
-            with pytest.raises(OutputError, match="is read by this command"):
+            with pytest.raises(OutputError, match="is an input of this command"):
                 write_table(tmp_path / name, {"a": [3], "b": [4]})
         write_table(tmp_path / "new.csv", {"a": [3], "b": [4]})
         read_text(tmp_path / "new.csv")  # what it wrote itself it may write again
@@ -243,7 +243,7 @@ def test_an_input_named_beforehand_is_refused_too(tmp_path: Path) -> None:
     with command_files():
         note_input(tmp_path / "a")
         check_writable(tmp_path / "b")
-        with pytest.raises(OutputError, match="is read by this command"):
+        with pytest.raises(OutputError, match="is an input of this command"):
             check_writable(tmp_path / "a")
 
 
