@@ -14,7 +14,8 @@ from agents.models import LEARNT, load
 from agents.planning import plan, plan_task
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
-from agents.playing.policy_player import GamePolicy, stable_baselines_model
+from agents.playing.policy_player import GamePolicy
+from agents.playing.stable_baselines_file import stable_baselines_policy
 from agents.playing.trained_player import model_in
 from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
 from curling_env.envs.game.opponents import Policy
@@ -54,7 +55,7 @@ def contestant(given: Any) -> Contestant:
     if suffix == ".npz":
         given = model_in(given)
     elif suffix == ".zip":
-        given = stable_baselines_model(given)
+        given = stable_baselines_policy(given)
     elif isinstance(given, str):
         given = load_plugin("policy", "curling.policies", given, built_in=_names())
         given = given() if isinstance(given, type) else given
@@ -96,13 +97,21 @@ def _random(env: Any, observation: Any) -> Any:
     return env.np_random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
 
 
-CONSTANTS = {"ends": (-0.689, 0.448, -0.703)}
+CONSTANTS = {
+    "draw": (0.371, -0.492, 0.813),
+    "guard": (-0.524, -0.384, 0.61),
+    "takeout": (0.621, -0.126, 0.441),
+    "hit_and_stay": (-0.231, 0.216, -0.487),
+    "freeze": (-0.096, 0.188, 0.07),
+    "ends": (-0.689, 0.448, -0.703),
+}
 """The best action that is always the same, by the task of single throws or for ends, as
 `scripts/baselines.py constants` finds it."""
 
 
 def _constant(env: Any, observation: Any) -> Any:
-    return np.float32(CONSTANTS["ends" if isinstance(env, CurlingEndEnv) else env.task.name])
+    task = "ends" if isinstance(env, CurlingEndEnv) else env.task.name
+    return np.array(CONSTANTS[task], dtype=np.float32)
 
 
 def _planned(env: Any, observation: Any) -> Any:

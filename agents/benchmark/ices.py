@@ -1,7 +1,8 @@
 """The hundred ices of the benchmark, as a file that is checked when it is read.
 
 They were drawn once from `RandomIces`, so that they are the same with every linear algebra library.
-`MAP`, `MEAN` and `NOTHING` draw from them, and define what is known of each: ``ices="agents.benchmark.ices:MAP"``.
+`MAP`, `MEAN` and `NOTHING` draw from them, and define what is known of each:
+``ices="agents.benchmark.ices:MAP"``.
 """
 
 from __future__ import annotations

@@ -42,6 +42,7 @@ class BenchmarkTask:
     reward_threshold : mean reward of an episode from which the task counts as solved
     references : scores of random actions and of the reference (the planner, or `rulebased`), the 0
         and 1 of normalised scores
+    reference_returns : the same for the mean reward of an episode
     headline : whether it counts; a task for practice does not need the stones
     """
 
@@ -52,6 +53,7 @@ class BenchmarkTask:
     metric: Metric = "success"
     reward_threshold: float = 0.0
     references: tuple[float, float] = (0.0, 1.0)
+    reference_returns: tuple[float, float] = (0.0, 1.0)
     headline: bool = True
 
 
@@ -118,7 +120,30 @@ _THRESHOLDS = {
     "end-doubles": 0.6,
     "end-draw": 1.3,
 }
-TASKS = {task.name: replace(task, reward_threshold=_THRESHOLDS[task.name]) for task in _ALL}
+# Scores and returns of random actions, then those of the planner, or of `rulebased` in ends, in the
+# first hundred episodes (`scripts/baselines.py rows`).
+_REFERENCES = {
+    "draw": ((6.04, 0.68), (-4.10, 0.19)),
+    "draw-mean": ((6.04, 0.73), (-4.10, 0.17)),
+    "draw-blind": ((6.04, 1.32), (-4.10, -0.70)),
+    "guard": ((0.04, 0.70), (-3.55, 0.4)),
+    "takeout": ((0.03, 0.93), (-0.54, 2.5)),
+    "hit-and-stay": ((0.01, 0.70), (-1.00, 2.2)),
+    "freeze": ((0.0, 0.23), (-4.44, 0.3)),
+    "end-rulebased": ((-4.56, -0.14), (-4.56, -0.14)),
+    "end-greedy": ((-5.19, 0.60), (-5.19, 0.60)),
+    "end-learned": ((-3.66, -0.59), (-3.66, -0.59)),
+    "end-draw": ((-5.77, 0.92), (-5.77, 0.92)),
+}
+TASKS = {
+    task.name: replace(
+        task,
+        reward_threshold=_THRESHOLDS[task.name],
+        references=_REFERENCES[task.name][0],
+        reference_returns=_REFERENCES[task.name][1],
+    )
+    for task in _ALL
+}
 """The tasks by name; those that count, and `end-draw`, where one constant action does as well."""
 
 

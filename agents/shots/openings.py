@@ -18,14 +18,13 @@ from scipy.stats import t as student
 
 from agents.playing.search.aiming_table import AimingTable
 from agents.shots.grades import GradedShot, graded_shots
+from agents.shots.inversion import is_struck
 from agents.shots.table import TableGame
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.typing import Floats
 
-MOVED = 0.02
-"""A stone that lies farther from its place before was struck [m]."""
 FEWEST = 20
 """Least number of openings with one handle on one side that have a call of their own."""
 NEAR_CALL = 4.0
@@ -141,10 +140,7 @@ def _openings(game: TableGame, number: int) -> list[_Opening]:
             continue
         after = {(stone.team, stone.number): stone for stone in shot.after}
         rest = after.get((shot.team, 0))
-        struck = False
-        for stone in shot.before:
-            now = after.get((stone.team, stone.number))
-            struck |= now is None or bool(np.hypot(now.x - stone.x, now.y - stone.y) > MOVED)
+        struck = is_struck(shot)
         if rest is None and not struck:
             continue
         house = max(shot.before, key=lambda stone: stone.y)

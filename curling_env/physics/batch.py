@@ -100,7 +100,8 @@ class IceVariants(NamedTuple):
     def ice(self, k: int) -> Ice:
         """Return the k-th ice."""
         mu = self.mu[k].copy()
-        friction = FrictionMap(mu=mu, sigma=np.zeros_like(mu), observed=np.full(mu.shape, True))
+        observed = np.ones(mu.shape, dtype=np.bool_)
+        friction = FrictionMap(mu=mu, sigma=np.zeros_like(mu), observed=observed)
         return replace(self.family.at(float(self.factors[k])), friction=friction)
 
     @property

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agents.learning import RandomIces
+from curling_env.analysis import ice_uncertainty
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 
@@ -45,3 +46,34 @@ def test_no_spread_is_the_base_ice() -> None:
 def test_invalid_spreads_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(InputError):
         RandomIces(**wrong)
+
+
+def test_the_same_seed_is_the_same_ice_whatever_signs_eigenvectors_have(monkeypatch) -> None:
+    lengths = {
+        "length": 3.1,
+        "breadth": 1.1,
+        "error_length": 2.1,
+    }  # of no other test: roots are kept
+    first = RandomIces(**lengths).draw(np.random.default_rng(0))
+    eigh, rng = np.linalg.eigh, np.random.default_rng(1)
+
+    def flipped(matrix):
+        values, vectors = eigh(matrix)
+        return values, vectors * rng.choice([-1.0, 1.0], len(values))
+
+    ice_uncertainty._correlation_root.cache_clear()
+    monkeypatch.setattr(np.linalg, "eigh", flipped)
+    again = RandomIces(**lengths).draw(np.random.default_rng(0))
+    ice_uncertainty._correlation_root.cache_clear()
+    for one, other in zip(first, again, strict=True):
+        np.testing.assert_allclose(one.friction.mu, other.friction.mu, rtol=1e-9)
+
+
+def test_ices_drawn_together_are_those_drawn_alone() -> None:
+    distribution = RandomIces()
+    drawn = distribution.draw_many([np.random.default_rng(k) for k in range(5)])
+    for k in range(5):
+        ice, known = distribution.draw(np.random.default_rng(k))
+        np.testing.assert_array_equal(drawn.ices.ice(k).friction.mu, ice.friction.mu)
+        np.testing.assert_array_equal(drawn.estimate(k).friction.mu, known.friction.mu)
+        assert drawn.ices.ice(k).effects == ice.effects
