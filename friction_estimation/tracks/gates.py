@@ -24,12 +24,12 @@ from curling_env.infrastructure.files.table import is_plain, quoted, read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.tuning import (
-    NEAR_LINE,
     GATE_PLACE_SIGMA,
     GATE_WIDTH,
     HOG_TO_HOG_SECONDS,
     LENGTH_TOLERANCE,
     MAX_GATE_SPEED,
+    NEAR_LINE,
     SPEED_TOLERANCE,
     SPLIT_SECONDS,
 )
