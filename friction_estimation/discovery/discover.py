@@ -30,15 +30,11 @@ from friction_estimation.discovery.evidence.intervals import (
     map_errors,
     standard_errors,
 )
-from friction_estimation.discovery.evidence.significance import (
-    EffectEvidence,
-    add_effects_between_throws,
-)
+from friction_estimation.discovery.evidence.significance import EffectEvidence
 from friction_estimation.discovery.evidence.unknown.explanation import (
     Dependence,
     fit_beside,
 )
-from friction_estimation.discovery.evidence.unknown.residual_term import NAME, try_table
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, singular_fit_refused
@@ -92,8 +88,6 @@ class Discovery:
         throws
     before, after : slow misfit of the training throws
     alternatives : for each label the effects that the data cannot rule out in its place
-    trial_closures : for each candidate of the first round the part of the misfit that it closes
-    residual_term : the table for the unknown that is in the improved ice; None without one
     calibrations : factors of lengths and times by which the tracks were corrected
     fits_worse_than_uniform : whether the given ice, fitted, fits worse than uniform friction
     given : the model as it was given; None for uniform friction
@@ -117,8 +111,6 @@ class Discovery:
     before: Misfit
     after: Misfit
     alternatives: dict[str, list[Alternative]] = field(default_factory=dict[str, list[Alternative]])
-    trial_closures: dict[str, float] = field(default_factory=dict[str, float])
-    residual_term: dict[str, Any] | None = None
     calibrations: tuple[Calibration, ...] = ()
     fits_worse_than_uniform: bool = False
     given: Ice | None = None
@@ -151,7 +143,7 @@ class Discovery:
         for calibration in self.calibrations:
             if calibration.clearly_off:
                 ice = ice.with_effect(calibration.as_effect())
-        if self.unknown and self.residual_term is None:
+        if self.unknown:
             ice = ice.with_effect(ActiveEffect(name="unknown"))
         return ice
 
@@ -192,7 +184,7 @@ def discover(
     ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
     scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
     references : calibrations of lengths and times by known ones; they replace those of the ice
-    seed : seed of the choice of held-out throws and of permutations
+    seed : seed of the choice of held-out throws and of flipped signs
     progress : progress
 
     Raises
@@ -243,7 +235,7 @@ def search_session(
     ----------
     everything : the fit
     given : the model before the fit
-    rng : source of the choice of held-out throws and of permutations
+    rng : source of the choice of held-out throws and of flipped signs
     progress : progress
     """
     if everything.model.terms and not misfit_of(everything).white:
@@ -319,7 +311,6 @@ def _search(
     if selection.after.ratio > ASTRAY:
         selection = _select_from(given, selection)
     progress("testing throw by throw", 0.7)
-    selection = replace(selection, best=add_effects_between_throws(selection.best, session, rng))
     found = name_effects(selection, unseen, session, rng, progress)
     base, named = selection.base, found.fit
     progress("forecasting throws held out", 0.9)
@@ -328,23 +319,9 @@ def _search(
         "after": forecast(named.model, unseen, named.noise),
         "noise_floor": noise_floor(named, unseen),
     }
-    closures = {
-        trial.term.label: closure(selection.before, misfit_of(trial.fit))
-        for trial in (selection.rounds[0].trials if selection.rounds else [])
-    }
-    described = try_table(named, found.dependences, unseen) if found.unknown else None
-    table: dict[str, Any] | None = None
-    if described is not None:
-        table = {
-            "rest_error_m_without": float(f"{gaps['after'].rest_error:.4g}"),
-            "rest_error_m_with": float(f"{described[1].rest_error:.4g}"),
-            "parameters": dict(described[0].model.term(NAME).values),
-        }
-        named, gaps["after"] = described
-        gaps["noise_floor"] = noise_floor(named, unseen)
     progress("fitting all throws", 0.96)
     seen = _fit_all(named, everything)
-    final = fit_beside(seen, found.pushes) if found.pushes and table is None else seen
+    final = fit_beside(seen, found.pushes) if found.pushes else seen
     final = with_earlier_paths(final, rng)
     return Discovery(
         session=session,
@@ -364,8 +341,6 @@ def _search(
         before=selection.before,
         after=found.after,
         alternatives={e.label: alternatives(final, e.label) for e in found.effects},
-        trial_closures=closures,
-        residual_term=table,
     )
 
 

@@ -25,7 +25,6 @@ from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.residuals import Misfit
-from friction_estimation.discovery.search.score_test import holm
 from friction_estimation.discovery.search.selection import (
     Selection,
     closure,
@@ -35,8 +34,6 @@ from friction_estimation.discovery.search.selection import (
 )
 from friction_estimation.discovery.tuning import (
     LARGEST_P,
-    LARGEST_P_BETWEEN_THROWS,
-    LARGEST_P_OF_SPREAD,
     LARGEST_SPREAD,
     LEAST_CLOSURE,
     MEMORY_BOUNDS,
@@ -81,7 +78,7 @@ def name_effects(
     after = misfit_of(named)
     if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
         named, after = _with_lasting_noise(named, after, rng)
-    structure = _structure(named, whole, rng)
+    structure = _structure(named, whole)
     found = Named(
         fit=named,
         effects=effects,
@@ -131,7 +128,7 @@ def _beside_unknown(
             named, effects, left = calm, beside, remains
     if explains:
         after = misfit_of(_without_pushes(named, training))
-        structure = friction_structure(named, rng)
+        structure = friction_structure(named)
         doubtful = [e.label for e in effects if not left.white and e.gain < left.excess]
     else:
         structure = found.structure
@@ -172,7 +169,7 @@ def _beside_unknown(
         after=after,
         structure=structure,
         unknown=True,
-        dependences=_with_structure(explanation.dependences, structure, scatters=_scatters(named)),
+        dependences=_with_structure(explanation.dependences, structure),
         pushes=explanation.pushes if explains else (),
     )
 
@@ -183,16 +180,10 @@ def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
     return replace(fitted, session=session, predicted=predicted)
 
 
-def _with_structure(
-    dependences: list[Dependence], structure: Structure, *, scatters: bool
-) -> list[Dependence]:
-    """The variables that the unknown follows within throws, and the one between them.
-
-    Where throws differ too much in any case, less proof is asked for what they follow.
-    """
+def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
+    """The variables that the unknown follows within throws, and the one between them."""
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
-    largest = LARGEST_P_OF_SPREAD if scatters else LARGEST_P_BETWEEN_THROWS
-    if p > largest or variable in {d.variable for d in dependences}:
+    if p > LARGEST_P or variable in {d.variable for d in dependences}:
         return dependences
     return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
 
@@ -214,14 +205,14 @@ def _with_lasting_noise(
     return named, after
 
 
-def _structure(named: SessionFit, whole: Session, rng: np.random.Generator) -> Structure:
+def _structure(named: SessionFit, whole: Session) -> Structure:
     """What the throws' own frictions follow, by all throws: those of training alone are few."""
-    return friction_structure(fit_to(named, whole), rng)
+    return friction_structure(fit_to(named, whole))
 
 
 def _is_open(named: SessionFit, after: Misfit, structure: Structure) -> bool:
     """Whether something is left, within throws or between them."""
-    return not after.white or _scatters(named) or structure[1] < LARGEST_P_BETWEEN_THROWS
+    return not after.white or _scatters(named) or structure[1] < LARGEST_P
 
 
 def _scatters(named: SessionFit) -> bool:
@@ -248,9 +239,7 @@ def _proved(
     while True:
         labels = [t.label for t in fitted.model.terms if t.label not in own]
         effects = [weigh_evidence(fitted, label, unseen, whole, rng) for label in labels]
-        p_values = holm([effect.p for effect in effects])
-        effects = [replace(e, corrected=p) for e, p in zip(effects, p_values, strict=True)]
-        failed = [e for e in effects if e.corrected > LARGEST_P]
+        failed = [e for e in effects if e.p > LARGEST_P]
         if not failed:
             return fitted, effects, unproved
         worst = max(failed, key=lambda e: (e.p, -e.gain))

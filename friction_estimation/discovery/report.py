@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -11,21 +11,28 @@ import numpy as np
 from curling_env.ice import save_ice
 from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import write_json
-from friction_estimation.discovery.assessment import Assessment
 from friction_estimation.discovery.data.references import QUANTITIES, Calibration, QuantityError
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors, with_sides
+from friction_estimation.discovery.evidence.next_throws import NextThrow
 from friction_estimation.discovery.evidence.significance import EffectEvidence
 from friction_estimation.discovery.model.candidates import Term, effect_of
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.verdict import changes, metres_gained, number, sentence
+from friction_estimation.discovery.verdict import (
+    changes,
+    doubts,
+    metres_gained,
+    number,
+    remarks,
+    sentence,
+)
 
 REPORT_FORMAT = FileFormat(name="curling-report/1", what="a report", numbered=False)
 
 
 def document(
     found: Discovery,
-    assessment: Assessment | None = None,
+    following: Sequence[NextThrow] = (),
     provenance: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """The report, as `report.json` holds it.
@@ -33,7 +40,7 @@ def document(
     Parameters
     ----------
     found : the discovery
-    assessment : what it is worth; without it the report does not say
+    following : throws that would teach most beside these
     provenance : where it comes from (`curling_env.infrastructure.provenance`), where that is known
     """
     effects = [_calibration(c) for c in found.calibrations if c.clearly_off and c.references]
@@ -49,7 +56,9 @@ def document(
     noise = found.final.noise
     return {
         "format": REPORT_FORMAT.name,
-        "verdict": sentence(found, assessment),
+        "verdict": sentence(found),
+        "doubts": doubts(found),
+        "remarks": remarks(found),
         "effects": effects,
         "changes": changes(found),
         "gap": {
@@ -83,31 +92,8 @@ def document(
         "smallest_detectable": smallest_detectable(found),
         "undecidable": _undecidable(found),
         "left_out": list(found.session.left_out),
-        **(_assessed(assessment) if assessment else {}),
+        "next_throws": [throw.as_dict() for throw in following],
         **({"provenance": dict(provenance)} if provenance else {}),
-    }
-
-
-def _assessed(assessment: Assessment) -> dict[str, Any]:
-    """What the discovery is worth."""
-    pit = assessment.pit
-    return {
-        "models": [
-            {
-                "name": score.name,
-                "elpd": number(score.elpd),
-                "se": number(score.se),
-                "difference": number(score.difference),
-                "difference_se": number(score.difference_se),
-            }
-            for score in assessment.models
-        ],
-        "loo_pit": {
-            "throws": pit.throws.tolist(),
-            "along": [round(value, 4) for value in pit.along.tolist()],
-            "across": [round(value, 4) for value in pit.across.tolist()],
-        },
-        "next_throws": [throw.as_dict() for throw in assessment.next_throws],
     }
 
 
@@ -163,7 +149,6 @@ def _named(
             "label": effect.label,
             "gain": number(effect.gain),
             "p": number(effect.p),
-            "p_holm": number(effect.corrected),
             "throws_improved": int((effect.improvements > 0).sum()),
             "throws": len(effect.improvements),
             "closure": number(found.closure),
@@ -225,7 +210,6 @@ def _unknown(found: Discovery) -> dict[str, Any]:
             "shares": {d.variable: number(d.share) for d in found.dependences},
             "p": {d.variable: number(d.p) for d in found.dependences},
             "proxies": list(dict.fromkeys(effect_of(label) for label in found.unproved)),
-            "residual_term": found.residual_term,
         },
         "alternatives": [],
     }
@@ -249,24 +233,16 @@ def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:
     if not found.selection.rounds:
         return []
     first = found.selection.rounds[0]
-    fitted = {trial.term.label: trial for trial in first.trials}
+    fitted = {trial.term.label for trial in first.trials}
     rows = [
-        {
-            "name": label,
-            "gain": number(trial.gain),
-            "needed": number(trial.needed),
-            "closure": number(found.trial_closures.get(label, float("nan")))
-            if label in found.trial_closures
-            else None,
-        }
-        for label, trial in fitted.items()
+        {"name": t.term.label, "gain": number(t.gain), "needed": number(t.needed)}
+        for t in first.trials
     ]
-    rows += [
-        {"name": score.term.label, "gain": number(score.gain), "needed": None, "closure": None}
+    return rows + [
+        {"name": score.term.label, "gain": number(score.gain), "needed": None}
         for score in first.scores
         if score.term.label not in fitted
     ]
-    return rows
 
 
 def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:
@@ -283,7 +259,7 @@ def write_files(
     found: Discovery,
     folder: Path,
     *,
-    assessment: Assessment | None = None,
+    following: Sequence[NextThrow] = (),
     provenance: Mapping[str, Any] | None = None,
 ) -> dict[str, Any]:
     """Write report.json, baseline.json and ice.json, and return the report.
@@ -292,9 +268,9 @@ def write_files(
     ----------
     found : the discovery
     folder : existing folder to write to
-    assessment, provenance : as of `document`
+    following, provenance : as of `document`
     """
-    report = document(found, assessment, provenance)
+    report = document(found, following, provenance)
     origin = provenance or {}  # not that of the ice that was given
     save_ice(found.baseline_ice(), folder / "baseline.json", provenance=origin)
     save_ice(found.improved_ice(), folder / "ice.json", provenance=origin)

@@ -1,15 +1,14 @@
-"""The verdict of a discovery, in a few plain sentences."""
+"""A discovery in words: the verdict in one sentence, doubts, and what the session cannot show."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from curling_env.analysis.swept_draw import sweeping_gain
 from curling_env.physics.state import State
-from friction_estimation.discovery.assessment import Assessment
 from friction_estimation.discovery.data.measurement import LENS
 from friction_estimation.discovery.data.references import QUANTITIES
 from friction_estimation.discovery.discover import Discovery
@@ -30,6 +29,8 @@ NO_SCENE = (
     "The lens was judged without the camera's scene: all lengths, and every size with them, may "
     "still be off by some per cent; give --scene or --known-length."
 )
+NEARER = 0.95
+"""Part of the distance between forecast and rest from which on a model is no better."""
 OTHER_ICE = (
     "The ice given fits these throws worse than uniform friction does: it is of other ice, or of "
     "another sheet."
@@ -47,63 +48,118 @@ def number(value: float) -> float:
     return float(f"{value:.6g}")
 
 
-def sentence(found: Discovery, assessment: Assessment | None = None) -> str:
-    """The verdict, in a few sentences.
-
-    Parameters
-    ----------
-    found : the discovery
-    assessment : what it is worth; with it the verdict ends with the throw that would teach most
-    """
-    following = assessment.next_throws[:1] if assessment else []
-    teaching = [f"Most would be learnt from a throw of {throw.words}." for throw in following]
-    return " ".join([_verdict(found), *teaching])
-
-
-def _verdict(found: Discovery) -> str:
-    """What is missing, what is off, and what the session cannot show."""
+def sentence(found: Discovery) -> str:
+    """The verdict in one sentence that a coach repeats."""
+    count = len(found.session)
     if not found.enough:
-        count = len(found.session)
-        too_few = (
+        return (
             f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
             f"and fewer than {LEAST_THROWS} cannot tell an effect from chance."
         )
-        return f"{too_few} {OTHER_ICE}" if found.fits_worse_than_uniform else too_few
-    names = list(dict.fromkeys(readable(effect.label) for effect in found.effects))
-    parts: list[str] = []
-    if names:
-        listed = " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
-        before, after = found.gaps["before"].rest_error, found.gaps["after"].rest_error
-        floor = found.gaps["noise_floor"].rest_error
-        where, digits = "come to rest", 0
-        if found.session.gates is not None:
-            where, digits = "are at the last gate", 1
-        parts.append(
-            f"The model lacks {listed}; with {'them' if len(names) > 1 else 'it'}, throws it never "
-            f"saw {where} {100 * after:.{digits}f} cm from the forecast instead of "
-            f"{100 * before:.{digits}f} cm (a perfect model: {100 * floor:.{digits}f} cm)"
-        )
-    corrected = [c for c in changes(found) if _is_strength(c)]
-    if corrected:
-        parts.append("as to the model given, " + ", ".join(map(_change_in_words, corrected)))
+    before, after, floor = (
+        100.0 * found.gaps[name].rest_error for name in ("before", "after", "noise_floor")
+    )
+    where = "stop" if found.session.gates is None else "pass the last gate"
+    lacking = _lacking(found)
+    parts = [f"the model lacks {_and(lacking)}"] if lacking else []
+    parts += _off(found)
+    if not parts:
+        parts.append("nothing is missing")
+        parts += [f"but {words}" for words in _corrections(found)]
+    how_far = f"{where} {_centimetres(after)} cm from the forecast"
+    if after < NEARER * before:
+        how_far = f"now {how_far}, not {_centimetres(before)}"
+    else:
+        how_far = f"{how_far}, and a perfect model would be off by {_centimetres(floor)}"
+    what = ", ".join(parts)
+    return f"{what[0].upper()}{what[1:]}: fresh throws {how_far}."
+
+
+def _lacking(found: Discovery) -> list[str]:
+    """What the model lacks, each with what it may be instead."""
+    named: dict[str, list[str]] = {}
+    for effect in found.effects:
+        others = [readable(other.name) for other in found.alternatives.get(effect.label, [])]
+        named.setdefault(readable(effect.label), []).extend(others)
+    lacking = [" or else ".join(dict.fromkeys([name, *others])) for name, others in named.items()]
     if found.unknown:
-        variables = [d.variable for d in found.dependences]
-        what = f" that follows {', '.join(variables)}" if variables else ""
-        parts.append(f"{'something' if names else 'Something'} unknown{what} is missing")
-    for c in found.calibrations:
-        if c.clearly_off and c.references:
-            off = f"{100 * abs(c.factor - 1):.1f} % too {'long' if c.factor > 1 else 'short'}"
-            parts.append(f"{QUANTITIES[c.name].plural} in the tracks are {off}, by what was given")
+        variables = [_in_words(d.variable) for d in found.dependences]
+        lacking.append(f"something unknown{' that follows ' * bool(variables)}{_and(variables)}")
+    return lacking
+
+
+def _off(found: Discovery) -> list[str]:
+    """Quantities that the tracks have wrong, and throws that are like no other."""
+    parts = [
+        f"{QUANTITIES[c.name].plural} in the tracks are {100 * abs(c.factor - 1):.1f} % too "
+        f"{'long' if c.factor > 1 else 'short'} by what was given"
+        for c in found.calibrations
+        if c.clearly_off and c.references
+    ]
     if found.events:
-        throws = ", ".join(str(throw) for throw in found.events)
-        parts.append(f"something happened once in throw {throws}")
-    if not parts or (corrected and len(parts) == 1):
-        parts.insert(0, "Nothing is missing: what is left is noise, by these throws")
-    sentences = ["; ".join(parts)]
-    if "sweeping" in [effect.label for effect in found.effects] + [c["name"] for c in corrected]:
+        parts.append(f"something happened once in throw {_and([str(t) for t in found.events])}")
+    return parts
+
+
+def _in_words(variable: str) -> str:
+    """A variable that the unknown follows, in words."""
+    words = {
+        "t": "the time since release",
+        "x": "the line",
+        "y": "the place along the sheet",
+        "theta": "the heading of the handle",
+        "order": "the order of play",
+        "swept": "the sweeping",
+    }
+    return words.get(variable, f"the {variable}")
+
+
+def _and(words: Sequence[str]) -> str:
+    """A list in words."""
+    return " and ".join([", ".join(words[:-1]), words[-1]] if len(words) > 1 else words)
+
+
+def _centimetres(value: float) -> str:
+    """A distance in centimetres, to what a person sees."""
+    return f"{value:.0f}" if value >= 2.0 else f"{value:.1f}"
+
+
+def doubts(found: Discovery) -> list[str]:
+    """What a named effect may be instead, and the throw that would settle it, a sentence each."""
+    return [
+        f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws cannot tell"
+        f"{f'; a throw would: {other.throw}' if other.throw else ''}."
+        for effect in found.effects
+        for name in [readable(effect.label)]
+        for other in found.alternatives.get(effect.label, [])
+    ]
+
+
+def remarks(found: Discovery) -> list[str]:
+    """Corrections of a given model, the gain of sweeping, and what the session cannot show."""
+    sentences: list[str] = []
+    corrected = _corrections(found)
+    if corrected and (found.effects or found.unknown):
+        sentences.append(f"As to the model given, {_and(corrected)}.")
+    strengths = [c["name"] for c in changes(found) if _is_strength(c)]
+    if "sweeping" in [effect.label for effect in found.effects] + strengths:
         gain = metres_gained(found)
-        sentences += [gain_in_words(gain)] if gain else []
-    return " ".join([*(f"{s[0].upper()}{s[1:]}." for s in sentences), *blind_spots(found)])
+        sentences += [f"A{gain_in_words(gain)[1:]}."] if gain else []
+    return [*sentences, *blind_spots(found)]
+
+
+def spoken(report: Mapping[str, Any]) -> str:
+    """A report as a terminal shows it: the verdict, then doubts and remarks, a line each."""
+    lines = [report["verdict"], *report["doubts"], *report["remarks"]]
+    lines += [
+        f"Most would be learnt from: {t['words']}." for t in report.get("next_throws", [])[:1]
+    ]
+    return "\n".join(lines)
+
+
+def _corrections(found: Discovery) -> list[str]:
+    """Strengths of the given model that the throws correct, in words."""
+    return [_change_in_words(c) for c in changes(found) if _is_strength(c)]
 
 
 def changes(found: Discovery) -> list[dict[str, Any]]:

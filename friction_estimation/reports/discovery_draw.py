@@ -67,7 +67,7 @@ class DrawShift:
 
 def draw_shift(found: Discovery) -> DrawShift | None:
     """A draw before and after; None where a model cannot lay one on the tee line."""
-    if not found.effects and found.residual_term is None:
+    if not found.effects:
         return None
     session = found.session
 

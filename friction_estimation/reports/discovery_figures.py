@@ -1,11 +1,11 @@
-"""Figures of a discovery: the gap, the residuals with the effect drawn in, the forecasts."""
+"""Figures of a discovery: forecasts beside paths, and residuals with the effect drawn in."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import Any
+from typing import Literal
 
 import numpy as np
 from matplotlib.figure import Figure
@@ -21,14 +21,12 @@ from curling_env.render.figures import (
     draw_sheet,
     draw_stone,
     from_the_thrower,
-    lengthwise,
     new_figure,
     plain_axes,
     show_house,
-    show_lengthwise,
 )
-from curling_env.sheet import Direction
-from curling_env.typing import Floats
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction
+from curling_env.typing import Floats, Indices
 from curling_env.units import Units
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
@@ -40,7 +38,7 @@ from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
 
-BEFORE, AFTER, FLOOR, TRACK = "#c8433f", "#2b7a4b", "#8a97a6", "#22313f"
+BEFORE, AFTER, TRACK = "#c8433f", "#2b7a4b", "#22313f"
 ACCELERATION_WINDOW = 3.0
 """Width of the windows from which residual accelerations are taken [s]."""
 EVERY_NTH_ROW = 8
@@ -62,22 +60,40 @@ LABELS = {
 }
 
 
-def gap_picture(found: Discovery) -> Figure:
-    """The forecast gap of the model before and after, and of a perfect model."""
-    figure = new_figure(5.6, 2.5)
+def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
+    """Where the throws held out ran and where they were forecast, as their throwers see it.
+
+    Across the sheet it is drawn wider, so that a difference of a stone's width shows.
+
+    Parameters
+    ----------
+    found : the discovery
+    when : forecast by the model ``before`` or ``after``
+    """
+    session, sheet = found.session.only(found.held_out), found.final.model.ice.sheet
+    colour = BEFORE if when == "before" else AFTER
+    figure = new_figure(4.4, 4.9)
     ax = figure.subplots()
-    plain_axes(ax)
-    names = ("before", "after", "noise_floor")
-    labels = ("the model as it was", "the improved model", "a perfect model")
-    values = [100 * found.gaps[name].rest_error for name in names]
-    ax.barh(range(3), values, color=(BEFORE, AFTER, FLOOR), height=0.62)
-    for k, value in enumerate(values):
-        ax.text(value, k, f" {value:.0f} cm" if value >= 2 else f" {value:.1f} cm", va="center")
-    ax.set_yticks(range(3), labels)
-    ax.invert_yaxis()
-    ax.set_xlim(0, 1.18 * max(values))
-    ax.set_xlabel("between forecast and rest, for throws never fitted [cm]", fontsize=9)
-    ax.grid(visible=False)
+    draw_sheet(ax, sheet, from_the_thrower(Direction.AWAY))
+    for i in range(len(session)):
+        rows = session.rows(i)
+        measured, forecast = session.xy[rows], found.gaps[when].predicted[rows]
+        away = measured[-1, 1] > measured[0, 1]
+        view = from_the_thrower(Direction.AWAY if away else Direction.HOME)
+        for xy, style, own, width, alpha, name in (
+            (measured, "-", TRACK, 4.0, 0.4, "measured"),
+            (forecast, "--", colour, 1.6, 1.0, "forecast"),
+        ):
+            ax.plot(*view(xy).T, style, color=own, lw=width, alpha=alpha, label=name, zorder=5)
+            ax.plot(*view(xy[-1:]).T, "o", color=own, ms=2 + width, alpha=alpha, zorder=6)
+    ax.set_xlim(-sheet.width / 2, sheet.width / 2)
+    ax.set_ylim(-TEE_Y - HOG_LINE_Y - 0.5, BACK_LINE_Y - TEE_Y + 0.5)
+    ax.set_aspect("auto")
+    ax.set_xticks([])
+    lines = {"hog line": -TEE_Y - HOG_LINE_Y, "far hog line": HOG_LINE_Y - TEE_Y, "tee line": 0.0}
+    ax.set_yticks(list(lines.values()), list(lines), fontsize=9)
+    handles, names = ax.get_legend_handles_labels()
+    ax.legend(handles[:2], names[:2], loc="lower right", fontsize=9, framealpha=0.8)
     return figure
 
 
@@ -106,38 +122,6 @@ def draw_picture(shift: DrawShift, ice: Ice, units: Units = Units.METRES) -> Fig
     )
     ax.set_aspect("equal")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
-    return figure
-
-
-def forecast_picture(found: Discovery) -> Figure:
-    """Measured and forecast paths of the throws held out."""
-    session = found.session.only(found.held_out)
-    count = len(session)
-    figure = new_figure(11.0, 1.55 * count + 0.4)
-    axes = np.atleast_1d(figure.subplots(count, 1))
-    for i, ax in enumerate(axes):
-        rows = session.rows(i)
-        draw_sheet(ax, found.final.model.ice.sheet)
-        show_lengthwise(ax, found.final.model.ice.sheet)
-        for xy, colour, width, name, style in (
-            (session.xy[rows], TRACK, 3.2, "measured", "-"),
-            (found.gaps["before"].predicted[rows], BEFORE, 1.6, "model as it was", "--"),
-            (found.gaps["after"].predicted[rows], AFTER, 1.6, "improved model", "-"),
-        ):
-            u, v = lengthwise(xy).T
-            alpha = 0.35 if name == "measured" else 1.0
-            ax.plot(u, v, style, color=colour, lw=width, label=name, alpha=alpha, zorder=4)
-            ax.plot(u[-1], v[-1], "o", color=colour, ms=5, alpha=alpha, zorder=5)
-        off = [100 * found.gaps[key].per_throw[i] for key in ("before", "after")]
-        ax.set_title(
-            f"throw {session.throws[i]}: {off[0]:.0f} cm off before, {off[1]:.0f} cm after",
-            fontsize=9,
-            loc="left",
-            color=INK,
-        )
-        if i < count - 1:
-            ax.set_xticks([])
-    axes[0].legend(loc="upper right", ncols=3, fontsize=8, frameon=False, bbox_to_anchor=(1, 1.45))
     return figure
 
 
@@ -175,31 +159,52 @@ def _pushes(label: str) -> tuple[Push, ...]:
     return way.pushes if way is not None else ()
 
 
-def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Figure:
-    """The throws' own frictions over a variable that may change them."""
+def _before_and_after(
+    pairs: Sequence[tuple[Floats, Floats, Floats]],
+    variable: str,
+    what: str,
+    effect: tuple[Floats, Floats] | None = None,
+) -> Figure:
+    """Draw values with their standard errors over a variable, before and after.
+
+    Parameters
+    ----------
+    pairs : variable, value and standard error of each point, before and after
+    variable : name of the variable
+    what : label of the values
+    effect : variable and values of the effect that was found, drawn into the figure before
+    """
     figure = new_figure(8.6, 2.9)
     axes = figure.subplots(1, 2, sharey=True)
+    for ax, (place, value, error), colour, name in zip(
+        axes, pairs, (BEFORE, AFTER), ("before", "after"), strict=True
+    ):
+        plain_axes(ax)
+        ax.errorbar(place, value, error, fmt="o", color=colour, ms=4.5, lw=1)
+        ax.axhline(0, color=FAINT, lw=0.8)
+        ax.set_title(name, fontsize=9, loc="left")
+        ax.set_xlabel(LABELS[variable], fontsize=9)
+        if variable == "swept":
+            ax.set_xticks([0, 1], ["unswept", "swept"])
+        if variable == "stone":
+            ax.set_xticks(np.unique(np.round(place)))
+    if effect is not None:
+        axes[0].plot(*effect, color=INK, lw=1.6, label="the effect found")
+        axes[0].legend(fontsize=8, frameon=False)
+    axes[0].set_ylabel(what, fontsize=9)
+    return figure
+
+
+def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Figure:
+    """The throws' own frictions over a variable that may change them."""
     session = before.session
     place = {
         "order": session.orders.astype(float),
         "clock": session.clocks / 60.0,
-        "stone": session.stones.astype(float),
+        "stone": session.stones + 0.04 * np.arange(len(session)) / len(session),
     }[variable]
-    for ax, fitted, colour, name in (
-        (axes[0], before, BEFORE, "before"),
-        (axes[1], after, AFTER, "after"),
-    ):
-        plain_axes(ax)
-        own, sigma = own_frictions(fitted)
-        jitter = 0.04 * np.arange(len(own)) / len(own) if variable == "stone" else 0.0
-        ax.errorbar(place + jitter, 100 * own, 100 * sigma, fmt="o", color=colour, ms=5)
-        ax.axhline(0, color=FAINT, lw=0.8)
-        ax.set_title(name, fontsize=9, loc="left")
-        ax.set_xlabel(LABELS[variable], fontsize=9)
-        if variable == "stone":
-            ax.set_xticks(np.unique(place))
-    axes[0].set_ylabel("friction of the throw\nbeyond the model [%]", fontsize=9)
-    return figure
+    pairs = [(place, 100 * own, 100 * sigma) for own, sigma in map(own_frictions, (before, after))]
+    return _before_and_after(pairs, variable, "friction of the throw\nbeyond the model [%]")
 
 
 def _displacements(after: SessionFit, label: str, variable: str) -> Figure:
@@ -207,30 +212,14 @@ def _displacements(after: SessionFit, label: str, variable: str) -> Figure:
     term = after.model.term(label)
     displacement = term.card.displacement
     assert displacement is not None
-    path, session = after.predicted, after.session
-    shift = displacement(path[:, :2], path[:, State.THETA], term.values)
-    value = _value(after, variable)
-    averages = [_averaged(value, shift[:, axis], session.owner)[1] for axis in range(2)]
-    part = int(np.argmax([np.ptp(average) for average in averages]))
-    figure = new_figure(8.6, 2.9)
-    axes = figure.subplots(1, 2, sharey=True)
-    residuals = after.residuals[:, :2]
-    for ax, residual, colour, name in (
-        (axes[0], residuals + shift, BEFORE, "before"),
-        (axes[1], residuals, AFTER, "after"),
-    ):
-        plain_axes(ax)
-        middle, mean, error = _averaged(value, residual[:, part], session.owner)
-        ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
-        ax.axhline(0, color=FAINT, lw=0.8)
-        ax.set_title(name, fontsize=9, loc="left")
-        ax.set_xlabel(LABELS[variable], fontsize=9)
-    middle, mean, _ = _averaged(value, shift[:, part], session.owner)
-    axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
-    axes[0].legend(fontsize=8, frameon=False)
-    side = ("across", "along")[part]
-    axes[0].set_ylabel(f"reported less true place,\n{side} the sheet [mm]", fontsize=9)
-    return figure
+    path, owner = after.predicted, after.session.owner
+    shift = 1e3 * displacement(path[:, :2], path[:, State.THETA], term.values)
+    value, residuals = _value(after, variable), 1e3 * after.residuals[:, :2]
+    averages = [_averaged(value, shift[:, axis], owner) for axis in range(2)]
+    part = int(np.argmax([np.ptp(average[1]) for average in averages]))
+    pairs = [_averaged(value, each[:, part], owner) for each in (residuals + shift, residuals)]
+    what = f"reported less true place,\n{('across', 'along')[part]} the sheet [mm]"
+    return _before_and_after(pairs, variable, what, averages[part][:2])
 
 
 def _within_throws(
@@ -242,49 +231,29 @@ def _within_throws(
     seen = _accelerations(after, session.observed, window)
     model = _accelerations(after, after.predicted[:, MEASURED], window)
     # All other effects stay, so that the figure shows this one.
-    lacking = before.model if label == "unknown" else after.model.without(label)
-    base = _law_accelerations(lacking, after)
-    card = card_of(label)
-    pushes: Sequence[Push] = (
-        [d.push for d in dependences if d.variable == variable]
-        if card is None or label == "unknown"
-        else _pushes(label)
-    )
-    sign = _signs(after, pushes if label != "unknown" else [])
+    unknown = label == "unknown"
+    base = _law_accelerations(before.model if unknown else after.model.without(label), after)
+    pushes: Sequence[Push] = _pushes(label)
+    if unknown:
+        pushes = [d.push for d in dependences if d.variable == variable]
+    sign = 1e3 * _signs(after, [] if unknown else pushes)
     effect = (model - base) * sign
     size = np.nanmean(np.abs(effect), axis=0)
-    if label == "unknown":
+    if unknown:
         part = max((COMPONENT[push] % 2 for push in pushes), default=0)
     else:
         part = max((COMPONENT[push] for push in pushes), key=lambda k: size[k])
     value = _value(after, variable)
-    figure = new_figure(8.6, 2.9)
-    axes = figure.subplots(1, 2, sharey=True)
-    for ax, push, colour, name in (
-        (axes[0], (seen - base) * sign, BEFORE, "before"),
-        (axes[1], (seen - model) * sign, AFTER, "after"),
-    ):
-        plain_axes(ax)
-        middle, mean, error = _averaged(value, push[:, part], session.owner)
-        ax.errorbar(middle, 1e3 * mean, 1e3 * error, fmt="o", color=colour, ms=4.5, lw=1)
-        ax.axhline(0, color=FAINT, lw=0.8)
-        ax.set_title(name, fontsize=9, loc="left")
-        ax.set_xlabel(LABELS[variable], fontsize=9)
-        if variable == "swept":
-            ax.set_xticks([0, 1], ["unswept", "swept"])
-        if variable == "stone":
-            ax.set_xticks(np.unique(value))
-    if label != "unknown":
-        middle, mean, _ = _averaged(value, effect[:, part], session.owner)
-        axes[0].plot(middle, 1e3 * mean, color=INK, lw=1.6, label="the effect found")
-        axes[0].legend(fontsize=8, frameon=False)
+    pairs = [
+        _averaged(value, ((seen - other) * sign)[:, part], session.owner) for other in (base, model)
+    ]
     what = (
         "unexplained push\nalong the travel [mm/s²]",
         "unexplained push\nto the side [mm/s²]",
         "unexplained loss\nof spin [mrad/s²]",
     )[part]
-    axes[0].set_ylabel(what, fontsize=9)
-    return figure
+    found = None if unknown else _averaged(value, effect[:, part], session.owner)[:2]
+    return _before_and_after(pairs, variable, what, found)
 
 
 def _law_accelerations(model: Model, after: SessionFit) -> Floats:
@@ -389,7 +358,7 @@ def _accelerations(fitted: SessionFit, paths: Floats, window: float) -> Floats:
 
 
 def _averaged(
-    value: Floats, push: Floats, owner: Any, bins: int = 14
+    value: Floats, push: Floats, owner: Indices, bins: int = 14
 ) -> tuple[Floats, Floats, Floats]:
     """Means over bins of a variable, with errors from the spread between throws.
 

@@ -1,24 +1,25 @@
-"""The report of a discovery as one page: figures first, then the evidence."""
+"""The report of a discovery as one page: paths, names, sizes and doubts, then the evidence."""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from curling_env.units import Units
+from matplotlib.figure import Figure
+
+from curling_env.units import Units, short_length
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.verdict import gain_in_words, readable
-from friction_estimation.reports.assessment_sections import assessment_sections
 from friction_estimation.reports.discovery_draw import draw_shift
 from friction_estimation.reports.discovery_figures import (
     draw_picture,
-    forecast_picture,
-    gap_picture,
+    paths_picture,
     residual_pictures,
 )
 from friction_estimation.reports.draw_weight import draw_facts
-from friction_estimation.reports.html import facts, picture, table, write_page
+from friction_estimation.reports.html import facts, fold, picture, table, write_page
 
 
 def write_report_page(
@@ -29,7 +30,7 @@ def write_report_page(
     throws: str = "",
     units: Units = Units.METRES,
 ) -> None:
-    """Write `report.html`.
+    """Write `report.html`: paths before and after, names, sizes and doubts, then the rest folded.
 
     Parameters
     ----------
@@ -37,60 +38,103 @@ def write_report_page(
     report : what `discovery.report` says of it
     path : file to write
     throws : the table of throws (`throws_section.throws_section`), HTML
-    units : what lengths are told in where a coach reads them
+    units : units of lengths where a coach reads them
     """
+    first = f"<h1>{escape(report['verdict'])}</h1>{_paths(found, units)}"
     ice = found.improved_ice()
     draw = draw_facts(ice, float(ice.friction.mu.mean()), units)
-    parts = [f"<h1>{escape(report['verdict'])}</h1>{_first_pictures(found, units)}"]
-    if draw:
-        parts.append(f"<h2>What this ice asks of a draw</h2>{facts(draw)}")
-    parts.append(throws)
-    if report["effects"]:
-        parts.append(f"<h2>What is missing</h2>{_effects(report)}")
-    for label, figure in residual_pictures(found):
-        title = (
-            "What nothing known explains"
-            if label == "unknown"
-            else f"Where {readable(label)} shows"
-        )
-        parts.append(
-            f"<h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
-            "unexplained, averaged over all throws. Green: what is left once the effect is in it. "
-            f"Noise alone lies around zero.</p>{picture(figure, title)}"
-        )
-    if found.gaps:
-        parts.append(
-            "<h2>Throws the model had never seen</h2>"
-            "<p class=faint>Forecast from their first four seconds.</p>"
-            + picture(forecast_picture(found), "forecast and measured paths")
-        )
-    parts += [_open_questions(report), _candidates(report), *assessment_sections(report)]
-    parts += [_smallest(report), _numbers(report)]
+    folded = [
+        f"<h2>What this ice asks of a draw</h2>{facts(draw)}" if draw else "",
+        _draw_before_and_after(found, units),
+        *(_residuals(label, figure) for label, figure in residual_pictures(found)),
+        throws,
+        _candidates(report),
+        _smallest(report),
+        _numbers(report),
+    ]
+    questions = _sentences("What these throws cannot tell", _open_questions(report))
+    sections = [first, _effects(report), questions, _next(report), fold("Everything else", folded)]
     write_page(
         path,
         "Discovery",
-        [part for part in parts if part],
+        [section for section in sections if section],
         provenance=report.get("provenance"),
     )
 
 
-def _first_pictures(found: Discovery, units: Units) -> str:
-    """The forecast gap before and after, and the same draw before and after."""
-    shown = ""
-    if found.gaps:
-        shown += picture(
-            gap_picture(found),
-            "distance between forecast and rest",
-            caption="How far from the forecast throws came to rest that nothing was fitted to.",
+def _paths(found: Discovery, units: Units) -> str:
+    """The throws held out, beside their forecasts by the model before and after."""
+    if not found.gaps:
+        return ""
+    shown = "".join(
+        picture(
+            paths_picture(found, when),
+            f"forecast and measured paths, {words}",
+            caption=f"{words[0].upper()}{words[1:]}: "
+            f"{short_length(found.gaps[when].rest_error, units)} off.",
         )
+        for when, words in PICTURES.items()
+    )
+    return (
+        "<p class=faint>Fresh throws: nothing was fitted to them. They were forecast from their "
+        f"first four seconds, and lie where the thrower sees them.</p><div class=side>{shown}</div>"
+    )
+
+
+STACKED = "throws"
+"""Kind of a table whose rows become lists on a narrow screen."""
+PICTURES: dict[Literal["before", "after"], str] = {
+    "before": "the model as it was",
+    "after": "with what was found",
+}
+
+
+def _draw_before_and_after(found: Discovery, units: Units) -> str:
+    """The same draw on the ice before and after."""
     shift = draw_shift(found)
-    if shift is not None:
-        shown += picture(
-            draw_picture(shift, found.final.model.ice, units),
-            "the same draw before and after",
-            caption=shift.words_in(units),
-        )
-    return f"<div class=side>{shown}</div>" if shown else ""
+    if shift is None:
+        return ""
+    figure = draw_picture(shift, found.final.model.ice, units)
+    told = shift.words_in(units)
+    shown = picture(figure, "the same draw before and after", caption=told)
+    return f"<h2>The same draw</h2><div class=side>{shown}</div>"
+
+
+def _residuals(label: str, figure: Figure) -> str:
+    unknown = label == "unknown"
+    title = "What nothing known explains" if unknown else f"Where {readable(label)} shows"
+    return (
+        f"<h2>{escape(title)}</h2><p class=faint>Red: what the model as it was leaves "
+        "unexplained, averaged over all throws. Green: what is left once the effect is in it. "
+        f"Noise alone lies around zero.</p>{picture(figure, title)}"
+    )
+
+
+def _sentences(title: str, sentences: Sequence[str]) -> str:
+    """Sentences below a title, as HTML; nothing without any."""
+    listed = "".join(f"<li>{escape(sentence)}</li>" for sentence in sentences)
+    return f"<h2>{escape(title)}</h2><ul>{listed}</ul>" if listed else ""
+
+
+def _next(report: dict[str, Any]) -> str:
+    """The throws that would teach most."""
+    rows = [
+        [
+            str(place),
+            escape(throw["words"]),
+            escape(
+                ", ".join(f"{readable(k)} {100 * v:.0f} %" for k, v in throw["teaches"].items())
+            ),
+        ]
+        for place, throw in enumerate(report.get("next_throws", []), start=1)
+    ]
+    if not rows:
+        return ""
+    head = ["", "throw", "removes of what is not known"]
+    return (
+        f"<h2>The next throws that would teach most</h2>{table(head, rows, kind=STACKED)}"
+        "<p class=faint>Each in addition to those above it. Handles are a right-hander's.</p>"
+    )
 
 
 def _words(effect: dict[str, Any]) -> str:
@@ -120,22 +164,19 @@ def _effects(report: dict[str, Any]) -> str:
                 escape(effect["where"]),
             ]
         )
-    return table(["missing", "how much", "where it shows"], rows) if rows else ""
+    head = ["missing", "how much", "where it shows"]
+    return f"<h2>What is missing</h2>{table(head, rows, kind=STACKED)}" if rows else ""
 
 
-def _open_questions(report: dict[str, Any]) -> str:
-    items: list[str] = []
+def _open_questions(report: dict[str, Any]) -> list[str]:
+    """Doubts, remarks and proxies, and what no throws can show."""
+    items = [*report["doubts"], *report["remarks"]]
     for effect in report["effects"]:
-        throws = effect["evidence"].get("separating_throws", {})
-        for name, throw in throws.items():
-            items.append(f"{_words(effect)} or {readable(name)}? Settled by a throw of {throw}.")
-        proxies = effect["evidence"].get("proxies", [])
+        proxies = ", ".join(readable(name) for name in effect["evidence"].get("proxies", []))
         if proxies:
-            listed = ", ".join(readable(name) for name in proxies)
-            items.append(f"Proxies that mend part of the unknown, none of them proved: {listed}.")
-    items.append(report["undecidable"]["why"][0].upper() + report["undecidable"]["why"][1:])
-    listed = "".join(f"<li>{escape(item)}</li>" for item in items)
-    return f"<h2>What these throws cannot tell</h2><ul>{listed}</ul>"
+            items.append(f"Proxies that mend part of the unknown, none of them proved: {proxies}.")
+    why = report["undecidable"]["why"]
+    return [*items, f"{why[0].upper()}{why[1:]}"]
 
 
 def _candidates(report: dict[str, Any]) -> str:
@@ -144,19 +185,17 @@ def _candidates(report: dict[str, Any]) -> str:
     evidence = {e["evidence"].get("label", e["name"]): e["evidence"] for e in report["effects"]}
     rows: list[list[str]] = []
     for row in report["candidates"]:
-        p = evidence.get(row["name"], {}).get("p_holm")
-        closes = row["closure"]
+        p = evidence.get(row["name"], {}).get("p")
         rows.append(
             [
                 escape(readable(row["name"])),
                 f"{row['gain']:.1f}",
                 "" if row["needed"] is None else f"{row['needed']:.0f}",
-                "" if closes is None else f"{100 * closes:.0f} %",
                 "" if p is None else f"{p:.2g}",
             ]
         )
-    head = ["alone beside the model", "gain in −2 ln L", "needed", "closes", "p (corrected)"]
-    return f"<h2>The candidates</h2>{table(head, rows, {1, 2, 3, 4})}"
+    head = ["alone beside the model", "gain in −2 ln L", "needed", "p"]
+    return f"<h2>The candidates</h2>{table(head, rows, {1, 2, 3})}"
 
 
 def _smallest(report: dict[str, Any]) -> str:

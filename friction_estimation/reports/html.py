@@ -51,6 +51,8 @@ footer{overflow-wrap:anywhere}
 .throws td:first-child{font-weight:600}}
 @media print{body,section{background:#fff;box-shadow:none}section{break-inside:avoid;
 padding:.4rem 0}.throws{font-size:8pt}main{max-width:none;padding:0}}
+summary{cursor:pointer;font-size:1.1rem;font-weight:600;padding:.3rem 0}
+details h2{margin-top:1.4rem}
 .tag{background:#e3edf6;border-radius:5px;padding:.1rem .5rem;font-size:.9rem}
 """
 
@@ -151,6 +153,18 @@ def table(
     body = "".join(f"<tr>{cells(row, 'td')}</tr>" for row in rows)
     named = f" class={kind}" if kind else ""
     return f"<table{named}><tr>{cells(head, 'th')}</tr>{body}</table>"
+
+
+def fold(title: str, parts: Sequence[str]) -> str:
+    """Parts of a page that open on a click; nothing without any.
+
+    Parameters
+    ----------
+    title : plain text that stays visible
+    parts : HTML; empty ones are dropped
+    """
+    inside = "".join(parts)
+    return f"<details><summary>{escape(title)}</summary>{inside}</details>" if inside else ""
 
 
 def facts(pairs: Sequence[tuple[str, str]]) -> str:

@@ -36,6 +36,9 @@ class Report(msgspec.Struct, kw_only=True):
     """A discovery's report, as far as it is used here; `discovery.report` writes it."""
 
     verdict: Annotated[str, msgspec.Meta(max_length=20_000)]
+    remarks: Annotated[list[Text], msgspec.Meta(max_length=50)] = msgspec.field(
+        default_factory=list[Text]
+    )
     effects: Annotated[list[FoundEffect], msgspec.Meta(max_length=200)]
     next_throws: Annotated[list[FoundThrow], msgspec.Meta(max_length=50)] = msgspec.field(
         default_factory=list[FoundThrow]
@@ -66,13 +69,15 @@ class Findings:
 
     Parameters
     ----------
-    verdict : its sentences
+    verdict : its sentence
+    remarks : further sentences, such as what the session cannot show
     missing : what the model lacked; empty where nothing is missing
     next_throws : the throws that would teach most, in the order in which to make them, and for each
         what it teaches
     """
 
     verdict: str
+    remarks: tuple[str, ...] = ()
     missing: tuple[Missing, ...]
     next_throws: tuple[tuple[str, str], ...]
 
@@ -91,6 +96,7 @@ def findings(report: Mapping[str, Any]) -> Findings:
     found = checked(REPORT_FORMAT.accept(report), Report)
     return Findings(
         verdict=found.verdict,
+        remarks=tuple(found.remarks),
         missing=tuple(_missing(effect) for effect in found.effects),
         next_throws=tuple((throw.words, _teaches(throw)) for throw in found.next_throws),
     )

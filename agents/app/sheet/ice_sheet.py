@@ -105,6 +105,7 @@ def findings_document(found: Findings) -> dict[str, Any]:
     """What a discovery says is missing."""
     return {
         "verdict": found.verdict,
+        "remarks": list(found.remarks),
         "missing": [
             {"title": m.title, "words": m.words, "unsure": list(m.unsure), "settled": m.settled_by}
             for m in found.missing

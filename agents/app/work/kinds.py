@@ -62,15 +62,16 @@ def discover(club: Club, session: Session, progress: Reported, given: str = "") 
     """What the ice of a session lacks, into the folder ``discovery`` of the session."""
     from curling_env.infrastructure.files.writing import make_directory, together
     from curling_env.infrastructure.provenance import provenance
-    from friction_estimation.discovery.assessment import assess
     from friction_estimation.discovery.discover import discover as find
+    from friction_estimation.discovery.evidence.next_throws import next_throws
     from friction_estimation.discovery.report import write_files
     from friction_estimation.tracks.throw_list import load_tracks
 
     found = find(load_tracks(club.tracks_of(session)), progress=progress)
+    following = next_throws(found.final)
     folder = make_directory(club.folder_of(session) / DISCOVERY)
     with together():
-        write_files(found, folder, assessment=assess(found), provenance=provenance(seed=0))
+        write_files(found, folder, following=following, provenance=provenance(seed=0))
 
 
 def import_files(club: Club, session: Session, progress: Reported, given: str = "") -> None:

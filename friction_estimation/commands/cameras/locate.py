@@ -53,7 +53,9 @@ def locate(
 
     cv2.setNumThreads(1)
     if not mark and start is None:
-        problem = "mark the tee and the middle of the hog line, or give a scene with --start"
+        problem = (
+            "no marks: give --mark for the tee and the middle of the hog line, or --start SCENE"
+        )
         raise InputError(problem, source="--mark")
     known = (
         Annotation.open(photo, PAPER_SHEET)
@@ -72,12 +74,12 @@ def locate(
     spread = found.refined.log_focal_sigma
     at = f"the camera is {length(z, results.units)} above ({x:.1f}, {y:.1f}) m"
     words = [
-        f"{found.refined.measured} places on rings and lines agree to "
+        f"{found.refined.measured} points on rings and lines agree to "
         f"{found.refined.rms_px:.2f} px; {at}"
     ]
     if found.disagreeing:
         missed = ", ".join(f"{name} {found.misses_px[name]:.1f} px" for name in found.disagreeing)
-        words = [f"not all of the paint agrees to 2 px: {missed}; {at}"]
+        words = [f"some of the paint deviates by more than 2 px: {missed}; {at}"]
     if spread > UNSURE_HEIGHT and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"
         words.append(f"{uncertainty}: measure it and give --height")
@@ -90,5 +92,5 @@ def locate(
 
 def _read_mark(text: str) -> tuple[str, tuple[float, float]]:
     place, _, pixel = text.partition("=")
-    u, v = numbers(pixel, "--mark", "a place and its pixel such as away_tee=131,141")
+    u, v = numbers(pixel, "--mark", "a point and its pixel such as away_tee=131,141")
     return place.strip(), (u, v)

@@ -3,27 +3,24 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from itertools import product
 
 import numpy as np
 
 from curling_env.physics.state import State
-from curling_env.sheet import HOG_LINE_Y, Direction
-from curling_env.typing import Floats
-from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.trial_throws import TrialThrow, lay_out
+from friction_estimation.discovery.evidence.trial_throws import (
+    in_words,
+    is_playable,
+    is_seen,
+    lay_out,
+    noise_of_rows,
+    trial_throws,
+)
 from friction_estimation.discovery.model.candidates import candidates, effect_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.search.score_test import score_candidates, throw_deviances
 from friction_estimation.discovery.search.selection import refit, try_term
 from friction_estimation.discovery.tuning import RIVAL_GAIN, RULED_OUT
-
-TRIAL_SPEEDS = (1.3, 1.8, 2.4, 3.1)
-TRIAL_SPINS = (-2.2, -0.8, 0.8, 2.2)
-"""Speeds [m/s] and spins [rad/s] of the throws among which the separating one is searched."""
-FURTHEST_LINE = 1.2
-"""How far from the middle of the sheet these begin at most [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -71,67 +68,28 @@ def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
 
 
 def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
-    """The throw of a grid on whose path two models disagree most.
+    """The throw that a player can make on whose path two models disagree most.
 
     Release and friction of a throw are never known beforehand. Differences that another release or
     another friction would remove do not count.
 
     Returns
     -------
-    the throw in words, and the difference of −2 ln likelihood that it would bring
+    the throw in words, and the difference of −2 ln likelihood that it would bring; no words where
+    no throw can be made
     """
-    session, states = _trial_throws(one)
+    sheet, terms = one.model.ice.sheet, (*one.model.terms, *other.model.terms)
+    throws = trial_throws(one, terms)
+    session, states = lay_out(one.session, throws)
     ideal = predict(one.model, session, states, np.zeros(len(session)))
-    seen = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA])
-    adapted = fit(other.model, seen, other.noise, states=states, shared=False)
-    scores = throw_deviances(adapted)
+    paths = [ideal[session.rows(i)] for i in range(len(session))]
+    playable = np.array([is_playable(path, sheet) for path in paths])
+    if not playable.any():
+        return "", 0.0
+    seen = is_seen(ideal)
+    seen[session.starts[:-1]] = True
+    session = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA]).without_rows(~seen)
+    adapted = fit(other.model, session, noise_of_rows(one), states=states, shared=False)
+    scores = np.where(playable, throw_deviances(adapted), -np.inf)
     k = int(np.argmax(scores))
-    direction = "towards the away end" if states[k, State.VY] > 0 else "towards the home end"
-    side = "counter-clockwise" if states[k, State.OMEGA] > 0 else "clockwise"
-    swept = "swept" if session.swept[session.rows(k)].any() else "unswept"
-    words = (
-        f"{np.hypot(states[k, 2], states[k, 3]):.1f} m/s {direction}, "
-        f"{abs(states[k, State.OMEGA]):.1f} rad/s {side}, from x = {states[k, State.X]:+.1f} m, "
-        f"stone {session.stones[k]}, {swept}"
-    )
-    wait = session.clocks[k] - one.session.clocks.max()
-    if wait > 600:
-        words += f", {wait / 60:.0f} minutes after the last throw"
-    return words, float(scores[k])
-
-
-def _lines(fitted: SessionFit) -> tuple[float, float]:
-    """Where stones ran most and where they ran least, across the sheet [m]."""
-    sheet = fitted.model.wear_sheet
-    passes = fitted.session.wear_tracks.passes(sheet)[-1]
-    x, between = sheet.x_centres, np.abs(sheet.y_centres) < HOG_LINE_Y
-    reach = np.abs(x) <= FURTHEST_LINE
-    often = passes[between].sum(axis=0)[reach]
-    return float(x[reach][np.argmax(often)]), float(x[reach][np.argmin(often)])
-
-
-def _trial_throws(fitted: SessionFit) -> tuple[Session, Floats]:
-    """Throws that could be played next, and their releases."""
-    stones = np.unique(fitted.session.stones).tolist()
-    swept_too = (False, True) if fitted.session.swept.any() else (False,)
-    grid = product(
-        (Direction.AWAY, Direction.HOME),
-        TRIAL_SPEEDS,
-        TRIAL_SPINS,
-        swept_too,
-        (60.0, 3600.0),
-        _lines(fitted),
-    )
-    throws = [
-        TrialThrow(
-            direction=direction,
-            speed=speed,
-            spin=spin,
-            line=line,
-            stone=stones[k % len(stones)],
-            swept=swept,
-            wait=wait,
-        )
-        for k, (direction, speed, spin, swept, wait, line) in enumerate(grid)
-    ]
-    return lay_out(fitted.session, throws, np.arange(0.0, 25.0, 1.0 / 15.0))
+    return in_words(throws[k], paths[k], sheet, terms), float(scores[k])

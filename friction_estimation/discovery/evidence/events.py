@@ -6,9 +6,8 @@ import numpy as np
 
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import SessionFit, fit_to
-from friction_estimation.discovery.model.quadratic import prior_gram, solve_shared
+from friction_estimation.discovery.model.quadratic import solve_shared
 from friction_estimation.discovery.search.patch_sides import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
 from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
@@ -43,10 +42,9 @@ def exceptional_throws(best: SessionFit, session: Session) -> Indices:
 
 def _excess_without(whole: SessionFit, odd: list[int], dof: Floats) -> float:
     """χ² of the other throws beyond its expectation, fitted without the exceptional ones."""
-    reduced = eliminate_states(whole.grams)
-    grams, _ = eliminate_factor(reduced, whole.ln_factors, whole.model.spread)
+    grams, _ = whole.linear.each()
     others = np.setdiff1d(np.arange(len(grams)), odd)
-    step, _ = solve_shared(grams[others].sum(axis=0) + prior_gram(whole.model, grams.shape[1]))
+    step, _ = solve_shared(grams[others].sum(axis=0) + whole.linear.prior)
     move = np.append(-step, 1.0)
     chi2 = np.einsum("i,kij,j->k", move, grams[others], move)
     return float(np.maximum(chi2 - dof[others], 0.0).sum())

@@ -18,7 +18,6 @@ from friction_estimation.discovery.model.elimination import gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import (
     HELD_OUT_SHARE,
     RELEASE_SIGMA,
@@ -100,7 +99,7 @@ def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
     model, noise = fitted.model, fitted.noise
     early = session.early
     whole = fit(model, session, noise, shared=False)
-    predicted, columns = sensitivities(model, session, whole.states, whole.ln_factors)
+    predicted, columns = whole.predicted, whole.columns
     variance = np.empty(len(session.times))
     for i in range(len(session)):
         rows = session.rows(i)

@@ -13,9 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.quadratic import prior_gram
 from friction_estimation.discovery.tuning import (
     INTEGRATED_SPREADS,
     LEAST_THROWS_FOR_SPREAD,
@@ -61,14 +59,12 @@ class Mixture:
 
 def mixture(fitted: SessionFit) -> Mixture:
     """The posterior of the shared parameters of a fit."""
-    reduced = eliminate_states(fitted.grams)
-    prior = prior_gram(fitted.model, reduced.shape[1] - 1)
     spreads = integrated_spreads(fitted)
     found: list[Gaussian] = []
     levels: list[float] = []
     for spread in spreads:
-        grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, float(spread))
-        found.append(gaussian(grams.sum(axis=0) + prior))
+        grams, log_terms = fitted.linear.each(float(spread))
+        found.append(gaussian(grams.sum(axis=0) + fitted.linear.prior))
         levels.append(float(found[-1].level + log_terms.sum()))
     by_paths = 0.0 if fitted.by_paths is None else fitted.by_paths
     return Mixture(

@@ -14,7 +14,6 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.fit import FROZEN, SessionFit
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.model.noise import SessionNoise
@@ -65,7 +64,7 @@ def draw_posterior(
     draws : number of draws
     """
     found = mixture(fitted)
-    reduced = eliminate_states(fitted.grams)
+    reduced = fitted.linear.reduced
     k, shared_count = len(fitted.session), reduced.shape[1] - 2
     constants = throw_constants(fitted)
     chosen = np.sort(rng.choice(len(found.weights), size=draws, p=found.weights))
@@ -78,7 +77,7 @@ def draw_posterior(
         noise = rng.standard_normal((len(own), shared_count))
         step = found.steps[s] + noise @ _root(found.covariances[s]).T
         steps[own] = np.clip(vector + step, low, high) - vector
-        grams, log_terms = eliminate_factor(reduced, fitted.ln_factors, spread)
+        grams, log_terms = fitted.linear.each(spread)
         deviance = quadratic(grams, steps[own]) + log_terms + constants
         likelihood[own] = -0.5 * deviance
         factors[own] = _draw_factors(reduced, fitted.ln_factors, spread, steps[own], rng)

@@ -3,9 +3,10 @@
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
 seen it, with and without the effect: by its density, in which all that is uncertain in the fit is
 integrated out. The signs of the differences are then flipped at random.
-An effect between throws (wear, drift, a stone) is tested by permuting the throws' own frictions:
-chance must rarely do as well as the best of all such effects. What one stone does within its throws
-shows in these few alone; it is tested in the same way, by what every throw shows of it.
+An effect between throws (wear, drift, a stone) shows once per throw, in the throw's own friction.
+It is tested by the correlation with what the frictions follow most, by Student's t. What one stone
+does within its throws shows in these few alone; it is tested in the same way, by what every throw
+shows of it.
 """
 
 from __future__ import annotations
@@ -18,24 +19,18 @@ from scipy.stats import t as student_t
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.predictive_density import (
+from friction_estimation.discovery.evidence.left_out import (
     left_out_scores,
     unseen_scores,
 )
-from friction_estimation.discovery.model.candidates import Term, candidates, neutral_values
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.fit import SessionFit, fit_to, linearise
+from friction_estimation.discovery.model.linearisation import Linearisation
 from friction_estimation.discovery.search.score_test import (
-    score_candidates,
     sign_flip_p,
 )
-from friction_estimation.discovery.search.selection import refit, try_term
-from friction_estimation.discovery.tuning import (
-    LARGEST_P_BETWEEN_THROWS,
-    LEAST_LINEAR_GAIN,
-    LEAST_SPREAD,
-    PERMUTATIONS,
-)
+from friction_estimation.discovery.search.selection import refit
+from friction_estimation.discovery.tuning import LEAST_SPREAD
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,14 +43,12 @@ class EffectEvidence:
     gain : rise of −2 ln likelihood without it
     p : probability that chance gains as much
     improvements : (k,) improvement of each throw's score, in order of play
-    corrected : p with Holm's correction, once that is known
     """
 
     label: str
     gain: float
     p: float
     improvements: Floats
-    corrected: float = 1.0
 
 
 def weigh_evidence(
@@ -73,7 +66,7 @@ def weigh_evidence(
     label : label of its term
     held_out : throws that no fit has seen, which count too, if there are some
     whole : all throws, for effects between throws and of one stone
-    rng : source of the permutations
+    rng : source of the flipped signs
     """
     term = fitted.model.term(label)
     model = fitted.model.without(label)
@@ -87,15 +80,12 @@ def weigh_evidence(
         more = unseen_scores(without, held_out) - unseen_scores(fitted, held_out)
         improvements = np.concatenate([improvements, more])
         throws = np.concatenate([throws, held_out.throws])
-    p = sign_flip_p(improvements, rng)
-    if term.between_throws or term.stone is not None:
-        everything = fit_to(without, whole)
-        p = (
-            _permutation_p(everything, rng)
-            if term.between_throws
-            else _stone_p(everything, term, rng)
-        )
-        p = p if p < LARGEST_P_BETWEEN_THROWS else 1.0
+    if term.between_throws:
+        p = _p_between_throws(fit_to(without, whole))
+    elif term.stone is not None:
+        p = _p_of_stones(fit_to(without, whole), term)
+    else:
+        p = sign_flip_p(improvements, rng)
     return EffectEvidence(
         label=label,
         gain=without.deviance - fitted.deviance,
@@ -104,44 +94,9 @@ def weigh_evidence(
     )
 
 
-def add_effects_between_throws(
-    fitted: SessionFit, whole: Session, rng: np.random.Generator
-) -> SessionFit:
-    """Add effects that show only between throws, as all throws show them.
-
-    Such an effect shows once per throw, and the training throws alone are few. It is chosen and
-    tested on the frictions of all throws; its size still comes from the training throws.
-
-    Parameters
-    ----------
-    fitted : fit of the training throws
-    whole : all throws
-    rng : source of the permutations
-    """
-    while True:
-        everything = fit_to(fitted, whole)
-        terms = [
-            t
-            for t in candidates(whole, fitted.model.terms)
-            if t.between_throws and _can_size(fitted.session, t)
-        ]
-        scores = [s for s in score_candidates(everything, terms) if s.gain > LEAST_LINEAR_GAIN]
-        trials = [try_term(everything, score.term) for score in scores[:3]]
-        good = [t for t in trials if t.gain > t.needed]
-        if not good or _permutation_p(everything, rng) > LARGEST_P_BETWEEN_THROWS:
-            return fitted
-        best = max(good, key=lambda trial: trial.net)
-        fitted = refit(fitted, fitted.model.with_terms(best.term))
-
-
-def _can_size(session: Session, term: Term) -> bool:
-    """Whether the training throws can show the size of the effect."""
-    return term.stone is None or bool((session.stones == term.stone).any())
-
-
 def own_frictions(fitted: SessionFit) -> tuple[Floats, Floats]:
     """For each throw its ln μ less that of the model, and the standard error, (k,) each."""
-    reduced = eliminate_states(fitted.grams)
+    reduced = fitted.linear.reduced
     h = np.maximum(reduced[:, 0, 0], 1e-12)
     return fitted.ln_factors + reduced[:, 0, -1] / h, 1.0 / np.sqrt(h)
 
@@ -163,30 +118,48 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
     if not session.turns.any():
         # A spin that was not measured follows the friction, which it eases.
         del columns["spin"], columns["spin side"]
-    for stone in np.unique(session.stones):
-        columns[f"stone {stone}"] = (session.stones == stone).astype(float)
+    for stone, count in zip(*np.unique(session.stones, return_counts=True), strict=True):
+        if count > 1:
+            columns[f"stone {stone}"] = (session.stones == stone).astype(float)
     spread = {k: float(np.std(v)) for k, v in columns.items()}
     return {k: (v - v.mean()) / spread[k] for k, v in columns.items() if spread[k] > 1e-9}
 
 
-def _correlations(columns: Floats, values: Floats, weights: Floats | None = None) -> Floats:
-    """|correlation| of columns (..., k, m) with values (k,) or (..., k), weighted, (..., m)."""
-    w = np.ones(values.shape[-1]) if weights is None else weights
+def follows_most(
+    columns: Floats, values: Floats, weights: Floats | None = None
+) -> tuple[int, float]:
+    """Find the column that values follow most.
+
+    Parameters
+    ----------
+    columns : (k, m) columns
+    values : (k,) values
+    weights : (k,) weights of the rows; all alike by default
+
+    Returns
+    -------
+    the column, and the probability that chance does as well in the best of all columns: by
+    Student's t, with Bonferroni's correction
+    """
+    w = np.ones(len(values)) if weights is None else weights
     w = w / w.sum()
-    centred = values - (values @ w)[..., None]
-    columns = columns - np.einsum("k,...km->...m", w, columns)[..., None, :]
-    size = np.einsum("k,...km->...m", w, columns**2) * (centred**2 @ w)[..., None]
-    return np.abs(np.einsum("...k,...km->...m", w * centred, columns)) / (np.sqrt(size) + 1e-12)
+    columns, values = columns - w @ columns, values - w @ values
+    size = (w @ columns**2) * (w @ values**2)
+    correlations = np.abs((w * values) @ columns) / (np.sqrt(size) + 1e-12)
+    best, degrees = int(np.argmax(correlations)), len(values) - 2
+    r = float(correlations[best])
+    t = r * np.sqrt(degrees / max(1.0 - r * r, 1e-12))
+    return best, min(1.0, len(correlations) * 2.0 * float(student_t.sf(t, degrees)))
 
 
-def _permutation_p(fitted: SessionFit, rng: np.random.Generator) -> float:
+def _p_between_throws(fitted: SessionFit) -> float:
     """Probability that by chance the throws' frictions follow order, clock or a stone so well."""
     columns = throw_covariates(fitted.session, fitted.states)
     chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
-    return _p_of_best(np.column_stack(chosen), own_frictions(fitted)[0], rng)
+    return follows_most(np.column_stack(chosen), own_frictions(fitted)[0])[1]
 
 
-def _stone_p(fitted: SessionFit, term: Term, rng: np.random.Generator) -> float:
+def _p_of_stones(fitted: SessionFit, term: Term) -> float:
     """Probability that by chance what the throws show of a parameter differs so between stones.
 
     Parameters
@@ -195,10 +168,10 @@ def _stone_p(fitted: SessionFit, term: Term, rng: np.random.Generator) -> float:
     term : effect of one stone, with the parameter
     """
     own, sigma = own_values(fitted, term)
-    stones = fitted.session.stones
-    columns = (stones[:, None] == np.unique(stones)).astype(np.float64)
+    stones, counts = np.unique(fitted.session.stones, return_counts=True)
+    columns = (fitted.session.stones[:, None] == stones[counts > 1]).astype(np.float64)
     # What a throw shows may vary by more than its noise: none counts above twice a usual one.
-    return _p_of_best(columns, own, rng, 1.0 / (sigma**2 + np.median(sigma) ** 2))
+    return follows_most(columns, own, 1.0 / (sigma**2 + np.median(sigma) ** 2))[1]
 
 
 def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
@@ -218,39 +191,13 @@ def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
     ]
     model = fitted.model.with_terms(*terms)
     _, _, reduced = linearise(model, session, fitted.noise, fitted.states, fitted.ln_factors)
-    grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
+    grams, _ = Linearisation(model=model, ln_factors=fitted.ln_factors, reduced=reduced).each()
     rows, place = np.arange(len(session)), len(fitted.model.vector) + which
     h = np.maximum(grams[rows, place, place], 1e-12)
     return grams[rows, place, -1] / h, 1.0 / np.sqrt(h)
 
 
-def _p_of_best(
-    columns: Floats, own: Floats, rng: np.random.Generator, weights: Floats | None = None
-) -> float:
-    """Probability that chance does as well as the column that the throws' own values follow most.
-
-    By permutations, or by Student's t with Bonferroni's correction where that is smaller: there are
-    only 120 ways to choose two throws of sixteen, however far off these two are.
-    """
-    r = float(_correlations(columns, own, weights).max())
-    n = len(own)
-    t = r * np.sqrt((n - 2) / max(1.0 - r * r, 1e-12))
-    student = columns.shape[1] * 2.0 * float(student_t.sf(t, n - 2))
-    return min(student, _best_of(columns, own, rng, weights)[1])
-
-
-def _best_of(
-    columns: Floats, values: Floats, rng: np.random.Generator, weights: Floats | None = None
-) -> tuple[int, float]:
-    """The column that correlates most, and the probability that chance's best does as well."""
-    found = _correlations(columns, values, weights)
-    # The rows of the columns change places, so that a throw keeps its value and its weight.
-    orders = np.array([rng.permutation(len(values)) for _ in range(PERMUTATIONS)])
-    chance = _correlations(columns[orders], values, weights).max(axis=1)
-    return int(np.argmax(found)), float(((chance >= found.max()).sum() + 1) / (PERMUTATIONS + 1))
-
-
-def friction_structure(fitted: SessionFit, rng: np.random.Generator) -> tuple[str, float]:
+def friction_structure(fitted: SessionFit) -> tuple[str, float]:
     """The circumstance that the throws' own frictions follow most, and p that it is chance.
 
     Beside a friction map it is not asked whether they follow the line: throws on a line share what
@@ -261,5 +208,5 @@ def friction_structure(fitted: SessionFit, rng: np.random.Generator) -> tuple[st
     columns = throw_covariates(fitted.session, fitted.states)
     if fitted.model.map_field is not None:
         columns.pop("x", None)
-    which, p = _best_of(np.column_stack(list(columns.values())), own_frictions(fitted)[0], rng)
+    which, p = follows_most(np.column_stack(list(columns.values())), own_frictions(fitted)[0])
     return list(columns)[which], p

@@ -1,19 +1,48 @@
-"""Throws that could be made next, laid out as a session that nobody has measured."""
+"""Throws that could be made next: a grid that a player can make, and how a coach calls each."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from itertools import product
 
 import numpy as np
 
-from curling_env.sheet import HOG_LINE_Y, Direction
-from curling_env.typing import Floats
+from curling_env.physics.state import State
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, HOUSE_RADIUS, TEE_Y, Direction, Sheet
+from curling_env.throw import handles
+from curling_env.typing import Flags, Floats
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.model import predict
+from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.tuning import USUAL_SPIN
 
 SWEPT_FROM, SWEPT_TO = 2.0, 8.0
 """When a trial throw is swept, if it is [s after its release]."""
+WEIGHTS = {
+    "guard weight": 0.93,
+    "draw weight": 1.0,
+    "control weight": 1.12,
+    "normal hit weight": 1.4,
+    "peel weight": 1.75,
+}
+"""Speeds that are tried, over that of a draw to the tee."""
+SPINS = (-2.2, -0.8, 0.8, 2.2)
+"""Spins that are tried [rad/s]: a quick and a slow turn to either side."""
+LINES = (-0.5, -0.25, 0.0, 0.25, 0.5)
+"""Lines that are tried, from the centre line to the side lines."""
+WAITS = (60.0, 3600.0)
+"""Times after the last throw that are tried where a term depends on the hour [s]."""
+ROW_SPACING = 0.25
+"""Time between the rows at which a throw is judged [s]; each counts as all frames around it."""
+LONGEST = 32.0
+"""Time for which a throw is followed [s]: slower ones have all but stopped."""
+AT_REST = 0.02
+"""Speed below which further rows say nothing new [m/s]."""
+DRAW_SPEEDS = np.linspace(1.2, 3.4, 23)
+"""Speeds among which that of a draw to the tee is sought [m/s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,6 +57,7 @@ class TrialThrow:
     stone : which stone
     swept : whether it is swept
     wait : time after the last throw of the session [s]
+    weight : its speed in the sport's words
     """
 
     direction: Direction
@@ -36,11 +66,65 @@ class TrialThrow:
     line: float = 0.0
     stone: int = 0
     swept: bool = False
-    wait: float = 60.0
+    wait: float = WAITS[0]
+    weight: str = ""
+
+
+def trial_throws(fitted: SessionFit, terms: Sequence[Term]) -> list[TrialThrow]:
+    """Return the grid of throws: weights, spins and lines in both directions.
+
+    Sweeping, the stone and the time of day are varied where one of the terms depends on them.
+
+    Parameters
+    ----------
+    fitted : fit that says what speed a draw needs
+    terms : what the throws are to tell of
+    """
+    needs = {(term.variant or term.card).shown_over for term in terms}
+    own = sorted({term.stone for term in terms if term.stone is not None})
+    others = [s for s in np.unique(fitted.session.stones).tolist() if s not in own]
+    half_width = fitted.model.ice.sheet.width / 2
+    return [
+        TrialThrow(
+            direction=direction,
+            speed=WEIGHTS[weight] * speed,
+            spin=spin,
+            line=line * half_width,
+            stone=stone,
+            swept=swept,
+            wait=wait,
+            weight=weight,
+        )
+        for direction, speed in draw_speeds(fitted).items()
+        for weight, spin, line, stone, swept, wait in product(
+            WEIGHTS,
+            SPINS,
+            LINES,
+            [*others[:1], *own] or [0],
+            (False, True) if "swept" in needs else (False,),
+            WAITS if "clock" in needs else WAITS[:1],
+        )
+    ]
+
+
+def draw_speeds(fitted: SessionFit) -> dict[Direction, float]:
+    """The speed of a draw to the tee in each direction [m/s]."""
+    found: dict[Direction, float] = {}
+    times = np.array([0.0, 60.0])
+    for direction in (Direction.AWAY, Direction.HOME):
+        throws = [
+            TrialThrow(direction=direction, speed=speed, spin=SPINS[-1])
+            for speed in DRAW_SPEEDS.tolist()
+        ]
+        session, states = lay_out(fitted.session, throws, times)
+        path = predict(fitted.model, session, states, np.zeros(len(throws)), camera=False)
+        rests = direction * path[1::2, State.Y]
+        found[direction] = float(np.interp(TEE_Y, np.maximum.accumulate(rests), DRAW_SPEEDS))
+    return found
 
 
 def lay_out(
-    session: Session, throws: Sequence[TrialThrow], times: Floats
+    session: Session, throws: Sequence[TrialThrow], times: Floats | None = None
 ) -> tuple[Session, Floats]:
     """The throws as a session after another one, each as the very next throw.
 
@@ -48,13 +132,14 @@ def lay_out(
     ----------
     session : the session after which they are thrown
     throws : the throws
-    times : (n,) times at which each is seen [s]
+    times : (n,) times at which each is seen; those at which throws are judged by default [s]
 
     Returns
     -------
     session : its places are empty
     states : (k, 6) releases
     """
+    times = np.arange(0.0, LONGEST, ROW_SPACING) if times is None else times
     k, n = len(throws), len(times)
     states = np.array(
         [[t.line, -t.direction * HOG_LINE_Y, 0.0, t.direction * t.speed, 0.0, t.spin]
@@ -76,3 +161,85 @@ def lay_out(
         starts=np.arange(k + 1) * n,
         wear_tracks=session.wear_tracks,
     ), states
+
+
+def is_seen(path: Floats) -> Flags:
+    """Rows of paths (n, 6) at which a stone is on the ice played on, and moves, (n,)."""
+    moving = np.hypot(path[:, State.VX], path[:, State.VY]) > AT_REST
+    return moving & (np.abs(path[:, State.Y]) < BACK_LINE_Y)
+
+
+def noise_of_rows(fitted: SessionFit) -> SessionNoise:
+    """The noise of a row that stands for all the frames around it."""
+    session, noise = fitted.session, fitted.noise
+    steps = np.diff(session.times)
+    frames = ROW_SPACING / max(float(np.median(steps[steps > 0])), 1e-3)
+    x, y, theta = (white / np.sqrt(max(frames, 1.0)) for white in noise.white)
+    return replace(noise, white=(x, y, theta))
+
+
+def is_playable(path: Floats, sheet: Sheet) -> bool:
+    """Whether a stone passes the far hog line and keeps between the side lines.
+
+    Parameters
+    ----------
+    path : (n, 6) its states
+    """
+    on = np.abs(path[:, State.Y]) < BACK_LINE_Y
+    inside = np.abs(path[on, State.X]).max() < sheet.width / 2 - 0.15
+    return bool(inside and abs(path[-1, State.Y] - path[0, State.Y]) > 2 * HOG_LINE_Y)
+
+
+def hog_to_hog(path: Floats, direction: Direction) -> float:
+    """Time from hog line to hog line of a throw that passes the far one [s]."""
+    y = direction * path[:, State.Y]
+    return float(np.interp(HOG_LINE_Y, np.maximum.accumulate(y), np.arange(len(y)) * ROW_SPACING))
+
+
+def in_words(throw: TrialThrow, path: Floats, sheet: Sheet, terms: Sequence[Term]) -> str:
+    """The throw as a coach calls it: weight, handle, line, and where it comes to rest.
+
+    Handles are a right-hander's. Stone and sweeping are named where one of the terms depends on
+    them.
+
+    Parameters
+    ----------
+    throw, path : the throw, and its states (n, 6) at the rows at which it is judged
+    """
+    pace = "quick" if abs(throw.spin) == max(SPINS) else "slow"
+    parts = [
+        f"{throw.weight} ({hog_to_hog(path, throw.direction):.1f} s hog to hog)",
+        f"{pace} {handles(throw.spin)[0]} {'↺' if throw.spin > 0 else '↻'}",
+        _line_in_words(throw, sheet),
+        f"{_rest_in_words(throw.direction * path[-1, State.Y] - TEE_Y)} at the "
+        f"{'away' if throw.direction is Direction.AWAY else 'home'} end",
+    ]
+    if any(term.stone is not None for term in terms):
+        parts.append(f"with stone {throw.stone}")
+    if any(term.name == "sweeping" for term in terms):
+        parts.append("swept" if throw.swept else "unswept")
+    if throw.wait > WAITS[0]:
+        parts.append(f"{throw.wait / 60:.0f} minutes after the last throw")
+    return ", ".join(parts)
+
+
+def _line_in_words(throw: TrialThrow, sheet: Sheet) -> str:
+    """The line of delivery, as the thrower sees it."""
+    if throw.line == 0.0:
+        return "down the centre line"
+    part = {0.25: "a quarter of the way", 0.5: "half-way"}[
+        round(2 * abs(throw.line) / sheet.width, 3)
+    ]
+    side = "right" if throw.line * throw.direction > 0 else "left"
+    return f"{part} from the centre line to the {side} side line"
+
+
+def _rest_in_words(past: float) -> str:
+    """How far a throw runs, by where it is at last past the tee line [m]."""
+    if past > HOUSE_RADIUS:
+        return "through the house"
+    if past < -HOUSE_RADIUS:
+        return "to a guard"
+    if abs(past) < HOUSE_RADIUS / 3:
+        return "to the tee line"
+    return "to the back of the house" if past > 0 else "to the top of the house"

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -31,6 +32,7 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrix,
 )
+from friction_estimation.discovery.model.linearisation import Linearisation
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.quadratic import (
@@ -41,8 +43,12 @@ from friction_estimation.discovery.model.quadratic import (
     profile_spread,
     solve_shared,
 )
-from friction_estimation.discovery.model.response import MEASURED
-from friction_estimation.discovery.model.sensitivity import sensitivities_by_throw
+from friction_estimation.discovery.model.response import MEASURED, LinearisedPaths
+from friction_estimation.discovery.model.sensitivity import (
+    linearised_paths,
+    sensitivities,
+    sensitivities_by_throw,
+)
 from friction_estimation.discovery.tuning import (
     CONVERGED,
     LARGEST_LN_FACTOR,
@@ -92,6 +98,35 @@ class SessionFit:
         """Measured less predicted x, y, theta, (rows, 3)."""
         return self.session.observed - self.predicted[:, MEASURED]
 
+    @cached_property
+    def linear(self) -> Linearisation:
+        """The session, linear around the fit."""
+        reduced = eliminate_states(self.grams)
+        return Linearisation(model=self.model, ln_factors=self.ln_factors, reduced=reduced)
+
+    @property
+    def columns(self) -> Floats:
+        """Derivatives of x, y and heading there, (rows, 3, 7 + P), as of `sensitivities`."""
+        return _columns_of(self)
+
+    @property
+    def paths(self) -> LinearisedPaths:
+        """How the paths respond to pushes there."""
+        return _paths_of(self)
+
+    def linear_in(self, model: Model, columns: Floats, residual: Floats) -> Linearisation:
+        """Return the session, linear around the fit, by the parameters of another model.
+
+        Parameters
+        ----------
+        model : model; the spread is that of the fit
+        columns, residual : (rows, 3, 7 + P), (rows, 3) as of `Linearisation.whitened`
+        """
+        model = replace(model, spread=self.model.spread)
+        return Linearisation.whitened(
+            self.session, self.noise, model, self.ln_factors, columns, residual
+        )
+
     def worst_throw(self) -> str:
         """Name the throw with the largest residuals, for an error message."""
         session = self.session
@@ -106,6 +141,17 @@ class SessionFit:
         k = int(np.argmax([metres + rim * radians for metres, radians in largest]))
         metres, radians = largest[k]
         return f"throw {session.throws[k]} fits worst, by {metres:.3g} m and {radians:.3g} rad"
+
+
+@lru_cache(maxsize=2)
+def _columns_of(fitted: SessionFit) -> Floats:
+    """Kept for the last fits only: a table of many throws takes a hundred megabytes."""
+    return sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)[1]
+
+
+@lru_cache(maxsize=2)
+def _paths_of(fitted: SessionFit) -> LinearisedPaths:
+    return linearised_paths(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
 
 
 @contextmanager

@@ -16,12 +16,9 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.friction_field import CARD, FrictionField, fields_to_try
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
-from friction_estimation.discovery.search.score_test import least_deviance
 from friction_estimation.discovery.tuning import BETTER_MAP
 
 
@@ -32,7 +29,7 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     """
     if fitted.model.map_field is not None or fitted.session.gates is not None:
         return None
-    without = least_deviance(fitted, fitted.model, eliminate_states(fitted.grams))
+    without = fitted.linear.least()
     fields = fields_of(fitted.session, fitted.model.ice.sheet)
     scores = _deviances(fitted, fitted.model, fields)
     field = min(scores, key=lambda f: scores[f])
@@ -81,12 +78,10 @@ def _deviances(
     ----------
     fitted, bare, fields : as of `with_other_maps`
     """
-    found: dict[FrictionField, float] = {}
-    for other in with_other_maps(fitted, bare, fields):
-        stacked = np.concatenate([other.columns, other.residual[:, :, None]], axis=2)
-        reduced = eliminate_states(gram_matrices(fitted.session, fitted.noise, stacked))
-        found[other.field] = least_deviance(fitted, other.model, reduced)
-    return found
+    return {
+        other.field: fitted.linear_in(other.model, other.columns, other.residual).least()
+        for other in with_other_maps(fitted, bare, fields)
+    }
 
 
 class OtherMap(NamedTuple):
@@ -117,9 +112,7 @@ def with_other_maps(
     bare : its model without a map
     fields : the fields
     """
-    session, model = fitted.session, fitted.model
-    _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
-    paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
+    model, columns, paths = fitted.model, fitted.columns, fitted.paths
     residual = fitted.residuals
     own = columns
     if model.map_field is not None:

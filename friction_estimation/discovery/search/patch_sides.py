@@ -8,22 +8,17 @@ friction on parts of the paths. The linear response to that says which places ar
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.elimination import eliminate_states, gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.sensitivity import (
-    friction_along,
-    linearised_paths,
-    sensitivities,
-)
-from friction_estimation.discovery.search.score_test import least_deviance
+from friction_estimation.discovery.model.sensitivity import friction_along
 from friction_estimation.discovery.tuning import NARROWEST_PATCH, PLACES_FITTED, SIDE_SHIFTS
 
 
@@ -59,29 +54,24 @@ def foreseen_deviances(fitted: SessionFit, models: Sequence[Model]) -> Floats:
     fitted : the fit
     models : models with the parameters of its own
     """
-    session = fitted.session
-    place = (fitted.states, fitted.ln_factors)
-    _, columns = sensitivities(fitted.model, session, *place)
-    paths = linearised_paths(fitted.model, session, *place)
-    always = np.ones((len(paths.path), 1))
+    columns, paths, always = fitted.columns, fitted.paths, np.ones((len(fitted.paths.path), 1))
     moved = [
         paths.responses(
-            friction_along(model, session, fitted.ln_factors, paths) - paths.friction, always
+            friction_along(model, fitted.session, fitted.ln_factors, paths) - paths.friction, always
         )
         for model in models
     ]
-    # A heading that was not measured keeps its NaN: that column comes last.
-    stacked = np.concatenate([columns, *moved, fitted.residuals[:, :, None]], axis=2)
-    reduced = eliminate_states(gram_matrices(session, fitted.noise, stacked))
+    wide = np.concatenate([columns, *moved], axis=2)
+    reduced = fitted.linear_in(fitted.model, wide, fitted.residuals).reduced
     count = columns.shape[2] - 6
     own = [*range(count), reduced.shape[1] - 1]
-    found = []
+    found: list[float] = []
     for k in range(len(models)):
         # The residual from that model is the residual less what the change foresees.
         change = np.eye(reduced.shape[1])
         change[count + k, -1] = -1.0
         around = np.swapaxes(change, 0, 1) @ reduced @ change
-        found.append(least_deviance(fitted, fitted.model, around[:, own][:, :, own]))
+        found.append(replace(fitted.linear, reduced=around[:, own][:, :, own]).least())
     return np.array(found)
 
 

@@ -24,7 +24,6 @@ from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import prior_gram
 from friction_estimation.discovery.model.response import LinearisedPaths
-from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
 from friction_estimation.discovery.tuning import LONGEST_PATCH, MOST_CELLS_ACROSS, PATCH_CELL
 
 Rectangle = tuple[float, float, float, float]
@@ -83,12 +82,9 @@ def find_patches(fitted: SessionFit) -> list[Term]:
     cards = cards_of_areas(fitted)
     if not cards or fitted.session.gates is not None:
         return []
-    session, model = fitted.session, fitted.model
-    predicted, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
-    paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
-    grid = grid_over(predicted[:, :2], PATCH_CELL)
-    cells = responses_of_cells(paths, grid)
-    found = rectangle_beside(fitted, model, columns, fitted.residuals, cells, grid)
+    grid = grid_over(fitted.predicted[:, :2], PATCH_CELL)
+    cells = responses_of_cells(fitted.paths, grid)
+    found = rectangle_beside(fitted, fitted.model, fitted.columns, fitted.residuals, cells, grid)
     return [] if found is None else [term_within(card, found.rectangle) for card in cards]
 
 

@@ -86,15 +86,9 @@ def slow_columns(t: Floats) -> Floats:
     return np.cos(np.pi * (t - t[0])[:, None] / span * np.arange(1, count + 1))
 
 
-def misfit(fitted: SessionFit, columns: Floats) -> Misfit:
-    """Slow misfit of a fit.
-
-    Parameters
-    ----------
-    fitted : fit
-    columns : (rows, 3, 7 + P) sensitivities there; the first seven are those of single throws
-    """
-    session, noise = fitted.session, fitted.noise
+def misfit_of(fitted: SessionFit) -> Misfit:
+    """Slow misfit of a fit."""
+    session, noise, columns = fitted.session, fitted.noise, fitted.columns
     chi2, dof = np.zeros(len(session)), np.zeros(len(session))
     residual = fitted.residuals
     for i in range(len(session)):

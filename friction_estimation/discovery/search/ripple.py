@@ -19,21 +19,15 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.camera_ripple import CameraRipple, ripple_over
 from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.model.elimination import (
-    eliminate_factor,
-    eliminate_states,
-    gram_matrices,
-)
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.linearisation import Linearisation
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import (
-    prior_gram,
     profile_amplitudes,
     projected,
     solve_shared,
 )
 from friction_estimation.discovery.model.sensitivity import sensitivities
-from friction_estimation.discovery.search.score_test import least_deviance
 from friction_estimation.discovery.tuning import (
     CLEAR_RIPPLE_GAIN,
     LEAST_LIKENESS_OF_HALVES,
@@ -83,28 +77,22 @@ def find_ripple(fitted: SessionFit) -> RippleSearch:
     if len(fitted.session) < LEAST_THROWS_FOR_RIPPLE or varied < LEAST_VARIETY:
         return RippleSearch(outcome="inseparable", variety=varied)
     model = fitted.model.with_terms(*_camera_like_terms(fitted.model))
-    beside = replace(fitted, model=model)
-    _, columns = sensitivities(model, fitted.session, fitted.states, fitted.ln_factors)
-    without = _reduced(beside, columns)
-    least = least_deviance(beside, model, without)
-    xy = [fitted.session.xy[fitted.session.rows(i)] for i in range(len(fitted.session))]
-    best: tuple[float, CameraRipple, Floats] | None = None
-    clear_from = np.inf
+    session = fitted.session
+    _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
+    least = fitted.linear_in(model, columns, fitted.residuals).least()
+    xy = [session.xy[session.rows(i)] for i in range(len(session))]
+    tried: list[tuple[float, Linearisation]] = []
     for length in RIPPLE_LENGTHS:
-        ripple = ripple_over(xy, length)
-        reduced = _reduced(beside, columns, ripple)
-        total = _pooled(beside, reduced)
-        if length == RIPPLE_LENGTHS[1]:
-            clear_from = _seen_from(model, ripple, total)
-        rippled = replace(model, ripple=ripple)
-        value = least_deviance(beside, rippled, reduced)
-        if best is None or value < best[0]:
-            best = (value, profile_amplitudes(rippled, total)[0].ripple or ripple, reduced)
-    assert best is not None
-    gain, ripple, reduced = least - best[0], best[1], best[2]
-    likeness = 0.0
+        linear = _rippled(fitted, model, columns, ripple_over(xy, length))
+        tried.append((linear.least(), linear))
+    clear_from = _seen_from(tried[1][1])
+    value, linear = min(tried, key=lambda each: each[0])
+    grams, _ = linear.each()
+    sized = profile_amplitudes(linear.model, grams.sum(axis=0))[0]
+    ripple = sized.ripple
+    gain, likeness = least - value, 0.0
     if gain >= CLEAR_RIPPLE_GAIN:
-        likeness = _likeness(replace(beside, model=replace(model, ripple=ripple)), reduced, squares)
+        likeness = _likeness(replace(linear, model=sized), squares)
     found = gain >= CLEAR_RIPPLE_GAIN and likeness >= LEAST_LIKENESS_OF_HALVES
     return RippleSearch(
         outcome="found" if found else "none",
@@ -127,34 +115,26 @@ def _camera_like_terms(model: Model) -> list[Term]:
     ]
 
 
-def _reduced(fitted: SessionFit, columns: Floats, ripple: CameraRipple | None = None) -> Floats:
-    """Gram matrices of a fit with the releases projected out, with a ripple's columns among them.
+def _rippled(
+    fitted: SessionFit, model: Model, columns: Floats, ripple: CameraRipple
+) -> Linearisation:
+    """A fit, linear in the parameters of a model and in those of a ripple.
 
     Parameters
     ----------
-    fitted : fit around which all is linear
-    columns : (rows, 3, 7 + P) sensitivities, as of `sensitivities`
-    ripple : ripple whose columns are added
+    fitted, model : fit around which all is linear, and the model without the ripple
+    columns : (rows, 3, 7 + P) sensitivities of that model, as of `sensitivities`
     """
-    session, at = fitted.session, 7 + fitted.model.ripple_slice.start
-    added = np.zeros((len(columns), 3, 0 if ripple is None else len(ripple)))
-    if ripple is not None:
-        added[:, :2] = ripple.columns(fitted.predicted[:, :2], fitted.predicted[:, State.THETA])
-    stacked = np.concatenate(
-        [columns[:, :, :at], added, columns[:, :, at:], fitted.residuals[:, :, None]], axis=2
-    )
-    return eliminate_states(gram_matrices(session, fitted.noise, stacked))
+    at = 7 + model.ripple_slice.start
+    added = np.zeros((len(columns), 3, len(ripple)))
+    added[:, :2] = ripple.columns(fitted.predicted[:, :2], fitted.predicted[:, State.THETA])
+    whole = np.concatenate([columns[:, :, :at], added, columns[:, :, at:]], axis=2)
+    return fitted.linear_in(replace(model, ripple=ripple), whole, fitted.residuals)
 
 
-def _pooled(fitted: SessionFit, reduced: Floats, throws: Sequence[int] | None = None) -> Floats:
-    """Gram matrix of some throws, all by default, with their own frictions integrated out."""
-    grams, _ = eliminate_factor(reduced, fitted.ln_factors, fitted.model.spread)
-    return grams.sum(axis=0) if throws is None else grams[list(throws)].sum(axis=0)
-
-
-def _seen_from(model: Model, ripple: CameraRipple, total: Floats) -> float:
+def _seen_from(linear: Linearisation) -> float:
     """Amplitude from which a ripple is expected to bring a clear gain [m]."""
-    information = np.maximum(np.linalg.eigvalsh(_information(model, ripple, total)), 0.0)
+    information = np.maximum(np.linalg.eigvalsh(_information(linear)), 0.0)
     amplitudes = np.geomspace(1e-5, 1.0, 121)
     signal = information[None] * amplitudes[:, None] ** 2
     gain = (signal - np.log1p(signal)).sum(axis=1)
@@ -162,17 +142,17 @@ def _seen_from(model: Model, ripple: CameraRipple, total: Floats) -> float:
     return float(amplitudes[clear[0]]) if len(clear) else np.inf
 
 
-def _information(model: Model, ripple: CameraRipple, total: Floats) -> Floats:
+def _information(linear: Linearisation) -> Floats:
     """Information of the throws about a ripple's coefficients beside all else, (n, n) [1/m²]."""
-    with_ripple = replace(model, ripple=ripple)
-    free = replace(ripple, amplitude=np.inf)
-    whole = total + prior_gram(replace(with_ripple, ripple=free), len(total))
-    own = np.arange(len(total))[with_ripple.ripple_slice]
-    others = np.setdiff1d(np.arange(len(total) - 1), own)
-    return projected(whole, own, others)[0]
+    model = linear.model
+    assert model.ripple is not None
+    free = replace(model, ripple=model.ripple.with_amplitude(np.inf))
+    whole = replace(linear, model=free).total()
+    own = np.arange(len(whole))[model.ripple_slice]
+    return projected(whole, own, np.setdiff1d(np.arange(len(whole) - 1), own))[0]
 
 
-def _likeness(fitted: SessionFit, reduced: Floats, squares: Sequence[Floats]) -> float:
+def _likeness(linear: Linearisation, squares: Sequence[Floats]) -> float:
     """Correlation of the ripples that two halves of the throws find, each on its own.
 
     The two are compared by what they would do to all throws, so that what no throw can see has no
@@ -180,21 +160,17 @@ def _likeness(fitted: SessionFit, reduced: Floats, squares: Sequence[Floats]) ->
 
     Parameters
     ----------
-    fitted : fit with a ripple in its model
-    reduced : Gram matrices with the ripple's columns
+    linear : the session, linear in the parameters of a model with a ripple
     squares : signed v² along each throw, as of `variety`
     """
-    model = fitted.model
-    assert model.ripple is not None
     speeds = np.array([float(np.abs(v).max()) for v in squares])
     directions = np.array([float(np.sign(np.median(v))) for v in squares])
-    found: list[Floats] = []
-    for half in split_throws(speeds, directions):
-        total = _pooled(fitted, reduced, half)
-        step, _ = solve_shared(total + prior_gram(model, len(total)))
-        found.append(step[model.ripple_slice])
-    one, other = found
-    inner = _information(replace(model, ripple=None), model.ripple, _pooled(fitted, reduced))
+    grams, _ = linear.each()
+    one, other = (
+        solve_shared(grams[half].sum(axis=0) + linear.prior)[0][linear.model.ripple_slice]
+        for half in split_throws(speeds, directions)
+    )
+    inner = _information(linear)
     size = float(np.sqrt(max(one @ inner @ one, 0.0) * max(other @ inner @ other, 0.0)))
     return float(one @ inner @ other) / size if size > 0.0 else 0.0
 

@@ -12,7 +12,6 @@ from friction_estimation.discovery.model.fit import SessionFit, fit, refit, rele
 from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
-from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.maps import find_map, renew_map
 from friction_estimation.discovery.search.patch_and_map import find_patch_and_map
 from friction_estimation.discovery.search.patch_sides import place_sides_of
@@ -21,7 +20,7 @@ from friction_estimation.discovery.search.patches import (
     find_patches,
     term_within,
 )
-from friction_estimation.discovery.search.residuals import Misfit, misfit
+from friction_estimation.discovery.search.residuals import Misfit, misfit_of
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
@@ -107,12 +106,6 @@ def closure(before: Misfit, after: Misfit) -> float:
     return 1.0 if before.white else 1.0 - after.excess / before.excess
 
 
-def misfit_of(fitted: SessionFit) -> Misfit:
-    """Slow misfit of a fit."""
-    _, columns = sensitivities(fitted.model, fitted.session, fitted.states, fitted.ln_factors)
-    return misfit(fitted, columns)
-
-
 def fit_with_noise(
     model: Model,
     session: Session,
@@ -151,8 +144,6 @@ def fit_with_noise(
 def try_term(fitted: SessionFit, term: Term) -> Trial:
     """Fit a candidate beside the model: its strength first, then its shape."""
     trial = refit(fitted, fitted.model.with_terms(term))
-    if term.wears_map:
-        trial = _on_own_cells(trial)
     later = [n for n in term.card.shape if n not in term.free]
     # The sides of an area were searched for: they count whether or not they are fitted.
     searched = len(term.card.search.area or ())
@@ -173,16 +164,6 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
             cost += 0 if searched else len(later)
     gain = fitted.deviance - trial.deviance
     return Trial(term=trial.model.term(term.label), fit=trial, gain=gain, cost=cost)
-
-
-def _on_own_cells(worn: SessionFit) -> SessionFit:
-    """The fit with wear along paths in the map's own cells, if that is better.
-
-    A stone wears a track as wide as its running band. In wider cells the ice beside it wears too,
-    and so does an ice that was simulated with such cells.
-    """
-    other = refit(worn, replace(worn.model, own_cells_wear=not worn.model.own_cells_wear))
-    return other if other.deviance < worn.deviance else worn
 
 
 def best_trials(fitted: SessionFit, scores: Sequence[CandidateScore]) -> list[Trial]:

@@ -1,5 +1,6 @@
 from __future__ import annotations
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -40,7 +41,12 @@ def test_nothing_missing_nothing_named(make_session):
     found = discover(make_session(seed=7))
     assert named(found) == []
     assert not found.unknown
-    assert document(found)["effects"] == []
+    report = document(found)
+    assert report["effects"] == []
+    cm = r"[\d.]+"
+    stop = f"fresh throws (now )?stop {cm} cm from the forecast, "
+    off = f"(and a perfect model would be off by|not) {cm}\\."
+    assert re.fullmatch(f"Nothing is missing: {stop}{off}", report["verdict"])
 
 
 def test_two_effects_are_both_named(make_session):
@@ -66,10 +72,10 @@ def test_outside_the_catalogue_is_unknown_and_not_a_name(make_session, without_e
     assert found.unknown
     assert "spin" in [d.variable for d in found.dependences]
     assert found.events == []  # no throw is odd where one unknown explains them all
-    # The ice file says so, or carries a table of what the unknown does.
-    ice = found.improved_ice()
-    assert (ice.effect("unknown") is None) == (found.residual_term is not None)
-    assert (ice.effect("residual") is None) == (found.residual_term is None)
+    verdict = document(found)["verdict"]
+    assert verdict.startswith("The model lacks something unknown that follows the ")
+    assert verdict.count(".") <= 3  # one sentence, with two numbers at most
+    assert found.improved_ice().effect("unknown") is not None
 
 
 def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):
@@ -80,6 +86,8 @@ def test_what_happened_once_is_an_event_and_spoils_nothing(make_session):
     found = discover(tracks)
     assert found.events == [4]
     assert named(found) == ["curl"]
+    verdict = document(found)["verdict"]
+    assert verdict.startswith("The model lacks curl, something happened once in throw 4: fresh ")
 
 
 def test_discovery_on_its_own_output_finds_nothing_more(make_session):
@@ -97,4 +105,4 @@ def test_throws_without_heading(make_session):
     ]
     found = discover(tracks)
     assert named(found) == ["slope"]
-    assert "No heading" in document(found)["verdict"]
+    assert any("No heading" in remark for remark in document(found)["remarks"])

@@ -74,7 +74,7 @@ def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp
     assert named["kind"] == "physics"
     assert abs(named["parameters"]["rate"]["value"] / 0.002 - 1) < 0.15
     assert named["where"].startswith("stones drift to the centre line; clearest in throws")
-    assert "The model lacks ice that is lower in the middle;" in report["verdict"]
+    assert "The model lacks ice that is lower in the middle:" in report["verdict"]
     assert found.improved_ice().effect("trough") is not None
     ((label, figure),) = residual_pictures(found)
     assert label == "trough"

@@ -45,7 +45,7 @@ from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.quadratic import prior_gram
 from friction_estimation.discovery.model.response import LinearisedPaths
-from friction_estimation.discovery.model.sensitivity import linearised_paths, sensitivities
+from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
@@ -388,7 +388,7 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
     session = fitted.session
     model = fitted.model.with_terms(*candidates)
     _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
-    paths = linearised_paths(fitted.model, session, fitted.states, fitted.ln_factors)
+    paths = fitted.paths
     residuals = fitted.residuals
     variable = variables(paths, paths.at_instants(np.nan_to_num(residuals)))
     functions = {"": np.ones((len(paths.path), 1)), **variable}

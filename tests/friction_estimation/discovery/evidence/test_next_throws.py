@@ -20,7 +20,7 @@ from friction_estimation.discovery import (
     refit,
     standard_errors,
 )
-from friction_estimation.discovery.evidence.next_throws import draw_speeds
+from friction_estimation.discovery.evidence.trial_throws import draw_speeds
 
 from ..conftest import effect
 
@@ -56,7 +56,7 @@ def test_after_one_way_and_one_spin_the_next_throw_is_of_the_other_kind(rng):
     first, *_ = next_throws(fitted)
     assert first.throw.spin < 0.0 or first.throw.direction is Direction.HOME
     assert max(first.teaches["curl"], first.teaches["slope"]) > 0.8
-    assert "turning" in first.words
+    assert ("in-turn ↻" if first.throw.spin < 0 else "out-turn ↺") in first.words
 
 
 def test_the_chosen_throw_teaches_more_than_one_like_those_before(rng):
@@ -120,7 +120,7 @@ def test_draws_reach_the_tee_and_times_are_those_of_the_throw(curl_fit):
         time = float(np.interp(10.9725, path.xy[:, 1], path.t))
         assert each.hog_to_hog == pytest.approx(time, abs=0.1)
         assert f"{each.hog_to_hog:.1f} s hog to hog" in each.words
-        assert each.words.startswith(each.weight)
+        assert each.words.startswith(each.throw.weight)
 
 
 def test_three_different_throws_of_the_grid_in_falling_order(curl_fit):
@@ -129,7 +129,7 @@ def test_three_different_throws_of_the_grid_in_falling_order(curl_fit):
     assert len({each.words for each in found}) == 3
     for each in found:
         assert abs(each.throw.spin) in (0.8, 2.2)
-        assert each.weight.endswith("weight")
+        assert each.throw.weight.endswith("weight")
         half_width = fitted.model.ice.sheet.width / 2
         assert abs(round(each.throw.line / half_width, 6)) in (0.0, 0.25, 0.5)
         assert all(0.0 <= part < 1.0 for part in each.teaches.values())
@@ -168,3 +168,8 @@ def test_a_throw_moves_the_posterior_as_it_was_foretold(rng):
     before_sigma, after_sigma = standard_errors(fitted), standard_errors(after)
     removed = 1.0 - (after_sigma["curl", "strength"] / before_sigma["curl", "strength"]) ** 2
     assert removed == pytest.approx(best.teaches["curl"], abs=0.12)
+
+
+@pytest.mark.parametrize("throws", [1, 3])
+def test_after_few_throws_there_are_next_ones_too(curl_fit, throws):
+    assert len(next_throws(curl_fit(throws=throws))) == 3

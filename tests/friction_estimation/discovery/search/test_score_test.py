@@ -10,7 +10,6 @@ from friction_estimation.discovery import (
     candidates,
     find_patches,
     fit_with_noise,
-    holm,
     open_session,
     refit,
     score_candidates,
@@ -37,10 +36,6 @@ def test_of_few_throws_every_choice_of_signs_is_counted(improvements, rng):
 def test_one_throw_alone_proves_nothing(rng):
     improvements = np.array([1e6, -0.1, 0.1, -0.1, 0.1, -0.1, 0.1, -0.1])
     assert sign_flip_p(improvements, rng) > 0.3
-
-
-def test_holm():
-    assert holm([0.01, 0.04, 0.03]) == pytest.approx([0.03, 0.06, 0.06])
 
 
 def test_the_hidden_effect_comes_first(make_session):

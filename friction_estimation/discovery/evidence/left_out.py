@@ -1,0 +1,72 @@
+"""How well a fit foretells a throw that it was not fitted to: its predictive density.
+
+The density of a throw under the fit to all the others, with what is uncertain integrated out: its
+release and own friction, and the shared parameters. Around a fit everything is quadratic, so that a
+throw is left out by subtracting its Gram matrix, and every integral is a Gaussian one. A parameter
+of which only that throw told falls back on a broad prior, as wide as its card allows.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from curling_env.typing import Floats
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.evidence.mixture import levels_of
+from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.model import Model
+
+WIDEST = 1e3
+"""Standard deviation of that prior for a parameter without bounds, in its unit."""
+
+
+class LeftOut(NamedTuple):
+    """The shared parameters at one spread, with each throw left out.
+
+    Parameters
+    ----------
+    whole : (P + 1, P + 1) Gram matrix of all throws and the priors
+    others : (k, P + 1, P + 1) the same without each throw in turn
+    log_terms : (k,) ln determinant that integrating over the friction of a throw adds
+    """
+
+    whole: Floats
+    others: Floats
+    log_terms: Floats
+
+
+def left_out(fitted: SessionFit) -> LeftOut:
+    """The shared parameters of a fit at its spread, with each throw left out."""
+    grams, log_terms = fitted.linear.each()
+    whole = grams.sum(axis=0) + fitted.linear.prior + broad_prior(fitted.model)
+    return LeftOut(whole, whole - grams, log_terms)
+
+
+def broad_prior(model: Model) -> Floats:
+    """Gram matrix of a broad prior around the fitted values, (P + 1, P + 1).
+
+    Its standard deviations are those of even chances between a parameter's bounds; without bounds,
+    it says next to nothing.
+    """
+    low, high = model.bounds
+    deviations = np.minimum((high - low) / np.sqrt(12.0), WIDEST)
+    return np.diag(np.append(deviations**-2.0, 0.0))
+
+
+def left_out_scores(fitted: SessionFit) -> Floats:
+    """−2 ln of the density of every throw under the fit to all the others, (k,).
+
+    It is up to a constant of each throw.
+    """
+    each = left_out(fitted)
+    return levels_of(each.whole) - levels_of(each.others) + each.log_terms
+
+
+def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
+    """The same of throws that a fit has not seen, each for itself, (k,)."""
+    seen = fit(fitted.model, session, fitted.noise, shared=False)
+    grams, log_terms = seen.linear.each(fitted.model.spread)
+    whole = left_out(fitted).whole
+    return levels_of(whole + grams) - levels_of(whole) + log_terms
