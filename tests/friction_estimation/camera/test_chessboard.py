@@ -182,7 +182,7 @@ def test_a_calibration_serves_a_resized_film_and_refuses_a_cropped_one():
     ("files", "options", "complaint"),
     [
         (["missing.png"], [], "missing.png: no such picture"),
-        (["noise.png"], [], "noise.png: not a picture"),
+        (["noise.png"], [], "noise.png: cannot be read; expected a picture"),
         (["blank.png", "small.png"], [], "small.png: is 320 × 240 px where the others"),
         (["blank.png"], [], "found in 0 of 1 pictures"),
         (["blank.png"], ["--squares", "nine"], "--squares: expected columns x rows"),
