@@ -96,7 +96,7 @@ def test_the_command_shows_errors_and_draws_the_view(curling, tmp_path):
 @pytest.mark.parametrize(
     ("words", "problem"),
     [
-        (("attic",), "no camera is called 'attic'"),
+        (("attic",), "unknown camera 'attic'"),
         (("phone", "gallery", "--focal", "30"), "only one camera"),
         (("phone", "--position", "0,1"), "--position: expected three coordinates"),
         (("phone", "--position", "0,1,99"), "0.3 to 50 m above the ice"),

@@ -361,5 +361,5 @@ def test_without_a_network_nothing_is_shared(annotation, monkeypatch):
 def test_the_command_says_what_is_wrong(curling, tmp_path):
     assert "no such film" in curling("corners", tmp_path / "none.mp4").complaint
     (tmp_path / "bad.png").write_text("not a picture")
-    assert "not a picture" in curling("corners", tmp_path / "bad.png").complaint
+    assert "expected a picture" in curling("corners", tmp_path / "bad.png").complaint
     assert "44.5x4.5" in curling("corners", tmp_path / "bad.png", "--sheet", "wide").complaint
