@@ -61,7 +61,7 @@ class Episode:
 
 
 def episodes_of(table: ShotTable, *, progress: Progress = no_progress) -> Iterator[Episode]:
-    """Yield both sides of every whole end; ends with a shot that no throw explains are ignored.
+    """Yield both sides of every whole end; sides with a shot that no throw explains are ignored.
 
     Parameters
     ----------
