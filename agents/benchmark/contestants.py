@@ -14,7 +14,8 @@ from agents.models import LEARNT, load
 from agents.planning import plan, plan_task
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
-from agents.playing.policy_player import GamePolicy, stable_baselines_model
+from agents.playing.policy_player import GamePolicy
+from agents.playing.stable_baselines_file import stable_baselines_policy
 from agents.playing.trained_player import model_in
 from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
 from curling_env.envs.game.opponents import Policy
@@ -54,7 +55,7 @@ def contestant(given: Any) -> Contestant:
     if suffix == ".npz":
         given = model_in(given)
     elif suffix == ".zip":
-        given = stable_baselines_model(given)
+        given = stable_baselines_policy(given)
     elif isinstance(given, str):
         given = load_plugin("policy", "curling.policies", given, built_in=_names())
         given = given() if isinstance(given, type) else given

@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import shutil
 import warnings
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -79,27 +79,38 @@ def record_ends(
     )
 
 
+def check_minari() -> None:
+    """Check before long work that a dataset can be written.
+
+    Raises
+    ------
+    ModuleNotFoundError : Minari is not installed
+    """
+    import minari  # noqa: F401
+
+
 def write_dataset(
     output: str | Path,
     name: str,
     env: Any,
-    episodes: Iterator[dict[str, Any]],
+    episodes: Iterable[dict[str, Any]],
     *,
     by: str,
     what: str,
-    seed: int = 0,
+    seed: int | None = None,
     references: tuple[float, float] | None = None,
 ) -> Path:
-    """Write episodes as a Minari dataset, as they are played.
+    """Write episodes as a Minari dataset, complete or not at all.
 
     Parameters
     ----------
     output : folder of datasets
     name : identifier of the dataset, which is also its folder there
     env : their environment
-    episodes : fields of Minari's `EpisodeBuffer`
-    by, what : who played, and a description
-    seed : seed of the first episode; the others count up
+    episodes : fields of Minari's `EpisodeBuffer`, taken one by one, so that memory does not grow
+        with their number
+    by, what : name of the player, and a description
+    seed : seed of the first episode, if the others count up
     references : mean returns that count as 0 and 1; None where there are none
 
     Returns
@@ -114,12 +125,14 @@ def write_dataset(
     from minari.data_collector import EpisodeBuffer
     from minari.utils import create_dataset_from_buffers
 
-    # Minari puts the folder before the names of its files twice where it is relative.
+    # Minari repeats a relative folder in the names of its files.
     root = make_directory(output).absolute()
     if (root / name).exists():
         raise InputError(f"a dataset already exists: remove {root / name}", source=output)
-    # Written episode by episode, so that memory does not grow with their number.
-    buffers: Any = (EpisodeBuffer(id=k, seed=seed + k, **one) for k, one in enumerate(episodes))
+    buffers: Any = (
+        EpisodeBuffer(id=k, seed=None if seed is None else seed + k, **episode)
+        for k, episode in enumerate(episodes)
+    )
     low, high = references or (None, None)
     draft = root / ".being-written"
     shutil.rmtree(draft, ignore_errors=True)

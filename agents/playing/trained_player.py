@@ -8,9 +8,10 @@ from agents.learning.model_file import read_model
 from agents.learning.policy import TrainedPolicy
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
-from agents.playing.policy_player import GamePolicy, stable_baselines_model
+from agents.playing.policy_player import GamePolicy
 from agents.playing.search.player import SearchPlayer
 from agents.playing.search.value_network import network_from
+from agents.playing.stable_baselines_file import stable_baselines_policy
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
 from curling_env.game.players import PLAYER_GROUP, player_names
@@ -99,7 +100,7 @@ def player_from(name: str) -> Player:
     """
     is_file = Path(name).exists()
     if Path(name).suffix == ".zip":
-        return GamePolicy(stable_baselines_model(name), Path(name).stem)
+        return GamePolicy(stable_baselines_policy(name), Path(name).stem)
     if ":" in name and not is_file and name.partition(":")[0] not in player_names():
         found = load_plugin(
             "player", PLAYER_GROUP, ":".join(name.split(":")[:2]), built_in=player_names()

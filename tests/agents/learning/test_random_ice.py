@@ -1,4 +1,4 @@
-"""Random ices: spread as said, known as said."""
+"""Random ices: their stated spread, and the agent's knowledge of them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from curling_env.errors import InputError
 from curling_env.ice import load_ice
 
 
-def test_ices_differ_as_much_as_is_said() -> None:
+def test_ices_have_the_stated_spread() -> None:
     ices, rng = RandomIces(level=0.06, areas=0.04, error=0.015), np.random.default_rng(0)
     drawn = [ices.draw(rng) for _ in range(60)]
     log_mu = np.log([ice.friction.mu for ice, _ in drawn]) - np.log(0.0082)
@@ -24,7 +24,7 @@ def test_ices_differ_as_much_as_is_said() -> None:
     assert np.std(np.log(curl)) == pytest.approx(0.1, rel=0.3)
 
 
-def test_what_is_known_changes_nothing_of_the_ice() -> None:
+def test_the_known_ice_does_not_change_the_true_one() -> None:
     ices = RandomIces()
     by = {k: ices.draw(np.random.default_rng(4), k) for k in ("map", "mean", "nothing")}
     for ice, _ in by.values():
@@ -43,7 +43,7 @@ def test_no_spread_is_the_base_ice() -> None:
 
 
 @pytest.mark.parametrize("wrong", [{"level": -0.1}, {"areas": 1.5}, {"length": 0.0}])
-def test_refuses_spreads_that_are_none(wrong: dict[str, float]) -> None:
+def test_invalid_spreads_are_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(InputError):
         RandomIces(**wrong)
 

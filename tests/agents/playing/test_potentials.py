@@ -1,4 +1,4 @@
-"""Positions that promise more are worth more, and the environments find their values by name."""
+"""Positions with more expected points have a higher value, and environments find values by name."""
 
 from __future__ import annotations
 
