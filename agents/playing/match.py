@@ -9,6 +9,7 @@ from typing import NamedTuple
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator, GameState, PlayedShot, Player
 from curling_env.game.rules import Game, Team, concede, may_concede
+from curling_env.game.rules.game import MOST_EXTRA_ENDS
 
 
 class PlayedDelivery(NamedTuple):
@@ -73,8 +74,12 @@ class Match:
         """Current game."""
         return self.state.game
 
+    @property
+    def _is_too_long(self) -> bool:
+        return len(self.game.line_score) >= self.game.rules.ends + MOST_EXTRA_ENDS
+
     def __iter__(self) -> Iterator[PlayedDelivery]:
-        while not self.game.is_over:
+        while not self.game.is_over and not self._is_too_long:
             if self.game.end is None:
                 decider = self.players[self.game.last_stone]
                 self.state = self.simulator.begin_end_as(self.state, decider)

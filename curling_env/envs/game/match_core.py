@@ -32,12 +32,11 @@ from curling_env.envs.options import brief, rules_from, whole_number, yes_or_no
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameState, PlayedShot
 from curling_env.game.rules import Team, concede, may_concede
+from curling_env.game.rules.game import MOST_EXTRA_ENDS
 from curling_env.game.simulator import direction_of
 from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.typing import Singles
 
-MOST_EXTRA_ENDS = 20
-"""Extra ends of a level game after which it is truncated: two teams may blank ends for ever."""
 TEAMS = {team.label: team for team in Team}
 UNDECIDED = (TeamDecisions(), TeamDecisions())
 

@@ -12,6 +12,9 @@ from curling_env.game.rules.rulesets import GuardPlace, RuleSet, Side, placed_st
 from curling_env.game.rules.scoring import hammer_after, score_of
 from curling_env.game.rules.teams import Stones, Team
 
+MOST_EXTRA_ENDS = 20
+"""Extra ends of a level game after which it is not played on: two teams may blank ends for ever."""
+
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class End:

@@ -38,10 +38,14 @@ def test_a_policy_of_shots_remembers_each_end_and_forgets_it():
         policy.asked.clear()
 
 
-def test_a_function_throws_what_its_numbers_mean():
+def test_a_function_throws_what_its_numbers_mean(monkeypatch):
+    """Two teams that throw everything away blank every end, and are level when play stops."""
+    monkeypatch.setattr("agents.playing.match.MOST_EXTRA_ENDS", 1)
     simulator = GameSimulator("standard", rules=rule_set("world_curling_2024", ends=1))
-    player = GamePolicy(lambda observation: np.float32([0.1, -0.2, 0.3]), "same")
+    player = GamePolicy(lambda observation: np.float32([1.0, 0.0, 0.0]), "same")
     played = play_game(simulator, (player, player), seed=0)
+    assert played.game.line_score == ((0, 0),) * 2
+    assert played.game.winner is None
     speeds = {delivery.shot.call.throw.speed for delivery in played.deliveries}
     assert len(speeds) == 1
     with pytest.raises(InputError, match="expected a function of an observation"):
