@@ -9,7 +9,7 @@ CORE   := $(VENV)/.core-complete
 STAMP  := $(VENV)/.complete
 JOBS   ?= 3
 MINUTES ?= 10
-EXTRAS := dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app
+EXTRAS := dev,docs,train,viewer,game,ray,parquet,science,digital-curling,app,offline
 COMMA  := ,
 TORCH  := $(shell sed -n 's/^\(torch==[0-9.]*\).*/\1/p' constraints.txt)
 
@@ -55,7 +55,8 @@ test: setup browser docs  ## every test, with the browser and the site that some
 browser:  # Chromium, if this machine has none and lets us install it
 	@bash scripts/install_browser.sh
 
-lint: setup  ## style, types and architecture
+lint: setup  ## style, wording, types and architecture
+	$(BIN)/python scripts/language.py
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
 	@$(MAKE) --no-print-directory types arch

@@ -19,7 +19,7 @@ def main() -> int:
         return cli.main()
     except KeyboardInterrupt:
         if sys.stderr is not None:
-            reason = "curling: interrupted; nothing was written; repeat the command to begin again"
+            reason = "curling: interrupted; nothing was written; repeat the command to start again"
             print(reason, file=sys.stderr)
         return INTERRUPTED
     finally:

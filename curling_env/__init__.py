@@ -1,6 +1,6 @@
-"""Curling: the sheet, its ice, the physics of the stones, and environments to throw in.
+"""Curling: the sheet, its ice, the physics of the stones, and environments for learning to throw.
 
-Importing this package registers the environments with Gymnasium, where Gymnasium is installed.
+Importing this package registers the environments with Gymnasium, if Gymnasium is installed.
 """
 
 from contextlib import suppress
@@ -56,7 +56,7 @@ __all__ = [
 
 
 def __getattr__(name: str) -> Any:
-    """Load what needs a compiler or PettingZoo only when it is asked for."""
+    """Load names that need a compiler or PettingZoo only on request."""
     if name == "simulate":
         return import_module("curling_env.physics.session").simulate
     if name == "curling_v0":

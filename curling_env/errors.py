@@ -1,4 +1,4 @@
-"""The exception tree: everything a caller may want to catch derives from CurlingError."""
+"""Exception tree: everything a caller may want to catch derives from CurlingError."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ class CurlingError(Exception):
 
 
 class InputError(CurlingError, ValueError):
-    """Something given from outside cannot be used.
+    """Invalid input from outside.
 
     Parameters
     ----------
-    problem : what was expected and what was found
-    source : the file or argument it was found in
-    where : the place inside the source, such as ``row 12, column y`` or ``frame 40``
+    problem : expected and actual value
+    source : file or argument with the problem
+    where : place inside the source, such as ``row 12, column y`` or ``frame 40``
     """
 
     def __init__(
@@ -42,15 +42,15 @@ class OutputError(CurlingError, OSError):
 
 
 class UnknownOptionError(InputError, TypeError):
-    """A keyword argument that a function or an environment does not have."""
+    """Keyword argument that a function or an environment does not have."""
 
 
 class OutOfRangeError(InputError):
-    """A number lies outside what the model is valid for."""
+    """Number outside the model's range of validity."""
 
 
 class TrackTooShortError(InputError):
-    """Too few samples for the quantity that was asked for."""
+    """Too few samples for the requested quantity."""
 
 
 class FitError(InputError):
@@ -58,12 +58,12 @@ class FitError(InputError):
 
 
 class NoThrowError(InputError):
-    """A film, or a part of one, shows no thrown stone."""
+    """Film, or part of one, without a thrown stone."""
 
 
 @contextmanager
 def placed(*, source: str | Path | None = None, where: str | None = None) -> Generator[None]:
-    """Add the place to an `InputError` of this block that names no source of its own.
+    """Add the place to an `InputError` of this block that has no source.
 
     Parameters
     ----------

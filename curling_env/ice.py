@@ -1,4 +1,4 @@
-"""The ice: friction per cell with its uncertainty, the active effects, and their file."""
+"""Ice: friction per cell with its uncertainty, the active effects, and their file."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ class FrictionMap:
     ----------
     mu : (rows, columns) coefficient of friction; rows from y=-L/2 upward, columns from x=-W/2
     sigma : (rows, columns) standard error of mu
-    observed : (rows, columns) whether a measured stone crossed the cell
+    observed : (rows, columns) true if a measured stone crossed the cell
     interpolation : ``bilinear`` between the centres of cells, or ``cell`` for constant cells, as in
         the paper
-    level : the error that all cells have in common; None where nothing is known of it
+    level : the error that all cells have in common; None if unknown
 
     Raises
     ------
@@ -73,7 +73,7 @@ class FrictionMap:
                 )
         mu, sigma = self.mu, self.sigma
         for name, good, expected in (
-            ("mu", (mu > 0) & (mu <= MAX_FRICTION), f"lie above 0 and at most {MAX_FRICTION}"),
+            ("mu", (mu > 0) & (mu <= MAX_FRICTION), f"be above 0 and at most {MAX_FRICTION}"),
             ("sigma", (sigma >= 0) & (sigma < np.inf), "be a finite number of at least 0"),
         ):
             for row, column in np.argwhere(~good)[:1].tolist():
@@ -89,7 +89,7 @@ class FrictionMap:
 
     @classmethod
     def uniform(cls, mu: float, sheet: Sheet = PAPER_SHEET, *, sigma: float = 0.0) -> FrictionMap:
-        """The same friction everywhere, on every cell of a sheet."""
+        """Return the same friction on every cell of a sheet."""
         return cls(
             mu=np.full(sheet.shape, float(mu)),
             sigma=np.full(sheet.shape, float(sigma)),
@@ -98,24 +98,24 @@ class FrictionMap:
 
     @property
     def is_uniform(self) -> bool:
-        """Whether every cell has the same mu."""
+        """Return whether every cell has the same mu."""
         return bool((self.mu == self.mu.flat[0]).all())
 
 
 @dataclass(frozen=True, kw_only=True)
 class ActiveEffect:
-    """An effect of the catalogue with its parameters on this ice.
+    """Effect of the catalogue with its parameters on this ice.
 
     Parameters
     ----------
     name : name in the catalogue of effects
     parameters : values by name, in the units of the effect's card
     sigma : standard errors by the same names; a missing one is unknown
-    believed : names of parameters whose value comes from what is known of rinks, and not from
-        throws on this ice
-    common : for parameters with a sigma, what of their error they have in common with others of
-        the ice. The ice has independent standard normal errors e₁, e₂, …; the error of a parameter
-        is sigma·(c₁·e₁ + c₂·e₂ + … + c·e), where c·e is its own and all squares add up to one. A
+    believed : names of parameters whose value is an assumption for any rink, not from throws on
+        this ice
+    common : for parameters with a sigma, the parts of their error in common with others of the ice.
+        The ice has independent standard normal errors e₁, e₂, …; the error of a parameter is
+        sigma·(c₁·e₁ + c₂·e₂ + … + c·e), where c·e is independent and all squares add up to one. A
         missing parameter shares nothing.
 
     Raises
@@ -144,28 +144,28 @@ class ActiveEffect:
         for key in self.believed:
             if key not in self.parameters:
                 raise InputError(
-                    f"effect {self.name}: {key!r} is marked as believed and has no value"
+                    f"effect {self.name}: {key!r} is marked as believed but has no value"
                 )
         for key, parts in self.common.items():
             if key not in self.sigma:
-                raise InputError(f"effect {self.name}: {key!r} shares an error and has no sigma")
+                raise InputError(f"effect {self.name}: {key!r} shares an error but has no sigma")
             check_common(parts, f"effect {self.name}: {key}")
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ice:
-    """A sheet with its friction map, the effects that act on it, and the stone that was used.
+    """Sheet with its friction map, active effects, and the stone of the measurement.
 
     Parameters
     ----------
     friction : friction of every cell
     sheet : its size and cells
-    effects : effects that act besides the friction of the map
+    effects : effects that act in addition to the friction of the map
     stone : the stone with which friction and effects were measured
-    tracks : where stones have run since the ice was as `friction` says; felt only where the effects
-        say so, and in no file. None before the first stone
-    provenance : where its file says that it comes from (`infrastructure.provenance`); empty for an
-        ice that was made, or changed, since
+    tracks : tracks of stones since the ice had this `friction`; they act only through an effect,
+        and are in no file. None before the first stone
+    provenance : provenance in its file (`infrastructure.provenance`); empty for an ice that was
+        made or changed since
 
     Raises
     ------
@@ -189,11 +189,11 @@ class Ice:
 
     @classmethod
     def uniform(cls, mu: float, sheet: Sheet = PAPER_SHEET, **others: Any) -> Ice:
-        """Ice of the same friction everywhere; `others` are fields of `Ice`."""
+        """Return ice of the same friction everywhere; `others` are fields of `Ice`."""
         return cls(friction=FrictionMap.uniform(mu, sheet), sheet=sheet, **others)
 
     def mu_at(self, xy: ArrayLike) -> Floats:
-        """Friction of the map at points (..., 2) in the sheet frame, as the force law reads it."""
+        """Return the map's friction at points (..., 2) in the sheet frame, as in the force law."""
         mu = self.friction.mu
         if self.friction.interpolation == "cell":
             return mu[self.sheet.cell_of(xy)]
@@ -203,7 +203,7 @@ class Ice:
         )
 
     def refined(self, times: int) -> Ice:
-        """The same ice on narrower cells, with the same friction at every point.
+        """Return the same ice on narrower cells, with the same friction at every point.
 
         Parameters
         ----------
@@ -211,10 +211,10 @@ class Ice:
 
         Raises
         ------
-        InputError : an even number, or none
+        InputError : an even number, or less than 1
         """
         if times < 1 or times % 2 == 0:
-            raise InputError(f"cells are refined by an odd number of times, got {times}")
+            raise InputError(f"expected an odd number of new cells across an old one, got {times}")
         sheet = replace(self.sheet, cell_size=self.sheet.cell_size / times)
         centres = np.stack(np.meshgrid(sheet.x_centres, sheet.y_centres), axis=-1)
         friction, cell = self.friction, self.sheet.cell_of(centres)
@@ -228,15 +228,15 @@ class Ice:
         return replace(self, sheet=sheet, friction=finer)
 
     def effect(self, name: str) -> ActiveEffect | None:
-        """The first active effect of that name, or None."""
+        """Return the first active effect of that name, or None."""
         return next((effect for effect in self.effects if effect.name == name), None)
 
     def without_effect(self, name: str) -> Ice:
-        """The same ice without the effects of that name."""
+        """Return the same ice without the effects of that name."""
         return replace(self, effects=tuple(e for e in self.effects if e.name != name))
 
     def with_effect(self, effect: ActiveEffect) -> Ice:
-        """The same ice with one more effect."""
+        """Return the same ice with one more effect."""
         return replace(self, effects=(*self.effects, effect))
 
 
@@ -244,7 +244,9 @@ class Ice:
 
 
 def write_cells(path: str | Path, ice: Ice) -> None:
-    """Write the map as a table, a row for each cell: its place, mu, sigma and whether observed."""
+    """Write the map as a table with a row for each cell: its place, mu, sigma and whether
+    observed.
+    """
     sheet, friction = ice.sheet, ice.friction
     rows, columns = sheet.shape
     write_table(
@@ -262,20 +264,20 @@ def write_cells(path: str | Path, ice: Ice) -> None:
 
 
 def save_ice(ice: Ice, path: str | Path, *, provenance: Mapping[str, Any] | None = None) -> None:
-    """Write an ice file, complete or not at all.
+    """Write an ice file, completely or not at all.
 
     Parameters
     ----------
     ice : the ice
     path : file to write
-    provenance : where the ice comes from; None: as the ice itself says
+    provenance : provenance of the ice; None: that of the ice itself
     """
     origin = ice.provenance if provenance is None else provenance
     write_json(path, ice_document(replace(ice, provenance=origin)))
 
 
 def ice_document(ice: Ice) -> dict[str, Any]:
-    """The ice as an ice file holds it, for JSON; `parse_ice` reads it."""
+    """Return the ice as in an ice file, for JSON; `parse_ice` reads it."""
     return {
         "format": ICE_FORMAT.name,
         **({"provenance": dict(ice.provenance)} if ice.provenance else {}),
@@ -303,7 +305,7 @@ def ice_document(ice: Ice) -> dict[str, Any]:
 
 
 def preset_names() -> list[str]:
-    """The names that `load_ice` accepts instead of a file."""
+    """Return the names that `load_ice` accepts instead of a file."""
     return sorted(
         p.name.removesuffix(".json") for p in _PRESETS.iterdir() if p.name[-5:] == ".json"
     )
@@ -316,31 +318,31 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
 
     - ``standard``: championship ice. A draw takes 24 to 25 s from hog line to tee and curls 1.1 to
       1.5 m. Friction is 0.0082·s^(-1/4) at the sliding speed s of each contact, air drag 9.5e-4·v²
-      and curl 0.0082·v^0.2. `spin_drag` adds to the torque of the running band what is missing to
-      the observed decay of the spin, 0.02·v^(-0.6) rad/s² in all at draw weight.
-    - ``fcv1``: the law of the Digital Curling competition's simulator, a point contact with
-      dv/dt = -g·[0.00200985/(v + 0.06385782) + 0.00626286], a sideways acceleration of 0.0082·v^0.2
-      and dω/dt = -0.025/max(v, 0.001). Its stones lose nothing when they collide (restitution 1,
-      friction 0.2, 19.96 kg, inertia ½mR²) and its sheet is the rule book's, 45.72 × 4.75 m.
-    - ``fitted``: the law of the standard ice fitted to all published rows of championship ice at
-      once: friction 0.00822·s^(-0.269), curl 0.0067·v^0.2. A draw takes 24.6 s and curls 1.2 m.
-    - ``club``: the standard ice slower and straighter, as a club's was measured from end to end: a
-      stone of 2.09 m/s and 1.01 rad/s runs 25.6 m and curls 0.78 m (Jensen & Shegelski 2004, as
-      quoted by Penner). A draw takes 23.8 s from hog line to tee and curls 0.9 m.
-    - ``paper``: uniform Coulomb friction of 0.0019 under the paper's own stone.
+      and curl 0.0082·v^0.2. `spin_drag` adds the torque that the running band lacks for the
+      observed decay of the spin, 0.02·v^(-0.6) rad/s² in all at draw weight. - ``fcv1``: the law of
+      the Digital Curling competition's simulator, a point contact with dv/dt = -g·[0.00200985/(v +
+      0.06385782) + 0.00626286], a sideways acceleration of 0.0082·v^0.2 and dω/dt = -0.025/max(v,
+      0.001). Its stones lose nothing when they collide (restitution 1, friction 0.2, 19.96 kg,
+      inertia ½mR²) and its sheet is the rule book's, 45.72 × 4.75 m. - ``fitted``: the law of the
+      standard ice fitted to all published rows of championship ice at once: friction
+      0.00822·s^(-0.269), curl 0.0067·v^0.2. A draw takes 24.6 s and curls 1.2 m. - ``club``: the
+      standard ice slower and straighter, like the measured ice of a club: a stone of 2.09 m/s and
+      1.01 rad/s runs 25.6 m and curls 0.78 m (Jensen & Shegelski 2004, as quoted by Penner). A draw
+      takes 23.8 s from hog line to tee and curls 0.9 m. - ``paper``: uniform Coulomb friction of
+      0.0019 under the paper's own stone.
 
-    `fcv1` has 92 × 10 cells; the others lie on the paper's sheet, 44.5 × 4.5 m in 89 × 9 cells of
-    0.5 m. Only its stones collide without loss; the others have a restitution of 0.85, which nobody
-    has measured. `curling validate` sets any of them beside what is published.
+    `fcv1` has 92 × 10 cells; the others have the paper's sheet, 44.5 × 4.5 m in 89 × 9 cells of
+    0.5 m. Only its stones collide without loss; the others have a restitution of 0.85, which has
+    not been measured. `curling validate` compares any of them with published measurements.
 
     Parameters
     ----------
     source : the path of an ice file, the name of a preset, the content of an ice file, or an `Ice`,
-        which is returned as it is
+        which is returned unchanged
 
     Raises
     ------
-    InputError : no such file or preset, a file that does not describe an ice, or something else
+    InputError : no such file or preset, a file that does not describe an ice, or anything else
     """
     if isinstance(source, Ice):
         return source
@@ -349,8 +351,7 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
         return parse_ice(source)
     if not isinstance(source, str | Path):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(
-            f"an ice must be an Ice, an ice file or one of {', '.join(presets)}, "
-            f"got {str(source)[:40]!r}"
+            f"expected an Ice, an ice file or one of {', '.join(presets)}, got {str(source)[:40]!r}"
         )
     if str(source) in presets:
         return parse_ice(json.loads((_PRESETS / f"{source}.json").read_text(encoding="utf-8")))
@@ -364,7 +365,7 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
 
 
 def parse_ice(document: Any) -> Ice:
-    """The ice that a document describes.
+    """Return the ice that a document describes.
 
     Parameters
     ----------
@@ -406,7 +407,7 @@ def _effect_of(effect: EffectDocument, where: str) -> ActiveEffect:
 
 
 def _table(value: Any, where: str, shape: tuple[int, ...]) -> Floats:
-    """Rows of numbers, or a table of that shape filled with the one number given."""
+    """Return rows of numbers, or a table of that shape filled with one given number."""
     if isinstance(value, float | int):
         return np.full(shape, float(value))
     try:
@@ -414,5 +415,5 @@ def _table(value: Any, where: str, shape: tuple[int, ...]) -> Floats:
     except (TypeError, ValueError):
         table = np.empty(0)
     if table.ndim != 2:
-        raise InputError("expected one number, or rows of equally many numbers", where=where)
+        raise InputError("expected one number, or rows of equal length", where=where)
     return table

@@ -1,4 +1,4 @@
-"""The form of an ice file: its members and their limits, and the errors that they share."""
+"""Schema of an ice file: its members and their limits, and the common errors."""
 
 from __future__ import annotations
 
@@ -14,23 +14,23 @@ from curling_env.infrastructure.files.schema import Document, Short, within
 
 MAX_PARAMETER = 1e9
 """Largest parameter of an effect accepted, in the units of its card."""
-MOST_COMMON_ERRORS = 200
-"""Of an ice: one for each uncertain parameter is enough."""
+MAX_COMMON_ERRORS = 200
+"""Maximum number of common errors of an ice: one for each uncertain parameter is enough."""
 COMMON_ROUNDING = 1e-4
-"""By which the common parts of an error may exceed the whole: they are rounded numbers."""
+"""Rounding tolerance for the sum of the common parts of an error."""
 
 Interpolation = Literal["bilinear", "cell"]
 
 
 class SheetDocument(Document):
-    """The size of the ice."""
+    """Size of the ice."""
 
     length: Annotated[float, within(1.0, 1000.0, "m")]
     width: Annotated[float, within(1.0, 1000.0, "m")]
 
 
 class StoneDocument(Document):
-    """The stone of an ice; what is not given is the rule book's."""
+    """Stone of an ice; missing values are the rule book's."""
 
     mass: Annotated[float, within(0.1, 1000.0, "kg")] | None = None
     radius: Annotated[float, within(0.01, 1.0, "m")] | None = None
@@ -42,20 +42,20 @@ class StoneDocument(Document):
 
 
 CommonParts = Annotated[
-    tuple[Annotated[float, within(-1.0, 1.0)], ...], Meta(max_length=MOST_COMMON_ERRORS)
+    tuple[Annotated[float, within(-1.0, 1.0)], ...], Meta(max_length=MAX_COMMON_ERRORS)
 ]
 """Parts of an error that others of the ice share, error by error."""
 
 
 class LevelDocument(Document):
-    """The error that all cells have in common: σ of its logarithm, and what is shared of it."""
+    """Error that all cells have in common: σ of its logarithm, and its shared parts."""
 
     sigma: Annotated[float, within(0.0, MAX_PARAMETER)]
     common: CommonParts = ()
 
 
 class FrictionDocument(Document):
-    """The friction of every cell, as rows from y=-L/2 upward, or one number for all."""
+    """Friction of every cell, as rows from y=-L/2 upward, or one number for all."""
 
     cell_size: Annotated[float, within(1e-3, 100.0, "m")]
     mu: float | list[list[float]]
@@ -66,11 +66,11 @@ class FrictionDocument(Document):
 
 
 Strength = Annotated[float, within(-MAX_PARAMETER, MAX_PARAMETER)]
-"""A parameter of an effect, in the units of its card."""
+"""Parameter of an effect, in the units of its card."""
 
 
 class EffectDocument(Document):
-    """An effect with its parameters, in the units of its card."""
+    """Effect with its parameters, in the units of its card."""
 
     name: Short
     parameters: dict[Short, Strength] = msgspec.field(default_factory=dict[str, float])
@@ -80,7 +80,7 @@ class EffectDocument(Document):
 
 
 class IceDocument(Document):
-    """An ice file."""
+    """Ice file."""
 
     format: Short
     sheet: SheetDocument
@@ -94,12 +94,12 @@ class IceDocument(Document):
 
 @dataclass(frozen=True, kw_only=True)
 class LevelError:
-    """The error that all cells of a friction map have in common: a factor on the whole.
+    """Error that all cells of a friction map have in common: a common factor.
 
     Parameters
     ----------
     sigma : standard error of its logarithm
-    common : what of it stems from each common error, as of `ActiveEffect`
+    common : part from each common error, as in `ActiveEffect`
 
     Raises
     ------
@@ -116,10 +116,10 @@ class LevelError:
 
 
 def check_common(parts: tuple[float, ...], what: str) -> None:
-    """Refuse parts whose squares add up to more than one: they would exceed the sigma."""
+    """Refuse parts whose squares add up to more than one, which would exceed the sigma."""
     whole = math.hypot(*parts)
-    if len(parts) > MOST_COMMON_ERRORS or not whole <= 1.0 + COMMON_ROUNDING:
+    if len(parts) > MAX_COMMON_ERRORS or not whole <= 1.0 + COMMON_ROUNDING:
         raise InputError(
-            f"{what}: the squares of its common parts, at most {MOST_COMMON_ERRORS}, must add up "
-            f"to 1 at most, got {len(parts)} of {whole**2:g}"
+            f"{what}: the squares of its common parts, at most {MAX_COMMON_ERRORS}, must add up "
+            f"to at most 1, got {len(parts)} of {whole**2:g}"
         )

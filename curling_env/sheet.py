@@ -1,10 +1,12 @@
-"""The sheet and the stone: every measured length, the cells, and the two frames.
+"""Sheet and stone: every measured length, the cells, and the two frames.
 
 *Sheet frame*: fixed to the ice, origin mid-sheet on the centre line, y from the home end to the
-away end, x to the right looking along +y, counter-clockwise positive. Maps and tracks live here.
+away end, x to the right looking along +y, counter-clockwise positive. Maps and tracks are in this
+frame.
 
 *Delivery frame*: origin at the playing tee, +y along the direction of play. Actions and
-observations live here. The two differ by a half-turn or not at all, and only this module converts.
+observations are in this frame. The two differ by a half-turn or not at all, and only this module
+converts.
 
 Lengths are in metres and those of the World Curling rule book (R1, "Sheet") unless noted otherwise.
 """
@@ -29,7 +31,7 @@ BACK_LINE_Y = TEE_Y + 1.829
 HACK_Y = BACK_LINE_Y + 1.829
 """Distance of each hack from mid-sheet [m]."""
 HOG_TO_TEE = TEE_Y - HOG_LINE_Y
-"""From a hog line to the tee of the same end [m]."""
+"""Distance from a hog line to the tee of the same end [m]."""
 
 HOUSE_RADIUS = 1.829
 """Outer radius of the 12-foot ring [m]."""
@@ -44,7 +46,7 @@ LINE_WIDTH = 0.0127
 MAX_LENGTH = 500.0
 """Longest sheet accepted [m]."""
 MAX_CELLS = 1e7
-"""Most cells of a sheet; at the usual 0.5 m there are 801."""
+"""Maximum number of cells of a sheet; at the usual 0.5 m there are 801."""
 STONE_BOUNDS = {
     "mass": (0.1, 1000.0),
     "radius": (0.01, 1.0),
@@ -57,7 +59,7 @@ STONE_BOUNDS = {
 
 
 class Direction(IntEnum):
-    """Which end is played to."""
+    """End that is played to."""
 
     AWAY = 1
     """From the home end towards +y."""
@@ -67,7 +69,7 @@ class Direction(IntEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Sheet:
-    """A sheet of ice divided into square cells.
+    """Sheet of ice divided into square cells.
 
     Parameters
     ----------
@@ -76,7 +78,7 @@ class Sheet:
 
     Raises
     ------
-    InputError : a length that is not positive, or a sheet that cannot hold both houses
+    InputError : a length that is not positive, or a sheet too small for both houses
 
     Source
     ------
@@ -91,21 +93,23 @@ class Sheet:
         least = 2 * BACK_LINE_Y, 2 * HOUSE_RADIUS
         if not (least[0] <= self.length <= MAX_LENGTH and least[1] <= self.width <= MAX_LENGTH):
             raise InputError(
-                f"a sheet must hold both houses, at least {least[0]:.2f} × {least[1]:.2f} m, and "
+                f"a sheet must fit both houses, at least {least[0]:.2f} × {least[1]:.2f} m, and "
                 f"be at most {MAX_LENGTH:g} m long and wide, got {self.length} × {self.width} m"
             )
         if not 0 < self.cell_size <= self.width:
             raise InputError(
-                f"cell_size must lie above 0 and at most the sheet's width, got {self.cell_size} m"
+                f"cell_size must be above 0 and at most the sheet's width, got {self.cell_size} m"
             )
         if self.length * self.width / self.cell_size**2 > MAX_CELLS:
             raise InputError(
-                f"cells of {self.cell_size} m are too small: a sheet has at most {MAX_CELLS:g}"
+                f"cells of {self.cell_size} m are too small; expected at most {MAX_CELLS:g} cells"
             )
 
     @property
     def shape(self) -> tuple[int, int]:
-        """Number of rows (along y) and columns (along x) of cells; a partial last cell counts."""
+        """Number of rows (along y) and columns (along x) of cells, including a partial last
+        cell.
+        """
         return (
             int(np.ceil(self.length / self.cell_size - 1e-9)),
             int(np.ceil(self.width / self.cell_size - 1e-9)),
@@ -124,7 +128,7 @@ class Sheet:
         return -self.length / 2 + (cells + 0.5) * self.cell_size
 
     def cell_of(self, xy: ArrayLike) -> tuple[Indices, Indices]:
-        """Row and column of the cell that holds each point.
+        """Return row and column of the cell of each point.
 
         Parameters
         ----------
@@ -142,17 +146,17 @@ class Sheet:
     def cells_around(
         self, xy: ArrayLike
     ) -> tuple[tuple[Indices, Indices], tuple[Indices, Indices], Floats, Floats]:
-        """The four cells between whose centres each point lies, for bilinear interpolation.
+        """Return the four cells around each point for bilinear interpolation.
 
         Parameters
         ----------
-        xy : (..., 2) points in the sheet frame [m]; beyond the outermost centres the value there
-            holds
+        xy : (..., 2) points in the sheet frame [m]; points beyond the outermost centres take their
+            value
 
         Returns
         -------
         rows, columns : of the cells before and after each point
-        u, v : how far it lies between the two rows and columns, 0 to 1
+        u, v : its position between the two rows and columns, 0 to 1
         """
         points = np.asarray(xy, dtype=np.float64)
         rows, columns = self.shape
@@ -164,13 +168,13 @@ class Sheet:
         return (i, after[0]), (j, after[1]), row - i, column - j
 
     def contains(self, xy: ArrayLike) -> Flags:
-        """Whether each point lies on the ice; `xy` (..., 2) in the sheet frame [m]."""
+        """Return whether each point is on the ice; `xy` (..., 2) in the sheet frame [m]."""
         points = np.abs(np.asarray(xy, dtype=np.float64))
         return (points[..., 0] <= self.width / 2) & (points[..., 1] <= self.length / 2)
 
     @property
     def corners(self) -> dict[str, tuple[float, float]]:
-        """The four corners of the ice by their names in a scene file, sheet frame [m]."""
+        """Return the four corners of the ice by their names in a scene file, sheet frame [m]."""
         x, y = self.width / 2, self.length / 2
         return {
             "home_left": (-x, -y),
@@ -187,7 +191,7 @@ WORLD_CURLING_SHEET = Sheet(length=45.720, width=4.750)
 
 
 def tee(direction: Direction) -> Floats:
-    """Centre of the house played to, sheet frame, shape (2,) [m]."""
+    """Return the centre of the house played to, sheet frame, shape (2,) [m]."""
     return np.array([0.0, direction * TEE_Y])
 
 
@@ -195,7 +199,7 @@ _TEE = np.array([0.0, TEE_Y])
 
 
 def to_delivery(xy: ArrayLike, direction: Direction | Integers) -> Floats:
-    """Points (..., 2) from the sheet frame to the delivery frame [m].
+    """Convert points (..., 2) from the sheet frame to the delivery frame [m].
 
     Parameters
     ----------
@@ -206,13 +210,13 @@ def to_delivery(xy: ArrayLike, direction: Direction | Integers) -> Floats:
 
 
 def to_sheet(xy: ArrayLike, direction: Direction | Integers) -> Floats:
-    """Points (..., 2) from the delivery frame to the sheet frame [m]; see `to_delivery`."""
+    """Convert points (..., 2) from the delivery frame to the sheet frame [m]; see `to_delivery`."""
     return direction * (np.asarray(xy, dtype=np.float64) + _TEE)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Stone:
-    """A curling stone.
+    """Curling stone.
 
     Parameters
     ----------
@@ -220,7 +224,7 @@ class Stone:
     radius : radius of the body seen from above [m]
     height : height of the body above the ice, without the handle [m]
     band_radius : radius of the running band, the ring that touches the ice [m]; 0 makes the contact
-        a point, so that friction acts on the centre's velocity alone and never turns the stone
+        a point, so that friction acts on the centre's velocity only and never turns the stone
     inertia : moment of inertia about the vertical axis [kg m²]; a lone stone's motion depends only
         on mass·band_radius²/inertia
     restitution : restitution of a collision of two stones, 0 to 1
@@ -228,7 +232,7 @@ class Stone:
 
     Raises
     ------
-    InputError : a value that no stone can have
+    InputError : a value out of range for a stone
 
     Source
     ------
@@ -250,18 +254,18 @@ class Stone:
         for name, (low, high) in bounds.items():
             value = getattr(self, name)
             if not low <= value <= high:
-                raise InputError(f"stone {name} must lie within {low:g} and {high:g}, got {value}")
+                raise InputError(f"stone {name} must be between {low:g} and {high:g}, got {value}")
 
     @property
     def spin_coupling(self) -> float:
-        """mass·band_radius²/inertia: how strongly sliding friction turns the stone."""
+        """Coupling of sliding friction to the spin: mass·band_radius²/inertia."""
         return self.mass * self.band_radius**2 / self.inertia
 
 
 RULE_BOOK_STONE = Stone()
-"""The World Curling rule book's stone."""
+"""Stone of the World Curling rule book."""
 PAPER_STONE = Stone(mass=19.96, radius=0.105, height=0.15, inertia=0.5 * 19.96 * 0.105**2)
-"""The paper's table 2: 19.96 kg, 0.21 m across, 0.15 m high with the handle.
+"""Stone of the paper's table 2: 19.96 kg, 0.21 m across, 0.15 m high with the handle.
 
 The diameter is far from the rule book's 0.29 m; it is kept because the paper's tables use it.
 """

@@ -1,4 +1,4 @@
-"""A throw as a player calls it, the release it makes, and how exactly players throw."""
+"""Throws as called by a player, the resulting releases, and players' accuracy."""
 
 from __future__ import annotations
 
@@ -19,14 +19,14 @@ from curling_env.typing import Floats
 MAX_SPEED = 6.0
 """Fastest release accepted [m/s]; the hardest throws leave the hand at 4 to 5 m/s."""
 MIN_SPEED = 1e-3
-"""No throw is slower than this, however large its execution error [m/s]."""
+"""Minimum speed of a throw, with any execution error [m/s]."""
 MAX_SPIN = 20.0
 """Largest |spin| accepted [rad/s]; a hard-spun stone turns at about 6 rad/s."""
 
 MAX_OFFSET = 100.0
 """Largest |x| of a throw accepted [m]; a sheet is not 5 m wide."""
 MIN_TAILS = 2.0
-"""Student's t with so few degrees of freedom has no standard deviation."""
+"""Degrees of freedom at or below which Student's t has no standard deviation."""
 
 RELEASE_TABLE = (
     Column(name="throw"),
@@ -41,25 +41,25 @@ RELEASE_TABLE = (
     Column(name="sweep_start", unit="s", low=-1e6, high=1e6, required=False),
     Column(name="sweep_end", unit="s", low=-1e6, high=1e6, required=False),
 )
-"""The columns of a releases file."""
+"""Columns of a releases file."""
 _FIELDS = tuple(column.name for column in RELEASE_TABLE[1:])
 """Fields of a release, in the order of the columns."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Delivery:
-    """Where throws begin, and which spin and speed players give them.
+    """Start of throws, with players' usual spin and maximum speed.
 
     Parameters
     ----------
     line_y : distance from mid-sheet of the line on which a stone's centre is released [m]
     spin : usual spin, to either side [rad/s]
-    max_speed : fastest throw that a player means [m/s]; an execution error may make it faster
+    max_speed : maximum intended speed [m/s]; an execution error may exceed it
 
     Raises
     ------
     InputError : a line that is not on the sheet
-    OutOfRangeError : a spin or speed that no throw has
+    OutOfRangeError : a spin or speed out of range
     """
 
     line_y: float = HOG_LINE_Y
@@ -68,32 +68,34 @@ class Delivery:
 
     def __post_init__(self) -> None:
         if not 0 <= self.line_y <= HACK_Y + 1.0:
-            raise InputError(f"a release line lies 0 to {HACK_Y + 1:.2f} m out, got {self.line_y}")
+            raise InputError(f"line_y must be between 0 and {HACK_Y + 1:.2f} m, got {self.line_y}")
         if not 0 < self.spin <= MAX_SPIN:
-            raise OutOfRangeError(f"a spin lies above 0 and up to {MAX_SPIN}, got {self.spin}")
+            raise OutOfRangeError(f"spin must be above 0 and at most {MAX_SPIN}, got {self.spin}")
         if not 0 < self.max_speed <= MAX_SPEED:
             raise OutOfRangeError(
-                f"a greatest speed lies above 0 and up to {MAX_SPEED} m/s, got {self.max_speed}"
+                f"max_speed must be above 0 and at most {MAX_SPEED} m/s, got {self.max_speed}"
             )
 
     @property
     def start_y(self) -> float:
-        """The release line in the delivery frame [m]."""
+        """Release line in the delivery frame [m]."""
         return -self.line_y - TEE_Y
 
 
 FROM_HOG_LINE = Delivery()
-"""As throws are counted everywhere but in Digital Curling: about three turns during a draw."""
+"""Convention everywhere but in Digital Curling: about three turns during a draw."""
 FROM_HACK = Delivery(line_y=HACK_Y, spin=math.pi / 2, max_speed=4.0)
-"""As Digital Curling's servers throw: π/2 rad/s to either side, and 4 m/s for every player."""
+"""Convention of Digital Curling's servers: π/2 rad/s to either side, and 4 m/s for every player."""
 FROM_TEE_LINE = Delivery(line_y=TEE_Y)
-"""As films show throws: the stone slides freely from the near tee line, where many let it go."""
+"""Convention of films: the stone slides freely from the near tee line, where many players release
+it.
+"""
 DELIVERIES = {"hog-line": FROM_HOG_LINE, "hack": FROM_HACK, "tee-line": FROM_TEE_LINE}
 """Deliveries by name."""
 
 
 def delivery_named(name: str | Delivery) -> Delivery:
-    """A delivery by its name; a `Delivery` is returned as it is.
+    """Return a delivery by its name; a `Delivery` is returned unchanged.
 
     Raises
     ------
@@ -102,13 +104,13 @@ def delivery_named(name: str | Delivery) -> Delivery:
     if isinstance(name, Delivery):
         return name
     if not isinstance(name, str) or name not in DELIVERIES:  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError(f"no delivery is named {name!r}; there are {', '.join(DELIVERIES)}")
+        raise InputError(f"unknown delivery {name!r}; expected one of {', '.join(DELIVERIES)}")
     return DELIVERIES[name]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Release:
-    """The state of a stone as it leaves the hand, sheet frame.
+    """State of a stone as it leaves the hand, sheet frame.
 
     Parameters
     ----------
@@ -126,7 +128,7 @@ class Release:
     Raises
     ------
     InputError : a number that is not finite, or a sweep that ends before it begins
-    OutOfRangeError : a speed or spin that no throw has
+    OutOfRangeError : a speed or spin out of range
     """
 
     x: float
@@ -149,7 +151,7 @@ class Release:
                 value = getattr(self, name)
                 if not math.isfinite(value):
                     raise InputError(f"release {name} must be a finite number, got {value}")
-        # The components of the fastest throw may round to a little more than its speed.
+        # The components of the fastest throw may round to slightly more than its speed.
         if math.hypot(self.vx, self.vy) > MAX_SPEED * (1 + 1e-12):
             raise OutOfRangeError(
                 f"release speed must be at most {MAX_SPEED} m/s, got {self.speed:.3g} m/s"
@@ -160,7 +162,7 @@ class Release:
             )
         if self.sweep_end < self.sweep_start:
             raise InputError(
-                f"sweep_end {self.sweep_end} s comes before sweep_start {self.sweep_start} s"
+                f"sweep_end {self.sweep_end} s is before sweep_start {self.sweep_start} s"
             )
 
     @property
@@ -170,15 +172,15 @@ class Release:
 
     @property
     def direction(self) -> Direction:
-        """The end this release travels to."""
+        """End that this release travels to."""
         return Direction.AWAY if self.vy >= 0 else Direction.HOME
 
 
 @dataclass(frozen=True, kw_only=True)
 class Throw:
-    """A throw: the stone's centre crosses the line of release with this speed, line and spin.
+    """Speed, line and spin of a stone whose centre crosses the line of release.
 
-    That line is the delivery hog line, unless a `Delivery` says otherwise.
+    That line is the delivery hog line, unless a `Delivery` sets another.
 
     Parameters
     ----------
@@ -200,14 +202,14 @@ class Throw:
     def __post_init__(self) -> None:
         if not 0 < self.speed <= MAX_SPEED:
             raise OutOfRangeError(
-                f"speed must lie above 0 and at most {MAX_SPEED} m/s, got {self.speed}"
+                f"speed must be above 0 and at most {MAX_SPEED} m/s, got {self.speed}"
             )
         if not abs(self.angle) < np.pi / 2:
-            raise OutOfRangeError(f"angle must lie within ±π/2 rad, got {self.angle}")
+            raise OutOfRangeError(f"angle must be within ±π/2 rad, got {self.angle}")
         if not abs(self.spin) <= MAX_SPIN:
-            raise OutOfRangeError(f"spin must lie within ±{MAX_SPIN} rad/s, got {self.spin}")
+            raise OutOfRangeError(f"spin must be within ±{MAX_SPIN} rad/s, got {self.spin}")
         if not abs(self.x) <= MAX_OFFSET:
-            raise OutOfRangeError(f"x must lie within ±{MAX_OFFSET:g} m, got {self.x}")
+            raise OutOfRangeError(f"x must be within ±{MAX_OFFSET:g} m, got {self.x}")
 
     def release(
         self,
@@ -219,7 +221,7 @@ class Throw:
         sweep: tuple[float, float] = (0.0, 0.0),
         delivery: Delivery = FROM_HOG_LINE,
     ) -> Release:
-        """The release of this throw towards an end, sheet frame."""
+        """Return the release of this throw towards an end, sheet frame."""
         vx, vy = velocity_of(self.speed, self.angle, direction)
         return Release(
             x=direction * self.x,
@@ -236,7 +238,7 @@ class Throw:
 
 
 def velocity_of(speed: Any, angle: Any, direction: Any = Direction.AWAY) -> tuple[Any, Any]:
-    """Velocity of a throw towards an end, sheet frame: vx, vy [m/s].
+    """Return the velocity of a throw towards an end, sheet frame: vx, vy [m/s].
 
     Parameters
     ----------
@@ -251,13 +253,14 @@ def read_releases(path: str | Path) -> list[Release]:
 
     Raises
     ------
-    InputError : unreadable file, missing column, a row that is no release, or a number used twice
+    InputError : unreadable file, missing column, a row that is not a release, or a number used
+        twice
     """
     table = read_table(path, columns=RELEASE_TABLE)
     names = [name for name in _FIELDS if name in table]
     columns = {name: np.nan_to_num(table.numbers(name)).tolist() for name in names}
     if len(table) == 0:
-        raise InputError("holds no release", source=path)
+        raise InputError("contains no release", source=path)
     throws = table.integers("throw").tolist()
     if "stone" in columns:
         columns["stone"] = [int(stone) for stone in columns["stone"]]
@@ -266,7 +269,7 @@ def read_releases(path: str | Path) -> list[Release]:
     for row, (throw, *values) in enumerate(zip(throws, *columns.values(), strict=True)):
         if throw in seen:
             raise InputError(
-                f"throw {throw} appears twice; a release is one row",
+                f"throw {throw} appears twice; expected one row per release",
                 source=path,
                 where=table.where(row, "throw"),
             )
@@ -280,9 +283,9 @@ def read_releases(path: str | Path) -> list[Release]:
 
 
 def write_releases(path: str | Path, releases: Sequence[Release]) -> None:
-    """Write a file of releases (CSV), complete or not at all.
+    """Write a file of releases (CSV), completely or not at all.
 
-    Throws keep their numbers where all differ; else they are counted.
+    Throws keep their numbers if all differ; otherwise they are counted.
     """
     numbers = [release.throw for release in releases]
     if len(set(numbers)) < len(numbers):
@@ -293,22 +296,22 @@ def write_releases(path: str | Path, releases: Sequence[Release]) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class Skill:
-    """How much the throws of a player scatter about what was meant.
+    """Scatter of a player's throws about the intended ones.
 
     Errors follow Student's t-distribution in three dimensions: speed, angle and spin of one throw
-    share one random factor, so that a throw that went wrong went wrong in everything. Without tails
+    share one random factor, so that a bad throw is bad in all three. Without tails
     and correlation they are normal and independent.
 
     Parameters
     ----------
-    name : the name on a command line
+    name : name on the command line
     sigma_speed : standard deviation of the release speed [m/s]
     sigma_angle : standard deviation of the line of delivery [rad]
     sigma_spin : standard deviation of the spin [rad/s]
-    tails : degrees of freedom of Student's t; fewer make large errors more frequent while the
-        standard deviations stay. Without end, as by default, the errors are normal
-    correlation : of the errors of speed and angle; positive where throws that are too fast leave
-        too far to the left
+    tails : degrees of freedom of Student's t; fewer make large errors more frequent with the same
+        standard deviations. Infinite, the default, means normal errors
+    correlation : correlation of the errors of speed and angle; positive if throws that are too fast
+        go too far to the left
     source : origin of the numbers
 
     Raises
@@ -337,12 +340,12 @@ class Skill:
             )
         if not abs(self.correlation) < 1:
             raise InputError(
-                f"skill {self.name}: correlation must lie between -1 and 1, got {self.correlation}"
+                f"skill {self.name}: correlation must be between -1 and 1, got {self.correlation}"
             )
 
     @property
     def is_exact(self) -> bool:
-        """Whether every throw is exactly as meant."""
+        """Return whether every throw is exact."""
         return self.sigma_speed == self.sigma_angle == self.sigma_spin == 0.0
 
     def error(self, rng: np.random.Generator) -> tuple[float, float, float]:
@@ -381,7 +384,7 @@ _SPIN = "spread of the spin: a choice, about a tenth of a usual spin; no measure
 SKILLS = {
     skill.name: skill
     for skill in (
-        Skill(name="none", source="every throw is exactly as meant"),
+        Skill(name="none", source="every throw is exactly as intended"),
         Skill(
             name="elite",
             sigma_speed=0.0076,
@@ -393,7 +396,7 @@ SKILLS = {
             name="digital-curling",
             sigma_speed=0.0076,
             sigma_angle=0.0018,
-            source="the usual setting of Digital Curling's servers, which leave the spin alone",
+            source="the usual setting of Digital Curling's servers, which have no error of spin",
         ),
         Skill(
             name="champion",
@@ -423,7 +426,7 @@ SKILLS = {
 
 
 def skill_named(name: str | Skill) -> Skill:
-    """The skill of that name; a `Skill` is returned as it is.
+    """Return the skill of that name; a `Skill` is returned unchanged.
 
     Raises
     ------
@@ -432,12 +435,12 @@ def skill_named(name: str | Skill) -> Skill:
     if isinstance(name, Skill):
         return name
     if not isinstance(name, str) or name not in SKILLS:  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError(f"no skill is named {str(name)[:40]!r}; there are {', '.join(SKILLS)}")
+        raise InputError(f"unknown skill {str(name)[:40]!r}; expected one of {', '.join(SKILLS)}")
     return SKILLS[name]
 
 
 def handles(spin: float) -> tuple[str, str]:
-    """The handle for a right-hander and for a left-hander.
+    """Return the handle for a right-hander and for a left-hander.
 
     A right-hander's in-turn is clockwise, a left-hander's counter-clockwise.
     """

@@ -29,13 +29,13 @@ TRACK_TABLE = (
     Column(name="sigma_theta", unit="rad", low=0.0, high=1e4, required=False),
     Column(name="sigma_t", unit="s", low=0.0, high=1e4, required=False),
 )
-"""The columns of a tracks file. Rows may be wild, but no camera is off by a thousand kilometres."""
-FASTEST_TRACK = 20.0
-"""Speed above which no stone covers the way of a track [m/s]; a broken unit is far above it."""
-FASTEST_TURN = 40.0
-"""No stone turns faster [rad/s]; a throw's spin is at most 20."""
+"""Columns of a tracks file. Rows may be outliers, but not by a thousand kilometres."""
+MAX_TRACK_SPEED = 20.0
+"""Maximum mean speed of a track [m/s]; a wrong unit is far above it."""
+MAX_TURN_RATE = 40.0
+"""Maximum rotation of a stone [rad/s]; a throw's spin is at most 20."""
 HEADING_SLACK = 8 * np.pi
-"""What wild rows and whole turns that were lost may add between two rows [rad]."""
+"""Allowance for outliers and lost whole turns between two rows [rad]."""
 
 
 def _nothing() -> Floats:
@@ -44,7 +44,7 @@ def _nothing() -> Floats:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Trajectory:
-    """One throw's path in the sheet frame.
+    """Path of one throw in the sheet frame.
 
     Parameters
     ----------
@@ -54,8 +54,8 @@ class Trajectory:
     swept : (n,) 1 while the stone is swept, else 0
     sigma_xy : (n,) standard error of each coordinate [m]; empty if unknown
     sigma_theta : (n,) standard error of the heading [rad]; empty if unknown
-    sigma_t : (n,) standard error of the times at which light gates saw the stone at known y [s],
-        where x is not known and stands as 0; empty for what a camera saw
+    sigma_t : (n,) standard error of the times of light gates at known y [s], with the unknown x set
+        to 0; empty for a track from a camera
     throw : number that groups the rows in a file
     stone : identifier of the stone
     clock : time since the session began at which the throw began [s]
@@ -100,7 +100,9 @@ class Trajectory:
         return len(self.t)
 
     def __eq__(self, other: object) -> bool:
-        """Whether every sample and every label is the same; unknown headings equal each other."""
+        """Return whether every sample and every label is the same; unknown headings equal each
+        other.
+        """
         return isinstance(other, Trajectory) and all(
             np.array_equal(getattr(self, name.name), getattr(other, name.name), equal_nan=True)
             for name in fields(self)
@@ -110,7 +112,7 @@ class Trajectory:
 
     @property
     def by_gates(self) -> bool:
-        """Whether light gates timed the throw, and no camera saw it."""
+        """True if the throw was timed by light gates, not seen by a camera."""
         return self.sigma_t.size > 0
 
     @property
@@ -120,12 +122,12 @@ class Trajectory:
 
     @property
     def velocity(self) -> Floats:
-        """Central differences of the positions, (n, 2) [m/s]; noisy for a measured path."""
+        """Return central differences of the positions, (n, 2) [m/s]; noisy for a measured path."""
         return np.gradient(self.xy, self.t, axis=0)
 
     @property
     def path_length(self) -> Floats:
-        """Distance travelled since the first sample, (n,) [m]."""
+        """Return the distance travelled since the first sample, (n,) [m]."""
         steps = np.hypot(*np.diff(self.xy, axis=0).T)
         return np.concatenate([[0.0], np.cumsum(steps)])
 
@@ -133,18 +135,18 @@ class Trajectory:
 def read_tracks(path: str | Path) -> list[Trajectory]:
     """Read a file of tracks (CSV), in the order of play.
 
-    The rows of a throw, and of each stone in it where several move, must stand together, and their
-    times must increase. Throws are sorted by number.
+    The rows of a throw, and of each stone in it if several move, must be adjacent, and their times
+    must increase. Throws are sorted by number.
 
     Raises
     ------
-    InputError : unreadable file, missing column, a number that is none, time running backwards
+    InputError : unreadable file, missing column, an invalid number, decreasing time
     """
     return tracks_of(read_table(path, columns=TRACK_TABLE))
 
 
 def tracks_of(table: Table) -> list[Trajectory]:
-    """The tracks in a table with the columns of TRACK_TABLE, in the order of play.
+    """Return the tracks in a table with the columns of TRACK_TABLE, in the order of play.
 
     Raises
     ------
@@ -152,7 +154,7 @@ def tracks_of(table: Table) -> list[Trajectory]:
     """
     path = table.source
     if len(table) == 0:
-        raise InputError("holds no rows; expected one row per frame", source=path)
+        raise InputError("contains no rows; expected one row per frame", source=path)
     throws = table.integers("throw")
     columns = {
         column.name: table.numbers(column.name, blank=column.name not in ("t", "y"))
@@ -168,7 +170,7 @@ def tracks_of(table: Table) -> list[Trajectory]:
         key = (int(throws[start]), int(stones[start]))
         if key in seen:
             raise InputError(
-                f"throw {key[0]}, stone {key[1]} appears twice; its rows must stand together",
+                f"throw {key[0]}, stone {key[1]} appears twice; expected adjacent rows",
                 source=path,
                 where=table.where(start),
             )
@@ -191,7 +193,7 @@ def tracks_of(table: Table) -> list[Trajectory]:
         part = {name: column for name, column in part.items() if not np.isnan(column).all()}
         if "sigma_t" in part and np.isnan(part["sigma_t"]).any():
             raise InputError(
-                "sigma_t is given in some rows of a throw only; expected all of them, or none",
+                "sigma_t is missing in some rows of a throw; expected it in all of them, or none",
                 source=path,
                 where=table.where(start + int(np.argmax(np.isnan(part["sigma_t"]))), "sigma_t"),
             )
@@ -211,7 +213,7 @@ def tracks_of(table: Table) -> list[Trajectory]:
 
 
 def _fill_in_x(table: Table, columns: dict[str, Floats]) -> None:
-    """Take 0 for the x that light gates do not see; refuse any other row without x."""
+    """Set the missing x of light gates to 0; refuse any other row without x."""
     timed = np.isfinite(columns.get("sigma_t", np.full(len(table), np.nan)))
     lacking = np.flatnonzero(np.isnan(columns["x"]) & ~timed)
     if lacking.size:
@@ -224,35 +226,36 @@ def _fill_in_x(table: Table, columns: dict[str, Floats]) -> None:
 
 
 def _check_speed(table: Table, start: int, columns: dict[str, Floats]) -> None:
-    """Refuse a track whose ends lie further apart than a stone could go in its time."""
+    """Refuse a track whose ends are farther apart than a stone could travel in its time."""
     t, x, y = (columns[name] for name in ("t", "x", "y"))
     duration, distance = float(t[-1] - t[0]), float(np.hypot(x[-1] - x[0], y[-1] - y[0]))
-    if distance > FASTEST_TRACK * duration and len(t) > 2:
+    if distance > MAX_TRACK_SPEED * duration and len(t) > 2:
         raise InputError(
-            f"{distance:.3g} m within {duration:.3g} s is more than a stone goes; t is in seconds, "
-            "x and y in metres",
+            f"{distance:.3g} m within {duration:.3g} s is too fast for a stone; expected t in "
+            "seconds, x and y in metres",
             source=table.source,
             where=table.where(start + len(t) - 1, "t"),
         )
 
 
 def _check_headings(table: Table, start: int, t: Floats, theta: Floats) -> None:
-    """Refuse a heading that no stone can have turned to since the row before.
+    """Refuse a heading that is impossible after that of the row before.
 
     Parameters
     ----------
     table : the file
-    start : its row at which the throw begins
-    t, theta : (n,) of the throw; headings may be NaN
+    start : first row of the throw
+    t, theta : (n,) times and headings of the throw; headings may be NaN
     """
     known = np.flatnonzero(np.isfinite(theta))
     turned = np.abs(np.diff(theta[known]))
-    jumps = np.flatnonzero(turned > FASTEST_TURN * np.diff(t[known]) + HEADING_SLACK)
+    jumps = np.flatnonzero(turned > MAX_TURN_RATE * np.diff(t[known]) + HEADING_SLACK)
     if jumps.size:
         before, after = int(known[jumps[0]]), int(known[jumps[0] + 1])
         raise InputError(
             f"the heading jumps by {abs(theta[after] - theta[before]):.3g} rad within "
-            f"{t[after] - t[before]:.3g} s; leave it empty where it is not known",
+            f"{t[after] - t[before]:.3g} s; expected a continuous heading, or an empty cell if "
+            "unknown",
             source=table.source,
             where=table.where(start + after, "theta"),
         )
@@ -264,7 +267,7 @@ def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
 
 
 def track_columns(tracks: Sequence[Trajectory]) -> dict[str, NDArray[Any]]:
-    """Tracks as columns by name, one row per frame; positions are rounded to 0.01 mm."""
+    """Return tracks as columns by name, one row per frame; positions are rounded to 0.01 mm."""
     measured = [
         name
         for name in ("sigma_xy", "sigma_theta", "sigma_t")

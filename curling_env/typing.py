@@ -1,4 +1,4 @@
-"""Names of the types that arrays and callbacks have throughout the three packages."""
+"""Type names of arrays and callbacks in the three packages."""
 
 from __future__ import annotations
 
@@ -9,47 +9,47 @@ import numpy as np
 from numpy.typing import NDArray
 
 Floats: TypeAlias = NDArray[np.float64]
-"""An array of real numbers."""
+"""Array of real numbers."""
 Singles: TypeAlias = NDArray[np.float32]
-"""An array of real numbers in single precision."""
+"""Array of real numbers in single precision."""
 Integers: TypeAlias = NDArray[np.int64]
-"""An array of whole numbers."""
+"""Array of whole numbers."""
 Indices: TypeAlias = NDArray[np.intp]
 """Positions in another array."""
 Flags: TypeAlias = NDArray[np.bool_]
-"""An array of yes and no."""
+"""Array of booleans."""
 Image: TypeAlias = NDArray[np.uint8]
-"""A picture: (height, width) grey or (height, width, 3) blue, green, red, 0 to 255."""
+"""Picture: (height, width) grey or (height, width, 3) blue, green, red, 0 to 255."""
 
 Item = TypeVar("Item")
 
 
 class Progress(Protocol):
-    """A function that long work calls repeatedly to report how far it is.
+    """Function that long work calls repeatedly to report its progress.
 
     Parameters
     ----------
-    what : the step under way, in a few words for a person
-    done : how much of it is done, in any unit
-    total : how much there is to do, in the same unit; 0 if unknown
+    what : current step, in a few words for people
+    done : amount of it done, in any unit
+    total : total amount, in the same unit; 0 if unknown
     """
 
     def __call__(self, what: str, done: float, total: float = 1.0, /) -> None: ...
 
 
 def no_progress(_what: str, _done: float, _total: float = 1.0, /) -> None:
-    """Does nothing: the default of every `progress` parameter."""
+    """Do nothing: the default of every `progress` parameter."""
 
 
 def with_progress(
     items: Iterable[Item], what: str, progress: Progress, total: float = 0.0
 ) -> Iterator[Item]:
-    """The same items, one by one; `progress` is called after each.
+    """Yield the same items, one by one; call `progress` after each.
 
     Parameters
     ----------
-    items : the items to work through
-    what : the step under way
+    items : the items
+    what : current step
     progress : called with the number of items done
     total : number of items; 0 takes their length, if they have one
     """
@@ -61,12 +61,12 @@ def with_progress(
 
 
 def part_of_progress(progress: Progress, begin: float, end: float) -> Progress:
-    """The progress of one step of longer work: its shares are passed on between two shares.
+    """Return the progress of one step of longer work, mapped to a range of shares.
 
     Parameters
     ----------
     progress : called with shares of the whole work, 0 to 1
-    begin, end : shares of the whole work at which the step begins and ends
+    begin, end : shares of the whole work at the step's start and end
     """
 
     def pass_on(what: str, done: float, total: float = 1.0, /) -> None:

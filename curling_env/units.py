@@ -1,6 +1,6 @@
-"""Lengths as people read them: metres and centimetres, or feet and inches.
+"""Lengths for display: metres and centimetres, or feet and inches.
 
-Inside, and in files, lengths are metres; only what is read by people goes through here.
+Internally, and in files, lengths are metres; only displayed text goes through here.
 """
 
 from __future__ import annotations
@@ -9,30 +9,30 @@ import math
 from enum import StrEnum
 
 FOOT = 0.3048
-"""A foot [m] (international, exact)."""
+"""Foot [m] (international, exact)."""
 INCH = FOOT / 12
-"""An inch [m]."""
+"""Inch [m]."""
 BROOM = 0.2
-"""Width of a broom's head, in which skips give ice [m]: the usual eight inches."""
+"""Width of a broom's head, the unit of ice for skips [m]: the usual eight inches."""
 
 
 _EIGHTHS = ("0", "⅛", "¼", "⅜", "½", "⅝", "¾", "⅞")
 
 
 class Units(StrEnum):
-    """What lengths are told in."""
+    """Units of displayed lengths."""
 
     METRES = "metres"
     FEET = "feet"
 
 
 def length(metres: float, units: Units = Units.METRES) -> str:
-    """A length on the ice: ``1.23 m`` or ``4 ft 0 in``; without sign.
+    """Format a length on the ice: ``1.23 m`` or ``4 ft 0 in``; without sign.
 
     Parameters
     ----------
     metres : the length [m]
-    units : what it is told in
+    units : units of the result
     """
     if units is Units.METRES:
         return f"{abs(metres):.2f} m"
@@ -42,9 +42,9 @@ def length(metres: float, units: Units = Units.METRES) -> str:
 
 
 def short_length(metres: float, units: Units = Units.METRES) -> str:
-    """A length that is told to the centimetre or inch: ``12 cm`` or ``5 in``; without sign.
+    """Format a length to the centimetre or inch: ``12 cm`` or ``5 in``; without sign.
 
-    From a metre, or a foot, on it is told as `length` does.
+    From a metre, or a foot, on it is formatted as in `length`.
     """
     size = abs(metres)
     if units is Units.METRES:
@@ -53,9 +53,9 @@ def short_length(metres: float, units: Units = Units.METRES) -> str:
 
 
 def miss(metres: float, units: Units = Units.METRES) -> str:
-    """How far off something is, to what can be seen of it: ``4 mm``, ``12 cm`` or ``⅜ in``.
+    """Format a deviation to visible precision: ``4 mm``, ``12 cm`` or ``⅜ in``.
 
-    From 1 cm, or an inch, on it is told as `short_length` does.
+    From 1 cm, or an inch, on it is formatted as in `short_length`.
     """
     size = abs(metres)
     if units is Units.METRES:
@@ -65,31 +65,31 @@ def miss(metres: float, units: Units = Units.METRES) -> str:
 
 
 def speed(metres_per_second: float, units: Units = Units.METRES) -> str:
-    """A speed: ``2.13 m/s`` or ``7.0 ft/s``."""
+    """Format a speed: ``2.13 m/s`` or ``7.0 ft/s``."""
     if units is Units.METRES:
         return f"{metres_per_second:.2f} m/s"
     return f"{metres_per_second / FOOT:.1f} ft/s"
 
 
 def side(metres: float, units: Units = Units.METRES, *, right: str = "right") -> str:
-    """A length with its side: ``0.34 m right``, ``1 ft 1 in left``, or ``on the line``.
+    """Format a length with its side: ``0.34 m right``, ``1 ft 1 in left``, or ``on the line``.
 
     Parameters
     ----------
     metres : the length, positive to the right [m]
-    units : what it is told in
+    units : units of the result
     right : the word for positive ones; ``past`` gives ``short`` for negative ones
     """
     other = {"right": "left", "left": "right", "past": "short"}[right]
-    told = short_length(metres, units)
-    if told in ("0 cm", "0 in") or not math.isfinite(metres):
+    text = short_length(metres, units)
+    if text in ("0 cm", "0 in") or not math.isfinite(metres):
         return {"past": "on the tee line"}.get(right, "on the line")
-    return f"{told} {right if metres > 0 else other}"
+    return f"{text} {right if metres > 0 else other}"
 
 
 def brooms(metres: float) -> str:
-    """A length in widths of a broom, to the half: ``5½ brooms``; without sign."""
+    """Format a length in widths of a broom, to the half: ``5½ brooms``; without sign."""
     halves = round(2 * abs(metres) / BROOM)
     whole, half = divmod(halves, 2)
-    told = f"{whole or ''}{'½' if half else ''}" or "0"
-    return f"{told} {'broom' if halves in (1, 2) else 'brooms'}"
+    text = f"{whole or ''}{'½' if half else ''}" or "0"
+    return f"{text} {'broom' if halves in (1, 2) else 'brooms'}"

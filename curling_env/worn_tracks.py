@@ -1,4 +1,4 @@
-"""Where running bands have passed over the ice, on cells narrower than a band."""
+"""Number of passes of running bands over the ice, on cells narrower than a band."""
 
 from __future__ import annotations
 
@@ -15,21 +15,22 @@ from curling_env.typing import Floats, Indices
 WORN_WIDTH = 0.125
 """Width of the track that a stone wears, that of its running band [m]."""
 CELL_WIDTH, CELL_LENGTH = 0.0125, 0.2
-"""Sides of the cells at most, across the sheet and along it [m]. Stones run along the sheet, and
-what their bands feel differs across it."""
+"""Maximum sides of the cells, across the sheet and along it [m]. Stones run along the sheet, and
+the wear under their bands varies across it.
+"""
 STRIPS = 50
-"""Parallel lines that stand for the band on these cells."""
+"""Number of parallel lines that represent the band on these cells."""
 
 
 @dataclass(frozen=True, eq=False)
 class WornTracks:
-    """How often bands have passed over each place of a sheet.
+    """Number of passes of bands over each place of a sheet.
 
     Parameters
     ----------
     sheet : the sheet
     passes : (rows, columns) passes at the centre of each cell, rows from y = −L/2 upward and
-        columns from x = −W/2; straight lines between them are as sharp as the cells allow
+        columns from x = −W/2; linear interpolation between them is as sharp as the cells allow
     """
 
     sheet: Sheet
@@ -37,7 +38,7 @@ class WornTracks:
 
     @classmethod
     def none(cls, sheet: Sheet) -> WornTracks:
-        """A sheet on which no stone has run."""
+        """Return a sheet on which no stone has run."""
         return cls(sheet, np.zeros(_shape(sheet)))
 
     @cached_property
@@ -53,18 +54,18 @@ class WornTracks:
         return (width - self.sheet.width) / 2, (length - self.sheet.length) / 2
 
     def after(self, paths: Iterable[Floats]) -> WornTracks:
-        """The same after more stones ran along paths (n, 2) each, sheet frame [m]."""
+        """Return the same after more stones ran along paths (n, 2) each, sheet frame [m]."""
         size, shape = (self.sheet.width, self.sheet.length), self.passes.shape
         area = sum((area_covered(path, size, shape, STRIPS) for path in paths), np.zeros(shape))
         return WornTracks(self.sheet, self.passes + _sharpened(area / math.prod(self.spacing)))
 
 
 def _sharpened(shares: Floats) -> Floats:
-    """Values between whose cells' centres straight lines are as sharp as the shares of cells.
+    """Sharpen cell averages so that linear interpolation between cell centres is unbiased.
 
-    A share of a cell is an average, and straight lines from centre to centre blur it further: with
-    both, a place is known to half of a cell, root mean square. An eighth of the second difference
-    takes that off.
+    A share of a cell is an average, and linear interpolation from centre to centre blurs it
+    further: with both, a place is known to half of a cell, root mean square. Subtracting an eighth
+    of the second difference corrects this.
     """
     sharp = shares.copy()
     sharp[:, 1:-1] -= np.diff(shares, 2, axis=1) / 8
@@ -79,15 +80,15 @@ def _shape(sheet: Sheet) -> tuple[int, int]:
 def area_covered(
     xy: Floats, size: tuple[float, float], shape: tuple[int, int], strips: int
 ) -> Floats:
-    """Area of each cell that the band covered along a path, (rows, columns) [m²].
+    """Return the area of each cell that the band covered along a path, (rows, columns) [m²].
 
     Parameters
     ----------
-    xy : (n, 2) path, straight between its points, sheet frame [m]. What is off the ice counts for
-        the nearest cell
+    xy : (n, 2) path, straight between its points, sheet frame [m]. Parts off the ice count for the
+        nearest cell
     size : width and length of all cells together, whose middle is that of the sheet [m]
     shape : rows and columns of cells
-    strips : number of parallel lines that stand for the band
+    strips : number of parallel lines that represent the band
     """
     spacing = size[0] / shape[1], size[1] / shape[0]
     steps = np.diff(xy, axis=0)

@@ -1,4 +1,4 @@
-"""The program answers an interrupt while it is still loading, and none when all is done."""
+"""The program handles an interrupt while it is still loading, and ignores it after the end."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def test_an_interrupt_while_loading_is_answered_in_one_line() -> None:
     done = run(PROGRAM.format(module="ice"))
     assert (done.returncode, done.stdout) == (130, "")
     assert done.stderr == (
-        "curling: interrupted; nothing was written; repeat the command to begin again\n"
+        "curling: interrupted; nothing was written; repeat the command to start again\n"
     )
 
 

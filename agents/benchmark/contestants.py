@@ -14,9 +14,11 @@ from agents.models import LEARNT, load
 from agents.planning import plan, plan_task
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
+from agents.playing.policy_player import GamePolicy
+from agents.playing.stable_baselines_file import stable_baselines_policy
 from agents.playing.trained_player import model_in
 from curling_env.envs.game.end_env import AGENT, CurlingEndEnv
-from curling_env.envs.game.opponents import policy_of
+from curling_env.envs.game.opponents import Policy
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.errors import InputError
 from curling_env.game import Player, player_named
@@ -33,24 +35,27 @@ def contestant(given: Any) -> Contestant:
 
     Parameters
     ----------
-    given : ``random``, ``planner`` (throws only), ``learned`` (the trained models of the package),
-        the name of a player (ends only), the file of a trained model (``.npz``),
-        ``module:object``; or a `Player`, a function of observations, or something with `predict`
+    given : ``random``, ``constant`` (the best action that is always the same), ``planner`` (throws
+        only), ``learned`` (the trained models of the package), the name of a player (ends only),
+        the file of a trained model (``.npz``, or ``.zip`` of stable-baselines3), ``module:object``;
+        or a `Player`, a function of observations, or something with `predict`
 
     Raises
     ------
     InputError : something else
     """
-    if given == "random":
-        return _random
-    if given == "planner":
-        return _planned
+    own = {"random": _random, "constant": _constant, "planner": _planned}
+    if isinstance(given, str) and given in own:
+        return own[given]
     if given == "learned":
         return _learned()
     if isinstance(given, str) and given.partition(":")[0] in player_names():
         given = player_named(given)
-    if isinstance(given, str | Path) and Path(given).suffix == ".npz":
+    suffix = Path(given).suffix if isinstance(given, str | Path) else ""
+    if suffix == ".npz":
         given = model_in(given)
+    elif suffix == ".zip":
+        given = stable_baselines_policy(given)
     elif isinstance(given, str):
         given = load_plugin("policy", "curling.policies", given, built_in=_names())
         given = given() if isinstance(given, type) else given
@@ -60,13 +65,12 @@ def contestant(given: Any) -> Contestant:
         return _player(given)
     if isinstance(given, TrainedPolicy):
         return _trained(given)
-    policy = policy_of(given)
-    if policy is None:
+    if not (callable(given) or hasattr(given, "predict")):
         raise InputError(
-            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz), "
+            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
             f"module:object, or a function of observations, got {str(given)[:60]!r}"
         )
-    return lambda _, observation: policy(observation)
+    return _policy(given)
 
 
 def can_do(given: str, task: BenchmarkTask) -> bool:
@@ -85,12 +89,29 @@ def can_do(given: str, task: BenchmarkTask) -> bool:
 
 
 def _names() -> list[str]:
-    return ["random", "planner", *player_names()]
+    return ["random", "constant", "planner", *player_names()]
 
 
 def _random(env: Any, observation: Any) -> Any:
     # From the environment's own generator, so that the episode's seed decides.
     return env.np_random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
+
+
+CONSTANTS = {
+    "draw": (0.371, -0.492, 0.813),
+    "guard": (-0.524, -0.384, 0.61),
+    "takeout": (0.621, -0.126, 0.441),
+    "hit_and_stay": (-0.231, 0.216, -0.487),
+    "freeze": (-0.096, 0.188, 0.07),
+    "ends": (-0.689, 0.448, -0.703),
+}
+"""The best action that is always the same, by the task of single throws or for ends, as
+`scripts/baselines.py constants` finds it."""
+
+
+def _constant(env: Any, observation: Any) -> Any:
+    task = "ends" if isinstance(env, CurlingEndEnv) else env.task.name
+    return np.array(CONSTANTS[task], dtype=np.float32)
 
 
 def _planned(env: Any, observation: Any) -> Any:
@@ -104,6 +125,18 @@ def _planned(env: Any, observation: Any) -> Any:
         mark = stones[0] if env.task.has_target_stone else to_sheet(env.target, env.direction)
         found = plan_task(known, env.task, mark, stones=stones, **wanted)
     return env.action_of(found.best.throw)
+
+
+def _policy(given: Any) -> Contestant:
+    """A policy: in ends it plays as it would in games, with masks and memory."""
+    policy, player = Policy(given), _player(GamePolicy(given))
+
+    def act(env: Any, observation: Any) -> Any:
+        if isinstance(env, CurlingEndEnv):
+            return player(env, observation)
+        return policy.act(observation)[0]
+
+    return act
 
 
 def _player(player: Player) -> Contestant:

@@ -4,15 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.stats import trim_mean
 
 from agents.benchmark.contestants import Contestant
 from agents.benchmark.tasks import FIRST_SEED, VERSION, BenchmarkTask, make
 from curling_env.errors import InputError
 from curling_env.typing import Floats, Progress, no_progress
 
+TRIMMED = 0.25
+"""Share of the runs that the interquartile mean leaves out at either end."""
 RESAMPLES = 2000
 """Resampled sets of episodes for an interval."""
 
@@ -25,10 +28,12 @@ class Score:
     ----------
     task : name of the task
     metric : what was averaged
-    mean : the mean over the episodes
-    low, high : its 95 % interval, by resampling the episodes
-    episodes : number of episodes
-    reward : mean reward of an episode, which `reward_threshold` of the task is about
+    mean : the mean over the episodes; of several trainings the interquartile mean of theirs
+    low, high : its 95 % interval, by resampling the trainings and the episodes of each
+    episodes : number of episodes of a run
+    reward : mean reward of an episode, which `reward_threshold` of the task is about; None where it
+        is not known
+    runs : number of trainings
     version : version of the benchmark
     """
 
@@ -38,7 +43,8 @@ class Score:
     low: float
     high: float
     episodes: int
-    reward: float
+    reward: float | None = None
+    runs: int = 1
     version: int = VERSION
 
     def in_words(self) -> str:
@@ -121,18 +127,48 @@ def played(
     return values, rewards
 
 
-def score_of(task: BenchmarkTask, values: Floats, rewards: Floats) -> Score:
-    """The score of somebody who has `played` a task."""
-    low, high = _interval(values[None])
+def score_of(task: BenchmarkTask, values: Floats, rewards: Floats | None = None) -> Score:
+    """The score of somebody who has `played` a task.
+
+    Parameters
+    ----------
+    task : the task
+    values : what counted in each episode, (episodes,) or (runs, episodes) for several trainings, of
+        which the interquartile mean is the score
+    rewards : of the same episodes; None where they are not known
+    """
+    runs = np.atleast_2d(values)
+    drawn = resampled_runs(runs) if len(runs) > 1 else None
+    low, high = _interval(runs) if drawn is None else interval_of(drawn)
     return Score(
         task=task.name,
         metric=task.metric,
-        mean=float(values.mean()),
+        mean=float(trim_mean(runs.mean(axis=1), TRIMMED)),
         low=low,
         high=high,
-        episodes=len(values),
-        reward=float(rewards.mean()),
+        episodes=runs.shape[1],
+        runs=len(runs),
+        reward=None if rewards is None else float(np.mean(rewards)),
     )
+
+
+def resampled_runs(values: Floats) -> Floats:
+    """Means of resampled runs, (resamples, runs), of values (runs, episodes).
+
+    Runs are drawn with replacement, and episodes within each.
+    """
+    rng, (runs, episodes) = np.random.default_rng(0), values.shape
+    out = np.empty((RESAMPLES, runs))
+    for row in out:
+        some = rng.integers(runs, size=(runs, 1))
+        row[:] = values[some, rng.integers(episodes, size=(runs, episodes))].mean(axis=1)
+    return out
+
+
+def interval_of(means: Floats) -> tuple[float, float]:
+    """The 95 % interval of the interquartile mean of resampled means (resamples, runs)."""
+    low, high = np.quantile(trim_mean(means, TRIMMED, axis=1), [0.025, 0.975])
+    return float(low), float(high)
 
 
 def difference_of(own: Sequence[Floats], others: Sequence[Floats]) -> Difference:
@@ -145,6 +181,41 @@ def difference_of(own: Sequence[Floats], others: Sequence[Floats]) -> Difference
     apart = np.array(own) - np.array(others)
     low, high = _interval(apart)
     return Difference(mean=float(apart.mean()), low=low, high=high, episodes=apart.shape[1])
+
+
+class Played(NamedTuple):
+    """A task that was played.
+
+    Parameters
+    ----------
+    task : the task
+    values, rewards : what counted and the reward of each episode, for each who played
+    against : the last of them, where they are compared
+    """
+
+    task: BenchmarkTask
+    values: list[Floats]
+    rewards: list[Floats]
+    against: str | None
+
+    @property
+    def score(self) -> Score:
+        """The score, without whom it is compared with."""
+        own = slice(None) if self.against is None else slice(1)
+        return score_of(self.task, np.array(self.values[own]), np.array(self.rewards[own]))
+
+    @property
+    def difference(self) -> Difference:
+        """By how much the first scores more than the second."""
+        own, other = self.values
+        return difference_of([own], [other])
+
+    def line(self) -> str:
+        """The score and what was asked for, or the difference, in a line."""
+        remark = self.task.asks
+        if self.against is not None:
+            remark = f"{self.difference.in_words():28} more than {self.against}"
+        return f"{self.task.name:14} {self.score.in_words():28} {remark}"
 
 
 def _value(task: BenchmarkTask, info: dict[str, Any]) -> float:

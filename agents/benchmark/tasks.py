@@ -1,4 +1,4 @@
-"""The ten tasks of the benchmark.
+"""The ten tasks of the benchmark, and two for practice.
 
 A task is an environment with fixed options, episodes with fixed seeds, and one number per episode.
 A change to any of them is a new version of the benchmark.
@@ -16,13 +16,13 @@ import gymnasium
 import curling_env  # noqa: F401  (registers the environments)
 from curling_env.errors import InputError
 
-VERSION = 0
+VERSION = 1
 """Version of the benchmark: scores of different versions cannot be compared."""
 FIRST_SEED = 1_000_000
 """Seed of the first episode; the others count up. Train with smaller seeds."""
 
-ICES: dict[str, Any] = {"level": 0.06, "areas": 0.04, "curl": 0.1, "error": 0.015}
-"""The fields of `RandomIces` from which the seeds draw the held-out ices."""
+ICES = "agents.benchmark.ices"
+"""Module of the ices; `MAP`, `MEAN` and `NOTHING` of it say what is known of each."""
 
 Metric = Literal["distance_m", "success", "points"]
 
@@ -40,6 +40,10 @@ class BenchmarkTask:
     metric : what is averaged over episodes: ``distance_m`` from the target [m] (less is better),
         ``success`` or ``points`` scored less conceded (more is better)
     reward_threshold : mean reward of an episode from which the task counts as solved
+    references : scores of random actions and of the reference (the planner, or `rulebased`), the 0
+        and 1 of normalised scores
+    reference_returns : the same for the mean reward of an episode
+    headline : whether it counts; a task for practice does not need the stones
     """
 
     name: str
@@ -48,11 +52,14 @@ class BenchmarkTask:
     options: Mapping[str, Any] = field(default_factory=dict[str, Any])
     metric: Metric = "success"
     reward_threshold: float = 0.0
+    references: tuple[float, float] = (0.0, 1.0)
+    reference_returns: tuple[float, float] = (0.0, 1.0)
+    headline: bool = True
 
 
 def _sheet(name: str, asks: str, metric: Metric = "success", **options: Any) -> BenchmarkTask:
     """A task of one throw by a club player on ices that are known by an estimated map."""
-    settings = {"ices": {**ICES, "knows": "map"}, "skill": "club", "target": "random", **options}
+    settings = {"ices": f"{ICES}:MAP", "skill": "club", "target": "random", **options}
     return BenchmarkTask(name=name, asks=asks, options=settings, metric=metric)
 
 
@@ -73,24 +80,33 @@ _ALL = (
         "draw-mean",
         "the same, the mean friction known",
         "distance_m",
-        ices={**ICES, "knows": "mean"},
+        ices=f"{ICES}:MEAN",
     ),
     _sheet(
         "draw-blind",
         "the same, nothing known of the ice",
         "distance_m",
-        ices={**ICES, "knows": "nothing"},
+        ices=f"{ICES}:NOTHING",
     ),
     _sheet("guard", "a guard before the house", task="guard"),
     _sheet("takeout", "put a stone out of play", task="takeout"),
     _sheet("hit-and-stay", "the same, and stay in play", task="hit_and_stay"),
     _sheet("freeze", "rest against a stone", task="freeze"),
-    _end("draw"),
     _end("rulebased"),
     _end("greedy"),
+    _end("learned"),
+    BenchmarkTask(
+        name="end-doubles",
+        asks="an end of mixed doubles against `rulebased`, both teams elite",
+        environment="CurlingEnd-v0",
+        options={"opponent": "rulebased", "rules": "mixed_doubles_2024"},
+        metric="points",
+        headline=False,
+    ),
+    replace(_end("draw"), headline=False),
 )
 # About what the planner earns in single throws (ten episodes of each), and in ends as much as
-# `search` against `draw` and `greedy`, and more than `rulebased` against itself.
+# `search` against `greedy`, and no less than the opponent itself.
 _THRESHOLDS = {
     "draw": 0.0,
     "draw-mean": -0.1,
@@ -99,12 +115,39 @@ _THRESHOLDS = {
     "takeout": 2.5,
     "hit-and-stay": 2.2,
     "freeze": 0.3,
-    "end-draw": 1.3,
     "end-rulebased": 0.2,
     "end-greedy": 0.8,
+    "end-learned": 0.0,
+    "end-doubles": 0.6,
+    "end-draw": 1.3,
 }
-TASKS = {task.name: replace(task, reward_threshold=_THRESHOLDS[task.name]) for task in _ALL}
-"""The tasks by name."""
+# Scores and returns of random actions, then those of the planner, or of `rulebased` in ends, in the
+# first hundred episodes (`scripts/baselines.py rows`).
+_REFERENCES = {
+    "draw": ((6.04, 0.68), (-4.10, 0.19)),
+    "draw-mean": ((6.04, 0.73), (-4.10, 0.17)),
+    "draw-blind": ((6.04, 1.32), (-4.10, -0.70)),
+    "guard": ((0.04, 0.76), (-3.55, 0.75)),
+    "takeout": ((0.03, 0.90), (-0.54, 2.58)),
+    "hit-and-stay": ((0.01, 0.70), (-1.00, 2.2)),
+    "freeze": ((0.0, 0.23), (-4.44, 0.3)),
+    "end-rulebased": ((-4.56, -0.14), (-4.56, -0.14)),
+    "end-greedy": ((-5.19, 0.60), (-5.19, 0.60)),
+    "end-learned": ((-3.66, -0.59), (-3.66, -0.59)),
+    "end-doubles": ((-3.44, -0.05), (-3.44, -0.05)),
+    "end-draw": ((-5.77, 0.92), (-5.77, 0.92)),
+}
+TASKS = {
+    task.name: replace(
+        task,
+        reward_threshold=_THRESHOLDS[task.name],
+        references=_REFERENCES[task.name][0],
+        reference_returns=_REFERENCES[task.name][1],
+    )
+    for task in _ALL
+}
+"""The tasks by name: those that count, and two for practice, where drawing to the button wins as
+much as playing by the stones."""
 
 
 def task_of(name: str) -> BenchmarkTask:

@@ -1,8 +1,8 @@
-"""The demo: hidden ice, filmed throws on it, an estimate of the ice from them, and better throws.
+"""Demo: hidden ice, filmed throws on it, an estimate of the ice from them, and better throws.
 
-- `demo`, `demo_findings`: the whole loop and what it found; `curling demo` runs it
+- `demo`, `demo_findings`: the whole loop and its results; `curling demo` runs it
 - `demo_figures`, `demo_page`: its pictures and its page
-- `patches`, `practice`, `filming`: the ice, the practice throws, and what a camera sees of them
+- `patches`, `practice`, `filming`: the ice, the practice throws, and their films
 - `areas`: heavy and keen areas in a curler's words
 """
 

@@ -17,9 +17,9 @@ from curling_env.units import FOOT, Units
 MIN_DIFFERENCE = 0.03
 """Relative difference from the mean that a curler notices: 3 %, a metre of draw weight."""
 MIN_STANDARD_ERRORS = 2.0
-"""Standard errors by which a cell must differ from the mean."""
+"""Number of standard errors by which a cell must differ from the mean."""
 MIN_CELLS = 6
-"""Number of connected cells that make an area; 1.5 m² in cells of 0.5 m."""
+"""Minimum number of connected cells in an area; 1.5 m² in cells of 0.5 m."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,7 +31,7 @@ class Area:
     cells : (rows, columns) true in the cells of the area
     difference : mean friction in the area over the mean of the ice, minus one
     sigma : standard error of the difference, with errors of neighbouring cells fully correlated
-    y_low, y_high : where it begins and ends along the sheet [m]
+    y_low, y_high : its limits along the sheet [m]
     x : its middle across the sheet [m]
     """
 
@@ -49,11 +49,11 @@ class Area:
 
     @property
     def place(self) -> str:
-        """Where it is, as seen by somebody who throws from the home end, in metres."""
+        """Position of the area for a thrower at the home end, in metres."""
         return self.place_in(Units.METRES)
 
     def place_in(self, units: Units) -> str:
-        """Where it is, as seen by somebody who throws from the home end."""
+        """Return the position of the area for a thrower at the home end."""
         if abs(self.x) <= 0.35:
             side = "around the centre line"
         else:
@@ -62,12 +62,12 @@ class Area:
 
 
 def relative(values: Floats, observed: Flags) -> Floats:
-    """Friction over its mean in the observed cells, minus one."""
+    """Return the friction over its mean in the observed cells, minus one."""
     return values / values[observed].mean() - 1.0
 
 
 def find_areas(ice: Ice) -> list[Area]:
-    """Heavy and keen areas among the observed cells, the most different first."""
+    """Find heavy and keen areas among the observed cells, the most different first."""
     friction, sheet = ice.friction, ice.sheet
     observed = friction.observed
     if not observed.any():
@@ -98,7 +98,7 @@ def find_areas(ice: Ice) -> list[Area]:
 
 
 def _along(y: float, units: Units) -> str:
-    """A place along the sheet, for somebody who throws from the home end."""
+    """Format a distance along the sheet for a thrower at the home end."""
 
     def away(metres: float) -> str:
         return f"{metres:.0f} m" if units is Units.METRES else f"{metres / FOOT:.0f} ft"

@@ -1,6 +1,6 @@
-"""The demo: film throws on hidden ice, track them, estimate the ice, plan on it, and test the plan.
+"""Demo: film throws on hidden ice, track them, estimate the ice, plan on it, and test the plan.
 
-At the end the curl is left out of the model, and discovery has to find it.
+At the end the curl is removed from the model, and discovery has to find it.
 """
 
 from __future__ import annotations
@@ -46,18 +46,20 @@ HOUSE_TARGETS = tuple(
         *((0.7, -0.8), (-0.7, -0.8), (0.6, 0.8), (-0.6, 0.8), (0.35, -2.6)),
     )
 )
-"""Places a skip asks for: button, wings, back and front of the house, a guard [m]."""
+"""Typical targets of a skip: button, wings, back and front of the house, a guard [m]."""
 ASSUMED_FRICTION = 0.0082
-"""Uniform friction with which the estimation begins."""
+"""Uniform friction with which the estimation starts."""
 FINDINGS = "findings.json"
 FINDINGS_FORMAT = FileFormat(name="curling-findings/1", what="the findings of a demo")
-"""By this file, and the numbers that only the demo has, an earlier demo's folder is known."""
+"""Format of the file, with numbers of the demo only, that identifies the folder of an earlier
+demo.
+"""
 RESULTS = (
     *("true-ice.json", "releases.csv", "tracks.csv", "ice.json", "index.html", "page.png"),
     *("films", "discovery", "overlay.mp4", "overlay.png", FINDINGS),
     *("maps.png", "house.png", "draws.png", "missing.png"),
 )
-"""What lies in the folder of a demo."""
+"""Files in the folder of a demo."""
 
 
 def run_demo(
@@ -78,20 +80,20 @@ def run_demo(
 
     Parameters
     ----------
-    directory : folder for the results; it is made if it is missing
+    directory : folder for the results; made if missing
     seed : seed of the hidden ice, the throws and the films
     throws : number of practice throws to film; six or more give a useful map
-    fps : frames a second of the films [1/s]
+    fps : frame rate of the films [1/s]
     frame_size : width and height of the films [px]; the camera's own by default
     draws : number of draws that compare the map with its average
-    workers : processes that film and track side by side
-    units : what its sentences, page and pictures tell lengths in
+    workers : number of parallel processes that film and track
+    units : units of lengths in sentences, page and pictures
     progress : called with shares of the whole
 
     Raises
     ------
-    OutputError : a file cannot be written, or the folder holds files of these names that are not an
-        earlier demo's
+    OutputError : a file cannot be written, or the folder has files of these names that are not from
+        an earlier demo
     """
     _refuse_a_folder_of_other_files(Path(directory))
     with folder_of_drafts(directory) as folder:
@@ -102,8 +104,7 @@ def _refuse_a_folder_of_other_files(folder: Path) -> None:
     there = next((name for name in RESULTS if (folder / name).exists()), None)
     if there is not None and kind_of(folder / FINDINGS) != "findings":
         raise OutputError(
-            f"{folder}: holds {there}, which no earlier demo has made; give the demo a folder of "
-            "its own"
+            f"{folder}: has {there}, not from an earlier demo; expected a separate folder"
         )
 
 
@@ -118,7 +119,7 @@ def _run_in(
     units: Units,
     progress: Progress,
 ) -> Findings:
-    """The whole loop, with parameters as of `run_demo`."""
+    """Run the whole loop, with the parameters of `run_demo`."""
     began = time.monotonic()
     rng = np.random.default_rng(seed)
     truth = patchy_ice(rng)
@@ -141,7 +142,7 @@ def _run_in(
 
     progress("estimating the ice from the tracks", 0.77)
     estimated = estimate_ice(films.tracks, seed=seed).ice
-    # The average is told the law of the ice, and knows nothing of where it is heavy and keen.
+    # The average ice gets the law of the ice, but not its heavy and keen areas.
     even = np.full(truth.sheet.shape, ASSUMED_FRICTION)
     law = replace(truth, friction=replace(truth.friction, mu=even))
     average = estimate_ice(films.tracks, start=law, uniform=True).ice
@@ -159,7 +160,7 @@ def _run_in(
     )
     more = [_compare(truth, target, estimated, average) for target in targets]
 
-    progress("leaving the curl out, and finding it", 0.95)
+    progress("removing the curl, and finding it", 0.95)
     without_curl = replace(law, effects=tuple(e for e in law.effects if e.name != "curl"))
     missing, named = find_missing_effect(
         folder / "discovery", truth, films.tracks, without_curl, BUTTON, seed=seed, units=units
@@ -210,16 +211,16 @@ def find_missing_effect(
     Parameters
     ----------
     folder : directory for discovery's report and ice files
-    truth : the ice that was filmed; only the draws are thrown on it
+    truth : the filmed ice; only the draws are thrown on it
     tracks : measured tracks
     start : ice whose law lacks the effect
     target : (2,) target of the draw, sheet frame [m]
     seed : seed of the discovery
-    units : what the report tells lengths in
+    units : units of lengths in the report
 
     Returns
     -------
-    the draw, planned with and without the effects that were found, and the names of these effects
+    the draw, planned with and without the discovered effects, and the names of these effects
 
     Raises
     ------
@@ -245,10 +246,12 @@ def _compare(truth: Ice, target: Floats, ice: Ice, other: Ice) -> ComparedDraw:
 
 
 def _certain(ice: Ice) -> Ice:
-    """The same ice without standard errors, so that the planner tries one ice and not many."""
+    """Return the same ice without standard errors, so that the planner tries only one ice."""
     return replace(ice, friction=replace(ice.friction, sigma=np.zeros(ice.sheet.shape)))
 
 
 def _rest(ice: Ice, made: Plan) -> Floats:
-    """Where a plan's best throw rests in `CurlingSheet-v0` on an ice, sheet frame [m]."""
+    """Return the place of rest of a plan's best throw in `CurlingSheet-v0` on an ice, sheet frame
+    [m].
+    """
     return rest_in_env(ice, made.best.throw, made.target)

@@ -1,4 +1,4 @@
-"""The demo's pictures: the hidden ice beside its estimate, and the draws that test it."""
+"""Figures of the demo: the hidden ice beside its estimate, and the draws that test it."""
 
 from __future__ import annotations
 
@@ -48,7 +48,9 @@ def draw_all(found: Findings, folder: Path) -> None:
 
 
 def _maps(figure: Figure, found: Findings) -> None:
-    """Hidden ice, estimated ice with the filmed paths, and its uncertainty, one above the other."""
+    """Draw hidden ice, estimated ice with the filmed paths, and its uncertainty, one above the
+    other.
+    """
     axes = [figure.add_subplot(3, 1, k) for k in (1, 2, 3)]
     sheet = found.true_ice.sheet
     true, estimate = (100 * found.difference(ice) for ice in (found.true_ice, found.estimated_ice))
@@ -71,10 +73,10 @@ def _maps(figure: Figure, found: Findings) -> None:
         ax.plot(*path.T, color=figures.TARGET_COLOUR, lw=2.2, label="the draw that tests it")
     _outline_areas(axes[1], found)
     titles = (
-        "The hidden ice: where it is heavy and keen, unknown to everything below",
-        f"The ice read from {len(found.tracks)} filmed throws (thin lines); "
-        "dashed: what it calls heavy or keen",
-        "How sure it is: dark where no stone has been",
+        "The hidden ice: heavy and keen areas, unknown to everything below",
+        f"The ice read from {len(found.tracks)} filmed throws (thin lines); dashed: areas that it "
+        "finds heavy or keen",
+        "Uncertainty of the estimate: dark where no stone ran",
     )
     for ax, title in zip(axes, titles, strict=True):
         figures.draw_sheet(ax, sheet, rings=0.55)
@@ -105,16 +107,16 @@ def _outline_areas(ax: Axes, found: Findings) -> None:
 
 
 def _path(ice: Ice, found: Findings, throw: Throw) -> Floats:
-    """The path of a throw on an ice, sheet frame (n, 2) [m]."""
+    """Return the path of a throw on an ice, sheet frame (n, 2) [m]."""
     direction = found.plan.direction
     bounds = play_bounds(ice, direction)
     trajectory = slide(ice, throw.release(direction), bounds=bounds, fps=20.0).trajectory
-    assert trajectory is not None  # a rate was given
+    assert trajectory is not None  # a rate was requested
     return trajectory.xy
 
 
 def _house(ax: Axes, found: Findings) -> None:
-    """Where the tested draw came to rest."""
+    """Draw the places of rest of the tested draw."""
     plan, ice, view = found.plan, found.true_ice, _view_of(found)
     figures.draw_sheet(ax, ice.sheet, view)
     for path, colour, style, width in (
@@ -138,15 +140,18 @@ def _house(ax: Axes, found: Findings) -> None:
     past = float(np.clip(max(heights) + 0.6, 2.2, 2.8))
     figures.show_house(ax, ice.sheet, short=short, past=past)
     ax.set_title(
-        "The draw that tests it, seen by the thrower", fontsize=11, loc="left", color=figures.INK
+        "The draw that tests it, from the thrower's view",
+        fontsize=11,
+        loc="left",
+        color=figures.INK,
     )
     _legend_below(
-        ax, [(colour, f"{text}: {found.told(miss)} off") for _, colour, miss, text in rests]
+        ax, [(colour, f"{text}: {found.in_units(miss)} off") for _, colour, miss, text in rests]
     )
 
 
 def _more_draws(ax: Axes, found: Findings) -> None:
-    """How far each of the further draws missed, planned on the map and on the average ice."""
+    """Draw the misses of the further draws, planned on the map and on the average ice."""
     view, sheet = _view_of(found), found.true_ice.sheet
     figures.draw_sheet(ax, sheet, view)
     for draw in found.draws:
@@ -162,7 +167,7 @@ def _more_draws(ax: Axes, found: Findings) -> None:
     _legend_below(
         ax,
         [
-            (colour, f"{text}: {found.told(miss)} off on average")
+            (colour, f"{text}: {found.in_units(miss)} off on average")
             for colour, text, miss in (
                 (ON_TRUE, "planned on the ice read from film", found.mean_miss),
                 (BY_AVERAGE, "planned on its average friction", found.mean_other_miss),
@@ -172,20 +177,20 @@ def _more_draws(ax: Axes, found: Findings) -> None:
 
 
 def _missing_effect(ax: Axes, found: Findings) -> None:
-    """The draw on ice with a hidden curl, planned before and after it was found."""
+    """Draw the draw on ice with a hidden curl, planned before and after its discovery."""
     view, ice = _view_of(found), found.true_ice
     draw: ComparedDraw = found.missing
     figures.draw_sheet(ax, ice.sheet, view)
     rests = (
         (draw.other, BY_AVERAGE, draw.other_miss, "planned without curl"),
-        (draw.rest, ON_TRUE, draw.miss, "planned with what was found"),
+        (draw.rest, ON_TRUE, draw.miss, "planned with the discovered effects"),
     )
     for rest, colour, _, _ in rests:
         figures.draw_stone(ax, ice.stone.radius, rest, view, colour=colour, alpha=0.9)
     figures.draw_target(ax, draw.target, view)
     figures.show_house(ax, ice.sheet, short=2.6, past=2.6)
     _legend_below(
-        ax, [(colour, f"{text}: {found.told(miss)} off") for _, colour, miss, text in rests]
+        ax, [(colour, f"{text}: {found.in_units(miss)} off") for _, colour, miss, text in rests]
     )
 
 
@@ -194,7 +199,7 @@ def _view_of(found: Findings) -> figures.Projection:
 
 
 def _legend_below(ax: Axes, entries: list[tuple[str, str]]) -> None:
-    """A legend under the house: the target's cross, then a dot in each colour with its text."""
+    """Add a legend under the house: the target's cross, then a dot in each colour with its text."""
     cross: dict[str, Any] = {"marker": "+", "color": figures.TARGET_COLOUR, "ms": 11, "mew": 2}
     handles = [Line2D([], [], ls="", label="wanted", **cross)]
     handles += [

@@ -18,13 +18,13 @@ from curling_env.units import Units, length, miss
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedDraw:
-    """One draw that was planned on two ices and thrown on the hidden ice both times.
+    """Draw planned on two ices and thrown on the hidden ice both times.
 
     Parameters
     ----------
-    target : (2,) where it should rest, sheet frame [m]
-    rest : (2,) where it rested, planned on the better known ice [m]
-    other : (2,) where it rested, planned on the other ice [m]
+    target : (2,) intended place of rest, sheet frame [m]
+    rest : (2,) place of rest, planned on the better known ice [m]
+    other : (2,) place of rest, planned on the other ice [m]
     """
 
     target: Floats
@@ -44,7 +44,7 @@ class ComparedDraw:
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """Everything that the page shows; all of it is computed in the same run.
+    """Results on the page; all of them are computed in the same run.
 
     Parameters
     ----------
@@ -53,15 +53,15 @@ class Findings:
     tracks : measured tracks in order of play
     track_errors : (n,) RMS distance of each track from the true path [m]
     plan, average_plan : the tested draw, planned on the estimated and on the average ice
-    on_estimated : (2,) where the tested draw rests on the estimated ice [m]
+    on_estimated : (2,) place of rest of the tested draw on the estimated ice [m]
     tested : the tested draw on the hidden ice, planned on the estimated and on the average ice
     draws : the same for draws to other places in the house
     areas : heavy and keen areas of the estimate
     missing : a draw planned with and without the effect that the model lacked
-    named : names of the effects that discovery found
+    named : names of the discovered effects
     film_frames, film_size : number of frames in all films, and their size [px]
     seconds : duration of the demo [s]
-    units : what its sentences and pictures tell lengths in
+    units : units of lengths in sentences and pictures
     """
 
     true_ice: Ice
@@ -84,20 +84,22 @@ class Findings:
 
     @property
     def observed(self) -> Flags:
-        """Cells that a stone crossed, (rows, columns)."""
+        """Return the cells that a stone crossed, (rows, columns)."""
         return self.estimated_ice.friction.observed
 
     def difference(self, ice: Ice) -> Floats:
-        """Friction of an ice over its mean in the observed cells, minus one, (rows, columns)."""
+        """Return the friction of an ice over its mean in the observed cells, minus one, (rows,
+        columns).
+        """
         return relative(ice.friction.mu, self.observed)
 
     def map_error(self, ice: Ice) -> float:
-        """Relative RMS error of an ice's μ in the observed cells."""
+        """Return the relative RMS error of an ice's μ in the observed cells."""
         ratio = ice.friction.mu / self.true_ice.friction.mu
         return float(np.sqrt(np.mean((ratio - 1.0)[self.observed] ** 2)))
 
     def true_difference(self, area: Area) -> float:
-        """Mean relative difference of the hidden ice in an area."""
+        """Return the mean relative difference of the hidden ice in an area."""
         return float(self.difference(self.true_ice)[area.cells].mean())
 
     @property
@@ -115,26 +117,28 @@ class Findings:
         """Mean miss of the draws planned on the average ice [m]."""
         return float(np.mean([draw.other_miss for draw in self.draws]))
 
-    def told(self, metres: float) -> str:
-        """A miss as people read it."""
+    def in_units(self, metres: float) -> str:
+        """Format a miss for people."""
         return miss(metres, self.units)
 
     def headline(self) -> str:
-        """The result in one sentence."""
+        """Return the result in one sentence."""
         if self.mean_miss < self.mean_other_miss:
             return (
-                f"Draws planned on the ice read from film stop {self.told(self.mean_miss)} from "
-                f"where they were wanted; planned on its average friction alone, "
-                f"{self.told(self.mean_other_miss)}."
+                f"Draws planned on the ice read from film stop {self.in_units(self.mean_miss)} "
+                "from "
+                "their targets; planned on its average friction only, "
+                f"{self.in_units(self.mean_other_miss)}."
             )
         return (
-            f"This time the map did not help: draws planned on it stop {self.told(self.mean_miss)} "
-            f"from where they were wanted, those planned on the average friction "
-            f"{self.told(self.mean_other_miss)}."
+            "This time the map did not help: draws planned on it stop "
+            f"{self.in_units(self.mean_miss)} "
+            f"from their targets, those planned on the average friction "
+            f"{self.in_units(self.mean_other_miss)}."
         )
 
     def area_sentences(self) -> list[str]:
-        """For each area: where it is, how much it differs, and what is true there."""
+        """Describe each area: its position, its difference, and the true difference."""
         sentences = [
             f"{area.kind} ice {area.place_in(self.units)}: {_percent(area.difference)} friction "
             f"(± {100 * area.sigma:.1f}), in truth {_percent(self.true_difference(area))}"
@@ -143,14 +147,15 @@ class Findings:
         return sentences or ["no area that differs clearly from the rest"]
 
     def draw_sentences(self) -> list[str]:
-        """The tested draw: what to throw, and where it stops."""
+        """Describe the tested draw: the throw, and its place of rest."""
         x, y = self.plan.target
         place = "the button" if np.hypot(x, y - TEE_Y) < 0.02 else self._place(x, y)
         return [
             f"A draw to {place}: {self.plan.best.description.call_in(self.units)}.",
-            f"On the estimated ice it stops {self.told(self.miss_on_estimated)} from its target; "
-            f"on the hidden ice {self.told(self.tested.miss)}. Planned on average ice it would "
-            f"have missed by {self.told(self.tested.other_miss)}.",
+            f"On the estimated ice it stops {self.in_units(self.miss_on_estimated)} from its "
+            "target; "
+            f"on the hidden ice {self.in_units(self.tested.miss)}. Planned on average ice it would "
+            f"have missed by {self.in_units(self.tested.other_miss)}.",
         ]
 
     def _place(self, x: float, y: float) -> str:
@@ -160,23 +165,23 @@ class Findings:
         return f"{length(x, self.units)} {'right' if x > 0 else 'left'}, {past}"
 
     def missing_sentence(self) -> str:
-        """How the missing effect was found, and what that gained."""
+        """Describe the discovery of the missing effect, and its gain."""
         named = " and ".join(self.named) or "nothing"
         return (
             f"The same films, read with a model that has no curl: a draw planned on it misses "
-            f"by {self.told(self.missing.other_miss)}; discovery names {named}; planned again, "
-            f"the draw misses by {self.told(self.missing.miss)}."
+            f"by {self.in_units(self.missing.other_miss)}; discovery names {named}; planned again, "
+            f"the draw misses by {self.in_units(self.missing.miss)}."
         )
 
     def sentences(self) -> list[str]:
-        """All of it, for the terminal."""
+        """Return the complete result, for the terminal."""
         return [
             f"Filmed {len(self.tracks)} practice throws, {self.film_frames} frames of "
-            f"{self.film_size[0]} × {self.film_size[1]}; the stone was followed to "
-            f"{self.told(float(np.median(self.track_errors)))} (median over throws).",
-            "What the film says of the ice:",
+            f"{self.film_size[0]} × {self.film_size[1]}; the stone was tracked to "
+            f"{self.in_units(float(np.median(self.track_errors)))} (median over throws).",
+            "The ice according to the film:",
             *(f"  {sentence}" for sentence in self.area_sentences()),
-            f"Over the {int(self.observed.sum())} cells the stones crossed the map is within "
+            f"Over the {int(self.observed.sum())} cells that stones crossed, the map is within "
             f"{100 * self.map_error(self.estimated_ice):.1f} % of the hidden ice; one average "
             f"number for all of them, within {100 * self.map_error(self.average_ice):.1f} %.",
             *self.draw_sentences(),
@@ -185,7 +190,7 @@ class Findings:
         ]
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers, for programs."""
+        """Return the numbers, for programs."""
         return {
             "throws": len(self.tracks),
             "film_frames": self.film_frames,

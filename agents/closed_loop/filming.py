@@ -1,4 +1,4 @@
-"""Throws filmed from above and tracked on the film, several side by side."""
+"""Throws filmed from above and tracked on the films, several in parallel."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from friction_estimation.tracking import track_film
 from friction_estimation.tracking.overlay.film import write_overlay
 
 CAMERA = "gantry"
-"""The camera above the middle of the sheet, which measures best."""
+"""Camera above the middle of the sheet, the most accurate one."""
 FPS = 15.0
-"""Frames a second of the films [1/s]; friction needs long paths, not many frames."""
+"""Frame rate of the films [1/s]; friction needs long paths, not many frames."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Job:
-    """One throw to film and track, in a process of its own."""
+    """One throw to film and track, in a separate process."""
 
     film: Path
     scene: Path
@@ -43,7 +43,7 @@ class _Job:
 
 @dataclass(frozen=True, kw_only=True)
 class Films:
-    """The films of some throws and the tracks read from them.
+    """Films of some throws and the tracks from them.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Films:
     errors : (n,) RMS distance of each track from the true path [m]
     frames : number of frames in all films
     size : width and height of a frame [px]
-    still : picture of a frame with the track drawn into it; None if there is none
+    still : picture of a frame with the track drawn into it; None if absent
     """
 
     tracks: list[Trajectory]
@@ -78,9 +78,9 @@ def film_throws(
     ----------
     folder : directory for films/ and overlay.mp4
     seed : seed of the rendered pictures
-    fps : frames a second [1/s]
+    fps : frame rate [1/s]
     frame_size : width and height [px]; the camera's own by default
-    workers : number of processes; 1 works in this one
+    workers : number of processes; 1 uses this one
     progress : called after each film
 
     Raises
@@ -91,7 +91,7 @@ def film_throws(
     for k, release in enumerate(releases):
         bounds = play_bounds(ice, release.direction)
         path = slide(ice, release, bounds=bounds, fps=120.0, throw=k).trajectory
-        assert path is not None  # a rate was given
+        assert path is not None  # a rate was requested
         paths.append(path)
     films = make_directory(folder / "films")
     spec = FilmSpec(camera=CAMERA, size=frame_size, fps=fps, seed=seed, people=False)
@@ -104,7 +104,7 @@ def film_throws(
             path=path,
             sheet=ice.sheet,
             stone=ice.stone,
-            # A stone that leaves the ice must not be shown halting at its edge.
+            # A stone that leaves the ice must not be shown stopping at its edge.
             spec=spec if _comes_to_rest(path) else replace(spec, tail=0.0),
             overlay=folder / "overlay.mp4" if k == 0 else None,
         )
@@ -123,14 +123,14 @@ def film_throws(
 
 
 def _film_and_track(job: _Job) -> tuple[Trajectory, float, int]:
-    """The measured track, its RMS distance from the truth [m], and the number of frames."""
+    """Return the measured track, its RMS distance from the truth [m], and the number of frames."""
     cv2.setNumThreads(1)  # each process has one core
     truth = render_film(job.film, job.path, job.spec, sheet=job.sheet, stone=job.stone)
     scene = load_scene(job.scene)
     result = track_film(job.film, scene, throw=job.path.throw)
     if job.overlay is not None:
         write_overlay(job.film, scene, result, job.overlay)
-    # Times of a film count from its first frame, which comes before the release.
+    # Times of a film count from its first frame, which is before the release.
     track = replace(result.trajectory, clock=truth.clock)
     true_x, true_y = (np.interp(track.t, truth.t, truth.xy[:, k]) for k in range(2))
     error = np.hypot(track.xy[:, 0] - true_x, track.xy[:, 1] - true_y)
@@ -138,13 +138,13 @@ def _film_and_track(job: _Job) -> tuple[Trajectory, float, int]:
 
 
 def _comes_to_rest(path: Trajectory) -> bool:
-    """Whether a path ends slower than 1 cm/s."""
+    """Return whether a path ends slower than 1 cm/s."""
     last = np.hypot(*(path.xy[-1] - path.xy[-2])) / (path.t[-1] - path.t[-2])
     return bool(last < 0.01)
 
 
 def _still(film: Path, picture: Path) -> Path | None:
-    """Write the frame at two thirds of a film as a PNG; None where there is no film."""
+    """Write the frame at two thirds of a film as a PNG; return None if there is no film."""
     if not film.exists():
         return None
     reader = cv2.VideoCapture(str(film))

@@ -1,4 +1,4 @@
-"""An ordinary ice with a few heavy and keen areas, as the demo films it."""
+"""Ordinary ice with a few heavy and keen areas, for the demo."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ PATCH_LENGTH, PATCH_BREADTH = (2.0, 3.2), (0.7, 1.1)
 
 
 def patchy_ice(rng: np.random.Generator, *, base: str = "standard") -> Ice:
-    """Draw an ice with four areas, heavy and keen in turn, in places where throws pass.
+    """Draw an ice with four areas, alternately heavy and keen, in places where throws pass.
 
     Parameters
     ----------
-    base : ice file or preset that has the law and the mean friction
+    base : ice file or preset with the law and the mean friction
     """
     ice = load_ice(base)
     x, y = np.meshgrid(ice.sheet.x_centres, ice.sheet.y_centres)

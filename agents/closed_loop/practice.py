@@ -11,7 +11,8 @@ SECONDS_BETWEEN_THROWS = 60.0
 
 
 def draw_practice(n: int, rng: np.random.Generator) -> list[Release]:
-    """Releases of n practice draws towards the away end, with both handles and several lines.
+    """Draw the releases of n practice draws towards the away end, with both handles and several
+    lines.
 
     A club player throws them without knowing the ice: about draw weight on the standard ice, at
     targets from one side of the house to the other.

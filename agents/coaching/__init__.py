@@ -1,15 +1,14 @@
-"""Coaching: what a coach asks of an evening's throws, as pure functions from tracks to tables.
+"""Coaching analysis of an evening's throws, as pure functions from tracks to tables.
 
-- `calls`: what was called, as a coach types it (`read_call`)
-- `throw_sheet`: each throw's numbers with who threw it and what was called (`throw_table`)
-- `hand_or_ice`: why throws missed; `causes` holds what it tells
+- `calls`: called shots in a coach's notation (`read_call`)
+- `throw_sheet`: each throw's numbers with its athlete and call (`throw_table`)
+- `hand_or_ice`: causes of misses; `causes` has its results
 - `athletes`: bias and spread of an athlete's throws, over sessions (`athlete_errors`)
-- `stones`: which stones run and curl alike (`match_stones`)
-- `seen_throws`, `released`: the throw that was made; `intended`, `habits`: the one that was meant
-- `throw_parts`: what each cause adds to a miss
-- `runs`, `session_ice`, `shared_ice`: throws run on ices, the ice before each of them, and what all
-  of them show of it
-- `tuning`: the constants that were chosen
+- `stones`: stones that run and curl alike (`match_stones`)
+- `seen_throws`, `released`: the actual throw; `intended`, `habits`: the intended one
+- `throw_parts`: the contribution of each cause to a miss
+- `runs`, `session_ice`, `shared_ice`: throws simulated on ices, the ice before each of them, and
+its correction by all of them - `tuning`: chosen constants
 """
 
 from agents.coaching.athletes import AthleteErrors, ErrorSummary, athlete_errors

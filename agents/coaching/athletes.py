@@ -1,10 +1,9 @@
-"""How an athlete throws: bias and spread of weight, line and rotation, over sessions.
+"""Bias and spread of an athlete's weight, line and rotation, over sessions.
 
 The errors of an athlete's throws scatter about a bias, differently for each handle and weight. The
 biases of these groups scatter about one of the athlete, and their covariances about a common one,
-so that a group of few throws leans on the others. What the measurement adds is known for every
-throw and taken out. The posterior is drawn by Gibbs sampling: every conditional is Gaussian or
-Wishart.
+so that a group of few throws borrows from the others. The measurement error of every throw is known
+and removed. The posterior is drawn by Gibbs sampling: every conditional is Gaussian or Wishart.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ from curling_env.throw import Skill
 from curling_env.typing import Floats, Integers
 
 ERRORS = ("speed", "line", "spin")
-"""The components of an error: m/s faster, m right at the far tee line, rad/s more turning."""
+"""Components of an error: m/s faster, m right at the far tee line, rad/s more turning."""
 HANDLES: tuple[Handle, ...] = ("in-turn", "out-turn")
 WEIGHT_CLASSES: tuple[WeightClass, ...] = ("guard", "draw", "hit")
 _UNSEEN = 1e6
@@ -40,7 +39,7 @@ _UNSEEN = 1e6
 
 
 class Interval(NamedTuple):
-    """An estimated number with its 95 % interval."""
+    """Estimated number with its 95 % interval."""
 
     value: float
     low: float
@@ -49,14 +48,14 @@ class Interval(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ErrorSummary:
-    """The errors of some throws of an athlete.
+    """Errors of some throws of an athlete.
 
     Parameters
     ----------
     handle : of all these throws; None for both
     weight : of all of them; None for every weight
-    throws : how many
-    bias : what happens on average: of speed [m/s], line [m], spin [rad/s]
+    throws : number of throws
+    bias : mean error of speed [m/s], line [m] and spin [rad/s]
     spread : standard deviations about it
     covariance : (3, 3) of speed, line and spin about the bias
     """
@@ -69,12 +68,12 @@ class ErrorSummary:
     covariance: Floats = field(repr=False)
 
     def ellipse(self, share: float = 0.5, points: int = 73) -> Floats:
-        """Line [m] and speed [m/s] around a share of the throws, (points, 2).
+        """Return the ellipse of line [m] and speed [m/s] around a share of the throws, (points, 2).
 
         Parameters
         ----------
-        share : of the throws that it holds, between 0 and 1
-        points : on the closed curve
+        share : share of the throws inside, between 0 and 1
+        points : number of points on the closed curve
         """
         values, vectors = np.linalg.eigh(self.covariance[np.ix_([1, 0], [1, 0])])
         angle = np.linspace(0.0, 2 * pi, points)
@@ -88,7 +87,7 @@ class ErrorSummary:
         return float(self.covariance[0, 1] / (self.covariance[0, 0] * self.covariance[1, 1]) ** 0.5)
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         found: dict[str, object] = {
             "handle": self.handle,
             "weight": self.weight,
@@ -107,21 +106,21 @@ class ErrorSummary:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class AthleteErrors:
-    """How one athlete throws.
+    """Errors of one athlete's throws.
 
     Parameters
     ----------
-    name : the athlete; empty for throws of nobody
+    name : the athlete; empty for throws without a name
     sessions : number of sessions with throws of theirs
     overall : all throws
     groups : by handle and weight, then by handle, then by weight; those with a throw
     errors : (n, 3) errors of the throws, as measured; NaN where one was not
-    handles, weights : of these throws
-    tails : degrees of freedom of the t-distribution of the errors; without end where they are
-        normal as far as these throws can tell
-    seconds_per_speed : seconds from hog line to hog line that a faster throw takes more, so below
-        nought [s per m/s]; None where it is not known
-    turns_per_spin : turns of a throw over its spin [turns per rad/s]; the same
+    handles, weights : handle and weight class of each throw
+    tails : degrees of freedom of the t-distribution of the errors; infinite if these throws are
+        consistent with normal errors
+    seconds_per_speed : change of hog-to-hog time per unit of speed, negative [s per m/s]; None if
+        unknown
+    turns_per_spin : turns of a throw per unit of spin [turns per rad/s]; None if unknown
     """
 
     name: str
@@ -137,14 +136,14 @@ class AthleteErrors:
 
     @property
     def skill(self) -> Skill:
-        """The spread of all throws as the execution error that planning and search take.
+        """Return the spread of all throws as an execution error for planning and search.
 
-        The bias is left out: a player who knows it aims off, or trains it away.
+        The bias is excluded: a player who knows it compensates for it, or trains it away.
         """
         return self.skill_of(self.overall)
 
     def skill_of(self, group: ErrorSummary) -> Skill:
-        """The same from one group of throws."""
+        """Return the same from one group of throws."""
         speed, line, spin = (one.value for one in group.spread)
         # A line error counts to the right, the angle of a throw to the left.
         correlation = -group.line_speed_correlation
@@ -160,7 +159,7 @@ class AthleteErrors:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name, for JSON."""
+        """Return the numbers by name, for JSON."""
         return {
             "athlete": self.name,
             "sessions": self.sessions,
@@ -173,12 +172,12 @@ class AthleteErrors:
 
 
 def athlete_errors(sessions: Sequence[SessionCauses], *, seed: int = 0) -> list[AthleteErrors]:
-    """Bias and spread of every athlete, by handle and weight, over sessions.
+    """Estimate bias and spread of every athlete, by handle and weight, over sessions.
 
     Parameters
     ----------
-    sessions : what `hand_or_ice` told of each
-    seed : seed of the draws
+    sessions : results of `hand_or_ice`, one per session
+    seed : seed of the posterior draws
 
     Returns
     -------
@@ -274,7 +273,7 @@ def _median(values: Sequence[float]) -> float | None:
 
 
 def _error_of(one: ThrowCauses) -> tuple[Floats, Floats]:
-    """The error (3,) of a throw and its covariance (3, 3)."""
+    """Return the error (3,) of a throw and its covariance (3, 3)."""
     value, covariance = np.zeros(3), one.errors.covariance.copy()
     for k, name in enumerate(ERRORS):
         measured = getattr(one.errors, name)
@@ -291,7 +290,7 @@ def _summary(
 ) -> ErrorSummary:
     spread = np.sqrt(np.einsum("dii->di", covariance))
 
-    def told(draws: Floats) -> tuple[Interval, Interval, Interval]:
+    def intervals(draws: Floats) -> tuple[Interval, Interval, Interval]:
         low, middle, high = np.quantile(draws, [0.025, 0.5, 0.975], axis=0)
         first, second, third = (
             Interval(float(middle[k]), float(low[k]), float(high[k])) for k in range(3)
@@ -304,8 +303,8 @@ def _summary(
         handle=handle,
         weight=weight,
         throws=n,
-        bias=told(bias),
-        spread=told(spread),
+        bias=intervals(bias),
+        spread=intervals(spread),
         covariance=correlation * np.outer(scale, scale),
     )
 
@@ -316,12 +315,12 @@ def _summary(
 def _sample(
     errors: Floats, variances: Floats, group: Integers, groups: int, rng: np.random.Generator
 ) -> tuple[Floats, Floats]:
-    """Draws of each group's bias (d, groups, 3) and covariance (d, groups, 3, 3).
+    """Draw each group's bias (d, groups, 3) and covariance (d, groups, 3, 3) from the posterior.
 
     Parameters
     ----------
     errors : (n, 3)
-    variances : (n, 3, 3) of their measurement
+    variances : (n, 3, 3) covariances of their measurement errors
     group : (n,) the group of each throw
     """
     precision = np.linalg.inv(variances)
@@ -333,7 +332,7 @@ def _sample(
     apart = np.square(USUAL_BIAS)
     kept: list[tuple[Floats, Floats]] = []
     for draw in range(GIBBS_WARM_UP + GIBBS_DRAWS):
-        # The true error of each throw.
+        # True error of each throw.
         inverse = np.linalg.inv(covariance)
         posterior = np.linalg.inv(precision + inverse[group])
         mean = np.einsum("nij,njk,nk->ni", posterior, precision, errors) + np.einsum(
@@ -341,7 +340,7 @@ def _sample(
         )
         root = np.linalg.cholesky(posterior)
         true = mean + np.einsum("nij,nj->ni", root, rng.standard_normal(mean.shape))
-        # The bias of each group, and that of the athlete.
+        # Bias of each group, and that of the athlete.
         total = np.zeros((groups, 3))
         np.add.at(total, group, true)
         for g in range(groups):
@@ -351,10 +350,10 @@ def _sample(
         weight = groups / apart + 1 / np.square(4 * np.array(USUAL_BIAS))
         centre = (bias.sum(axis=0) / apart) / weight
         centre = centre + rng.standard_normal(3) / np.sqrt(weight)
-        # How far the groups' biases are apart: inverse gamma, worth one group beforehand.
+        # Scatter between the groups' biases: inverse gamma, with a prior worth one group.
         off = ((bias - centre) ** 2).sum(axis=0) + np.square(USUAL_BIAS) / 4
         apart = off / rng.chisquare(groups + 1, 3)
-        # The covariance of each group, and the common one.
+        # Covariance of each group, and the common one.
         for g in range(groups):
             left = true[group == g] - bias[g]
             scale = (GROUP_WEIGHT - 4) * common + left.T @ left
@@ -371,7 +370,7 @@ def _sample(
 
 
 def _wishart(freedom: float, scale: Floats, rng: np.random.Generator) -> Floats:
-    """A draw of Wishart's distribution, by Bartlett's decomposition."""
+    """Draw from a Wishart distribution, by Bartlett's decomposition."""
     size = len(scale)
     lower = np.tril(rng.standard_normal((size, size)), -1)
     lower[np.diag_indices(size)] = np.sqrt(rng.chisquare(freedom - np.arange(size)))

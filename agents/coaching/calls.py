@@ -1,4 +1,4 @@
-"""A called shot, as a coach types it in the column `called` of `throws.csv`.
+"""Called shots, as a coach types them in the column `called` of `throws.csv`.
 
 A call is a line of words in any order; capital letters do not matter:
 
@@ -8,14 +8,14 @@ A call is a line of words in any order; capital letters do not matter:
                back eight, left twelve, right corner guard; a guard without a place is a centre
                guard, a draw without one is to the button
     handle     in or out, by the athlete's hand
-    broom      broom 0.6 right: where it was held, on the far tee line, from the centre line
+    broom      broom 0.6 right: its position on the far tee line, from the centre line
     weight     13.4 s: the time from hog line to hog line; or for hits a name: hack, board, control,
                normal, firm
-    turns      3 turns: how often the stone was meant to turn on its way
+    turns 3 turns: intended number of turns of the stone
 
 For example `draw button in`, `draw 0.3,-1.2 out broom 1.1 right`, `guard in`, `4 ft short`,
-`hit 0,1.2 normal out`. Text that is no such line is a note, and no call. All lengths are seen by
-the thrower; without a unit they are metres.
+`hit 0,1.2 normal out`. Other text is a note, not a call. All lengths are from the thrower's view;
+without a unit they are metres.
 """
 
 from __future__ import annotations
@@ -28,19 +28,19 @@ from curling_env.sheet import BACK_LINE_Y, HOG_TO_TEE, RING_RADII, TEE_Y
 from curling_env.units import FOOT, INCH, Units, length, side
 
 Shot = Literal["draw", "guard", "freeze", "takeout", "hit-and-stay", "peel"]
-"""What a throw is asked to do, by the names of the planner's tasks."""
+"""Kind of shot, by the names of the planner's tasks."""
 Handle = Literal["in-turn", "out-turn"]
 WeightClass = Literal["guard", "draw", "hit"]
-"""Throws whose errors are counted together."""
+"""Class of throws whose errors are pooled."""
 
 GUARD = (0.0, -3.2)
-"""The centre guard, as the planner has it: right and past the tee [m]."""
+"""Position of the centre guard, as in the planner: right and past the tee [m]."""
 CORNER = 1.22
-"""How far from the centre line a corner guard lies [m]: before the edge of the 8-foot ring."""
-WIDEST = 2.5
-"""A place or a broom further from the centre line than this is no call [m]."""
-MOST_TURNS = 20.0
-"""More turns than this are no call."""
+"""Distance of a corner guard from the centre line [m]: inside the edge of the 8-foot ring."""
+MAX_SIDEWAYS = 2.5
+"""Maximum distance of a place or a broom from the centre line [m]."""
+MAX_TURNS = 20.0
+"""Maximum number of turns."""
 _TWELVE, _EIGHT, _FOUR, _BUTTON = RING_RADII
 _RINGS = {
     "four": (_FOUR + _BUTTON) / 2,
@@ -60,7 +60,7 @@ PLACES: dict[str, tuple[float, float]] = {
     "left corner guard": (-CORNER, GUARD[1]),
     "right corner guard": (CORNER, GUARD[1]),
 }
-"""Places that have a name: right and past the tee [m]."""
+"""Named places: right and past the tee [m]."""
 
 SHOTS: dict[str, Shot] = {
     "draw": "draw",
@@ -73,7 +73,9 @@ SHOTS: dict[str, Shot] = {
     "peel": "peel",
 }
 WEIGHTS = ("hack", "board", "control", "normal", "firm")
-"""Names of weights for hits. Teams mean different speeds by them; only their own throws tell."""
+"""Names of weights for hits. Teams mean different speeds by them, so only their own throws show the
+speed.
+"""
 HANDLES: dict[str, Handle] = {
     "in": "in-turn",
     "in-turn": "in-turn",
@@ -86,19 +88,19 @@ HANDLES: dict[str, Handle] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Call:
-    """A called shot; None stands for what was not called.
+    """Called shot; None stands for parts that were not called.
 
     Parameters
     ----------
-    text : as it was typed
-    shot : what the throw is asked to do
-    target : where the stone should rest, or where the stone lies that it should hit: right of the
-        centre line and past the tee, seen by the thrower [m]
+    text : the call as typed
+    shot : kind of shot
+    target : place where the stone should rest, or of the stone to hit: right of the centre line and
+        past the tee, from the thrower's view [m]
     handle : by the athlete's hand
-    broom : where the broom was held on the far tee line, right of the centre line [m]
+    broom : position of the broom on the far tee line, right of the centre line [m]
     hog_to_hog : the weight as a time [s]
     weight : the weight of a hit by its name
-    turns : full turns on its way
+    turns : full turns of the stone
     """
 
     text: str
@@ -112,18 +114,18 @@ class Call:
 
     @property
     def rests(self) -> bool:
-        """Whether the stone is meant to come to rest at the target, not to hit a stone there."""
+        """Return whether the stone should come to rest at the target, not hit a stone there."""
         return self.shot in ("draw", "guard", "freeze")
 
     @property
     def weight_class(self) -> WeightClass:
-        """Which throws its errors are counted with."""
+        """Class of throws with which its errors are pooled."""
         if not self.rests:
             return "hit"
         return "guard" if self.shot == "guard" else "draw"
 
     def in_words(self, units: Units = Units.METRES) -> str:
-        """The call as a coach would say it."""
+        """Return the call as a coach would say it."""
         parts = ["hit" if self.shot == "takeout" else self.shot]
         if self.target is not None:
             parts.append(place_in_words(self.target, units))
@@ -142,7 +144,7 @@ class Call:
 
 
 def place_in_words(place: tuple[float, float], units: Units = Units.METRES) -> str:
-    """A place by its name, or past or short of the tee and beside the centre line."""
+    """Return a place by its name, or past or short of the tee and beside the centre line."""
     for name, (right, past) in PLACES.items():
         if abs(place[0] - right) < 1e-6 and abs(place[1] - past) < 1e-6:
             return name
@@ -153,16 +155,16 @@ def place_in_words(place: tuple[float, float], units: Units = Units.METRES) -> s
 
 
 def read_call(text: str) -> Call | None:
-    """Read what was called.
+    """Parse a called shot.
 
     Parameters
     ----------
-    text : as it was typed
+    text : the call as typed
 
     Returns
     -------
-    None for text that is no call: a word that the grammar does not have, something said twice, a
-    place where no stone can lie, or neither a shot nor a place
+    None for text that is not a call: a word outside the grammar, something given twice, an
+    impossible place, or neither a shot nor a place
     """
     words = _Words(text)
     try:
@@ -172,7 +174,7 @@ def read_call(text: str) -> Call | None:
 
 
 class _NoCallError(Exception):
-    """The text is no call."""
+    """The text is not a call."""
 
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?|\.\d+)"
@@ -218,11 +220,11 @@ KNOWN_WORDS = frozenset(
     ("short", "past", "behind", "long", "broom", "center", "sec", "s", "second", "seconds"),
     ("turn", "turns", "rotation"),
 )
-"""Words that mean something in a call."""
+"""Words with a meaning in a call."""
 
 
 class _Words:
-    """The rest of a line that has still to be understood."""
+    """Rest of a line that is still to be parsed."""
 
     def __init__(self, text: str) -> None:
         self._text = text
@@ -232,7 +234,7 @@ class _Words:
         self._rest = rest
 
     def read(self) -> Call:
-        """The call; raises where there is none."""
+        """Return the call; raise if absent."""
         broom = self._broom()
         target = self._pair()
         sided = self._sided()
@@ -246,7 +248,7 @@ class _Words:
         handles: list[Handle] = [HANDLES[word] for word in words if word in HANDLES]
         weights = [word for word in words if word in WEIGHTS]
         known = len(shots) + len(handles) + len(weights)
-        # "draw weight", "peel weight" and the like say a shot twice, in agreement.
+        # "draw weight", "peel weight" and the like name a shot twice, consistently.
         shots = list(dict.fromkeys([*shots, *shot]))
         if known < len(words) or max(map(len, (shots, handles, weights))) > 1:
             raise _NoCallError
@@ -294,7 +296,7 @@ class _Words:
         if not found:
             return None
         x, x_unit, y, y_unit = found[0].groups()
-        # "2,-4 ft" means feet twice.
+        # In "2,-4 ft" both numbers are feet.
         return _metres(x, x_unit or y_unit), _metres(y, y_unit or x_unit)
 
     def _sided(self) -> tuple[float, float] | None:
@@ -318,7 +320,7 @@ class _Words:
         return float(found[0].group(1)) if found else None
 
     def _named_place(self) -> tuple[tuple[float, float] | None, list[Shot]]:
-        """A place by its name, and the shot that the name says."""
+        """Return a named place, and the shot that its name implies."""
         for name in sorted(PLACES, key=len, reverse=True):
             found = self._take(re.compile(rf"(?<![\w-]){name}(?![\w-])"))
             if len(found) > 1:
@@ -333,13 +335,13 @@ def _metres(number: str, unit: str | None) -> float:
 
 
 def _is_possible(call: Call) -> bool:
-    """Whether a stone may lie at the target, and a throw may have this weight and broom."""
+    """Return whether the target is possible for a stone, and the weight and broom for a throw."""
     if call.target is not None:
         right, past = call.target
-        if abs(right) > WIDEST or not -HOG_TO_TEE < past < BACK_LINE_Y - TEE_Y + 0.2:
+        if abs(right) > MAX_SIDEWAYS or not -HOG_TO_TEE < past < BACK_LINE_Y - TEE_Y + 0.2:
             return False
-    if call.broom is not None and abs(call.broom) > WIDEST:
+    if call.broom is not None and abs(call.broom) > MAX_SIDEWAYS:
         return False
     if call.hog_to_hog is not None and not 4.0 <= call.hog_to_hog <= 30.0:
         return False
-    return call.turns is None or 0.0 < call.turns <= MOST_TURNS
+    return call.turns is None or 0.0 < call.turns <= MAX_TURNS

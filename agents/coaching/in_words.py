@@ -1,4 +1,4 @@
-"""What the coaching functions found, as tables and sentences that a coach reads."""
+"""Results of the coaching functions as tables and sentences for a coach."""
 
 from __future__ import annotations
 
@@ -18,22 +18,23 @@ CAUSE_WORDS: dict[Cause, str] = {
     "sweeping": "sweeping",
     "neither": "unexplained",
 }
-"""What the causes are called."""
-SMALL = 0.02
-"""A part of a miss below which it is nought [m]."""
-NOTED_MEAN = 0.1
-"""A mean part from which on it is worth telling [m]."""
+"""Name of each cause."""
+MIN_SHOWN = 0.02
+"""Smallest part of a miss that is shown [m]."""
+MIN_MENTIONED_MEAN = 0.1
+"""Smallest mean part that is mentioned [m]."""
 
 
 def offset(right: float, past: float, units: Units = Units.METRES) -> str:
-    """A way on the ice in words: along play first, without what is small beside the rest.
+    """Format a displacement on the ice: along play first, without a component that is small beside
+    the other.
 
     Parameters
     ----------
     right, past : to the right, and along play [m]
-    units : what lengths are told in
+    units : units of displayed lengths
     """
-    least = max(SMALL, 0.2 * max(abs(right), abs(past)))
+    least = max(MIN_SHOWN, 0.2 * max(abs(right), abs(past)))
     parts = [
         side(value, units, right=name)
         for value, name in ((past, "past"), (right, "right"))
@@ -46,10 +47,10 @@ def offset(right: float, past: float, units: Units = Units.METRES) -> str:
 
 
 def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
-    """A row for each throw: its miss, and what each cause added to it."""
+    """Return a row for each throw: its miss and the contribution of each cause."""
     causes: list[Cause] = [c for c in CAUSES if any(c in one.parts for one in found.throws)]
     if not found.believed and not any(
-        one.parts["ice"].size > SMALL for one in found.throws if "ice" in one.parts
+        one.parts["ice"].size > MIN_SHOWN for one in found.throws if "ice" in one.parts
     ):
         causes.remove("ice")
     head = ["throw", "athlete", "called", "miss", *(CAUSE_WORDS[c] for c in causes), "mostly"]
@@ -68,17 +69,19 @@ def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
 
 
 def part_in_words(part: Part | None, units: Units = Units.METRES) -> str:
-    """What a cause added, with half its 95 % interval along its larger way."""
+    """Format the contribution of a cause, with half its 95 % interval along its larger
+    component.
+    """
     if part is None:
         return NOT_SEEN
     larger = max((part.right, part.past), key=lambda one: abs(one.value))
     half = INTERVAL * (larger.sigma or 0.0)
-    told = offset(part.right.value, part.past.value, units)
-    return f"{told} ± {short_length(half, units)}" if half >= 0.005 else told
+    text = offset(part.right.value, part.past.value, units)
+    return f"{text} ± {short_length(half, units)}" if half >= 0.005 else text
 
 
 def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
-    """What some throws have in common, in a sentence or two."""
+    """Describe the common pattern of some throws in one or two sentences."""
     who = "All throws" if pattern.athlete is None else pattern.athlete
     count = "one throw" if pattern.throws == 1 else f"{pattern.throws} throws"
     ordered = sorted(pattern.shares, key=lambda cause: -pattern.shares[cause].value)
@@ -89,7 +92,7 @@ def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
     ]
     words = (
         f"{who} ({count}): {length(pattern.typical_miss, units)} from the target (root mean "
-        f"square); of that {', '.join(shares)}."
+        f"square); of this {', '.join(shares)}."
     )
     again = [
         f"{CAUSE_WORDS[cause]} {offset(right, past, units)}"
@@ -98,28 +101,28 @@ def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
         for right, past in [
             tuple(
                 way.value
-                if abs(way.value) > max(INTERVAL * (way.sigma or 0.0), NOTED_MEAN)
+                if abs(way.value) > max(INTERVAL * (way.sigma or 0.0), MIN_MENTIONED_MEAN)
                 else 0.0
                 for way in ways
             )
         ]
         if right or past
     ]
-    return f"{words} Again and again: {'; '.join(again)}." if again else words
+    return f"{words} Systematic: {'; '.join(again)}." if again else words
 
 
 def session_in_words(found: SessionCauses, units: Units = Units.METRES) -> list[str]:
-    """The pattern of a session, of each athlete, and what was left out."""
+    """Describe the pattern of a session and of each athlete, and list the excluded throws."""
     patterns = [found.pattern] if found.pattern is not None else []
     if len(found.athletes) > 1 or (found.athletes and found.athletes[0].throws < len(found.throws)):
         patterns += found.athletes
     sentences = [pattern_in_words(pattern, units) for pattern in patterns]
     if found.throws:
         sentences.append(
-            "Each cause is told as where it carried the stone; the parts add up to the miss, and ± "
-            "is half a 95 % interval."
+            "Each cause is shown as the distance that it moved the stone; the parts add up to the "
+            "miss, and ± is half a 95 % interval."
         )
-    sentences += [f"left out: throw {throw}: {why}" for throw, why in found.left_out.items()]
+    sentences += [f"excluded: throw {throw}: {why}" for throw, why in found.left_out.items()]
     return sentences + list(found.remarks)
 
 
@@ -127,7 +130,7 @@ def session_in_words(found: SessionCauses, units: Units = Units.METRES) -> list[
 
 
 def athletes_rows(athletes: Sequence[AthleteErrors], units: Units = Units.METRES) -> ThrowRows:
-    """A row for all throws of each athlete, then one for each handle and weight."""
+    """Return a row for all throws of each athlete, then one for each handle and weight."""
     head = ["athlete", "throws", "handle", "shot", "weight", "± weight", "line", "± line"]
     head += ["rotation", "± rotation"]
     rows: list[list[str]] = []
@@ -149,31 +152,29 @@ def athletes_rows(athletes: Sequence[AthleteErrors], units: Units = Units.METRES
 
 
 def athletes_in_words(athletes: Sequence[AthleteErrors], units: Units = Units.METRES) -> list[str]:
-    """What is worth saying of each athlete."""
+    """Describe the notable errors of each athlete."""
     sentences: list[str] = []
     for one in athletes:
-        told: list[str] = []
+        errors: list[str] = []
         weight, line, _ = one.overall.bias
         if not weight.low <= 0 <= weight.high:
-            told.append(f"throws {_weight(one, one.overall, units)[0].split(' (')[0]}")
+            errors.append(f"throws {_weight(one, one.overall, units)[0].split(' (')[0]}")
         if not line.low <= 0 <= line.high:
-            told.append(f"sends stones {side(line.value, units)} of the line")
+            errors.append(f"sends stones {side(line.value, units)} of the line")
         by_handle = [g for g in one.groups if g.handle is not None and g.weight is None]
         if line.low <= 0 <= line.high and not by_handle:
             by_handle = [g for g in one.groups if g.handle is not None and _is_finest(one, g)]
         for group in by_handle:
             low, high = group.bias[1].low, group.bias[1].high
             if line.low <= 0 <= line.high and not low <= 0 <= high:
-                told.append(f"{group.handle}s {side(group.bias[1].value, units)}")
-        name = one.name or "Throws of nobody"
+                errors.append(f"{group.handle}s {side(group.bias[1].value, units)}")
+        name = one.name or "Throws without a name"
         count = f"{one.overall.throws} throws in {_sessions(one.sessions)}"
-        sentences.append(
-            f"{name} ({count}): {', '.join(told) or 'nothing that happens again and again'}."
-        )
+        sentences.append(f"{name} ({count}): {', '.join(errors) or 'no systematic error'}.")
     if athletes:
         sentences.append(
-            "Weight, line and rotation are told with their 95 % intervals; the columns with ± are "
-            "the spread from throw to throw, without that of the measurement."
+            "Weight, line and rotation have 95 % intervals; columns with ± are the spread from "
+            "throw to throw, without the measurement error."
         )
     return sentences
 
@@ -183,14 +184,14 @@ def _sessions(count: int) -> str:
 
 
 def _is_finest(one: AthleteErrors, group: ErrorSummary) -> bool:
-    """Whether a group is one of those that are not told again as part of another."""
+    """Return whether a group is not a part of another one that is shown."""
     whole = (group.handle is None) + (group.weight is None)
     some = {(g.handle is None) + (g.weight is None) for g in one.groups}
     return whole == min(some, default=0) and group.throws < one.overall.throws
 
 
 def _weight(one: AthleteErrors, group: ErrorSummary, units: Units) -> tuple[str, str]:
-    """Bias and spread of the weight, as times where that is known."""
+    """Format bias and spread of the weight, as times if these are known."""
     bias, spread = group.bias[0], group.spread[0]
     each = one.seconds_per_speed
     if each is None:
@@ -222,15 +223,15 @@ def _rotation(one: AthleteErrors, group: ErrorSummary) -> tuple[str, str]:
         return f"{bias.value:+.2f} rad/s".replace("-", "−"), f"{spread.value:.2f} rad/s"
     value = round(each * bias.value, 1) + 0.0
     word = "more" if value > 0 else "fewer"
-    told = f"{abs(value):.1f} turns {word}" if value else "0"
-    return told, f"{each * spread.value:.1f} turns"
+    text = f"{abs(value):.1f} turns {word}" if value else "0"
+    return text, f"{each * spread.value:.1f} turns"
 
 
 # --- stones --------------------------------------------------------------------------------------
 
 
 def stones_rows(found: StoneMatch, units: Units = Units.METRES) -> ThrowRows:
-    """A row for each stone, the keenest first."""
+    """Return a row for each stone, the keenest first."""
     head = ["stone", "throws", "friction", "on a draw", "curl"]
     rows = [
         [
@@ -259,7 +260,7 @@ def _carry(one: StoneFactor, units: Units) -> str:
 
 
 def stones_in_words(found: StoneMatch, units: Units = Units.METRES) -> list[str]:
-    """Pairs, and which throws would tell the rest apart."""
+    """Describe the pairs, and the throws needed to distinguish the rest."""
     pairs = "; ".join(
         f"{p.first} and {p.second} ({short_length(p.apart, units)} apart)" for p in found.pairs
     )
@@ -268,15 +269,17 @@ def stones_in_words(found: StoneMatch, units: Units = Units.METRES) -> list[str]
         shown = "; ".join(map(_undecided, found.undecided[:6]))
         rest = len(found.undecided) - 6
         more = f"; and {rest} more" if rest > 0 else ""
-        sentences.append(f"Not told apart yet: {shown}{more}.")
+        sentences.append(f"Not distinguished yet: {shown}{more}.")
         sentences.append(
-            "Draws tell most, from the hog line to rest and unswept, all down the same line: in- "
-            "and out-turns in turn, and the stones in the order A B B A, so that ice that changes "
-            "favours none."
+            "Best are unswept draws, seen from the hog line to rest, all down the same line: "
+            "alternate in- and out-turns, and throw the stones in the order A B B A, so that "
+            "changing ice favours none."
         )
     else:
-        sentences.append("Every pair is told: they differ, or are alike enough for any player.")
-    sentences += [f"left out: throw {throw}: {why}" for throw, why in found.left_out.items()]
+        sentences.append(
+            "Every pair is settled: the stones differ, or are alike enough for any player."
+        )
+    sentences += [f"excluded: throw {throw}: {why}" for throw, why in found.left_out.items()]
     return sentences + list(found.remarks)
 
 
@@ -286,7 +289,7 @@ def _undecided(pair: StonePair) -> str:
 
 
 def _without_empty(head: list[str], rows: list[list[str]], *, numeric: Sequence[str]) -> ThrowRows:
-    """A table without columns that nothing fills."""
+    """Return a table without its empty columns."""
     kept = [k for k in range(len(head)) if any(row[k] not in ("", NOT_SEEN, "0") for row in rows)]
     return ThrowRows(
         head=[head[k] for k in kept],

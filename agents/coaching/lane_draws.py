@@ -1,4 +1,4 @@
-"""What an ice asks of a draw to each lane: its weight as a time, and the ice that a skip gives."""
+"""Draws to each lane of an ice: weight as a time, and the ice to give."""
 
 from __future__ import annotations
 
@@ -17,27 +17,30 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
 
 LANES = (-RING_RADII[1], -RING_RADII[2], 0.0, RING_RADII[2], RING_RADII[1])
-"""Where draws end on the tee line, from left to right as the thrower sees it: the edges of the
-8-foot, of the 4-foot, and the tee [m]."""
+"""Lanes of draws on the tee line, left to right from the thrower's view: the edges of the 8-foot,
+of the 4-foot, and the tee [m].
+"""
 PLAUSIBLE_ICES = 16
-"""Ices on which every draw is solved again for its standard error, known to 18 % then."""
+"""Number of sampled ices on which every draw is solved for its standard error, known to 18 %
+then.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LaneDraw:
-    """A draw to the tee line with one handle.
+    """Draw to the tee line with one handle.
 
     Parameters
     ----------
     direction : the end played to
-    lane : where it rests, to the right of the centre line as the thrower sees it [m]
+    lane : place of rest, to the right of the centre line from the thrower's view [m]
     throw : the throw
     description : the throw in a curler's words
     path : (n, 2) its path, sheet frame [m]
     seconds_sigma : standard error of its time from hog line to hog line [s]; None for ice without
         standard errors
-    ice_sigma : standard error of the ice that is given [m]; None as well
-    seen : share of its path that runs over ice on which stones were measured
+    ice_sigma : standard error of the ice to give [m]; None for ice without standard errors
+    seen : share of its path over ice on which stones were measured
     """
 
     direction: Direction
@@ -58,19 +61,19 @@ def lane_draws(
     delivery: Delivery = FROM_HOG_LINE,
     seed: int = 0,
 ) -> list[LaneDraw]:
-    """Draws to the tee line on every lane, with both handles.
+    """Plan draws to the tee line on every lane, with both handles.
 
     Parameters
     ----------
     ice : known or estimated ice
     direction : the end played to
-    lanes : where they rest, to the right of the centre line as the thrower sees it [m]
-    delivery : where throws begin, and their usual spin
-    seed : seed of the ices by which standard errors are told
+    lanes : places of rest, to the right of the centre line from the thrower's view [m]
+    delivery : start of the throws, and their usual spin
+    seed : seed of the sampled ices for the standard errors
 
     Returns
     -------
-    lane by lane, the clockwise handle first; without draws that do not come to rest there
+    lane by lane, the clockwise handle first; draws that do not come to rest there are missing
     """
     others = plausible_ices(ice, PLAUSIBLE_ICES, np.random.default_rng((seed, 3)))
     aims = [Aim(one, direction, delivery=delivery) for one in (others if len(others) > 1 else [])]
@@ -85,7 +88,7 @@ def lane_draws(
             path = slide(
                 ice, throw.release(direction, delivery=delivery), bounds=NO_BOUNDS, fps=10.0
             ).trajectory
-            assert path is not None  # a rate was given
+            assert path is not None  # a rate was requested
             made = [_described(aim, lane, spin, target) for aim in aims]
             spread = np.array([pair for pair in made if pair is not None])
             sigma = spread.std(axis=0, ddof=1) if len(spread) > 1 else None
@@ -105,9 +108,13 @@ def lane_draws(
 
 
 def _described(aim: Aim, lane: float, spin: float, target: Floats) -> tuple[float, float] | None:
-    """Time from hog line to hog line [s] and ice to the right [m] of a draw on another ice."""
+    """Return the hog-to-hog time [s] and the ice to the right [m] of a draw on another ice."""
     throw = aim.draw(lane, 0.0, spin)
     if throw is None:
         return None
-    told = describe(aim.ice, throw, target, aim.direction, aim.delivery)
-    return None if told.hog_to_hog_s is None else (told.hog_to_hog_s, told.broom_m - lane)
+    description = describe(aim.ice, throw, target, aim.direction, aim.delivery)
+    return (
+        None
+        if description.hog_to_hog_s is None
+        else (description.hog_to_hog_s, description.broom_m - lane)
+    )

@@ -1,7 +1,7 @@
-"""Throws run on ices: where they rest, where they cross a line, how long they take.
+"""Simulated throws on ices: places of rest, line crossings, and times.
 
-A throw is a row (speed, angle, spin, x), as in `agents.planning.rollouts`; places are seen by the
-thrower, right of the centre line and past the tee played to.
+A throw is a row (speed, angle, spin, x), as in `agents.planning.rollouts`; places are from the
+thrower's view, right of the centre line and past the tee played to.
 """
 
 from __future__ import annotations
@@ -23,19 +23,19 @@ from curling_env.typing import Floats, Indices
 SPEED, ANGLE, SPIN, X = range(4)
 """Columns of a table of throws."""
 HOG_TO_FAR_TEE = HOG_LINE_Y + TEE_Y
-"""From the first hog line to the tee played to [m]."""
+"""Distance from the first hog line to the tee played to [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """Where a throw stands in its session: what effects of the ice may depend on.
+    """Place of a throw in its session, on which effects of the ice may depend.
 
     Parameters
     ----------
     direction : the end played to
-    clock : when it began [s]
+    clock : start time [s]
     order : number of throws before it
-    stone : its stone
+    stone : number of its stone
     """
 
     direction: Direction = Direction.AWAY
@@ -56,17 +56,17 @@ def run(
     longest: float = 40.0,
     ahead: Floats | None = None,
 ) -> Rests:
-    """Run throws (n, 4) on ices; in the sheet frame.
+    """Simulate throws (n, 4) on ices; in the sheet frame.
 
     Parameters
     ----------
     ices, which : as in `throw_batch`
     throws : (n, 4)
-    place : of all of them
-    line : past the tee, where a throw ends that gets there [m]
+    place : place in the session of all of them
+    line : line past the tee that ends a throw [m]
     sweeps : (n, 2) start and end of sweeping after the release [s]
     fps, longest : as in `throw_batch`
-    ahead : (n,) how far beyond the hog line each throw begins [m]
+    ahead : (n,) start of each throw beyond the hog line [m]
     """
     table: NDArray[Any] = releases_of(throws, place.direction)
     table["clock"], table["order"], table["stone"] = place.clock, place.order, place.stone
@@ -88,7 +88,9 @@ def rests(
     which: Indices | None = None,
     sweeps: Floats | None = None,
 ) -> Floats:
-    """Where throws come to rest, (n, 2): right, past [m]; NaN for one that never does."""
+    """Return the places of rest of throws, (n, 2): right, past [m]; NaN for one that never
+    stops.
+    """
     ends = run(ices, throws, place, which=which, sweeps=sweeps)
     xy = to_delivery(np.column_stack([ends.x, ends.y]), place.direction)
     return np.where((ends.end == SlideEnd.REST)[:, None], xy, np.nan)
@@ -103,13 +105,14 @@ def crossings(
     which: Indices | None = None,
     sweeps: Floats | None = None,
 ) -> tuple[Floats, Floats]:
-    """Where throws cross a line across the sheet, (n,) right [m], and when, (n,) [s].
+    """Return the crossings of throws with a line across the sheet, (n,) right [m], and times, (n,)
+    [s].
 
-    NaN for one that does not get there.
+    NaN for one that does not reach it.
 
     Parameters
     ----------
-    line : past the tee [m]
+    line : line past the tee [m]
     ices, throws, place, which, sweeps : as in `run`
     """
     ends = run(ices, throws, place, which=which, line=line, sweeps=sweeps)
@@ -121,12 +124,12 @@ def crossings(
 
 
 def hog_times(ices: Ice | Sequence[Ice], throws: Floats, place: Place) -> Floats:
-    """Times from hog line to hog line, (n,) [s]; NaN for a throw that stops before."""
+    """Return times from hog line to hog line, (n,) [s]; NaN for a throw that stops before."""
     return crossings(ices, throws, place, -HOG_TO_TEE)[1]
 
 
 def turns(ices: Ice | Sequence[Ice], throws: Floats, place: Place) -> Floats:
-    """Full turns until rest, (n,), without sign."""
+    """Return the number of full turns until rest, (n,), without sign."""
     return np.abs(run(ices, throws, place).theta) / (2 * np.pi)
 
 
@@ -139,11 +142,11 @@ def outcomes(
     which: Indices | None = None,
     sweeps: Floats | None = None,
 ) -> Floats:
-    """What counts of throws, (n, 2): where they rest, or where they cross a line [m].
+    """Return the outcomes of throws, (n, 2): place of rest, or crossing of a line [m].
 
     Parameters
     ----------
-    line : past the tee, for hits; None for throws that should rest
+    line : line past the tee, for hits; None for throws that should rest
     ices, throws, place, which, sweeps : as in `run`
     """
     if line is None:
@@ -153,5 +156,5 @@ def outcomes(
 
 
 def angle_to_tee(broom: float, x: float) -> float:
-    """The line of delivery from x on the hog line to a broom on the far tee line [rad]."""
+    """Return the line of delivery from x on the hog line to a broom on the far tee line [rad]."""
     return float(np.arctan2(x - broom, HOG_TO_FAR_TEE))

@@ -1,4 +1,4 @@
-"""The level of each stone against its set, from numbers of single throws that scatter."""
+"""Level of each stone against its set, from scattered measurements of single throws."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from curling_env.typing import Floats, Integers
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Levels:
-    """Each stone's ln factor against the set.
+    """Ln factor of each stone against the set.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class Levels:
     covariance : (k, k)
     freedom : degrees of freedom of its scale
     between : variance from throw to throw
-    noise : (k,) variance of one throw of each stone: of the throw itself and of its measurement
+    noise : (k,) variance of one throw of each stone, including its measurement
     """
 
     value: Floats
@@ -33,26 +33,26 @@ class Levels:
     noise: Floats
 
     def interval(self, weights: Floats) -> tuple[float, float, float]:
-        """A weighted sum, and the ends of its interval."""
+        """Return a weighted sum, and the ends of its interval."""
         value = float(weights @ self.value)
         half = float(np.sqrt(weights @ self.covariance @ weights)) * self.reach
         return value, value - half, value + half
 
     @property
     def reach(self) -> float:
-        """Standard errors to either side of a 95 % interval."""
+        """Half-width of a 95 % interval [standard errors]."""
         return float(stdtrit(self.freedom, 0.975))
 
 
 def levels(measured: Floats, stone: Integers, count: int, others: Sequence[Floats]) -> Levels:
-    """The level of each stone by restricted likelihood.
+    """Estimate the level of each stone by restricted likelihood.
 
     Parameters
     ----------
-    measured : (n, 2) a number of each throw, and its standard error
+    measured : (n, 2) measured number of each throw, and its standard error
     stone : (n,) the stone of each
     count : number of stones
-    others : (n,) each, what else may move the number; left out where stones and it move together
+    others : (n,) each, further covariates; dropped if confounded with the stones
     """
     value, variance = measured[:, 0], measured[:, 1] ** 2
     design = np.eye(count)[stone]

@@ -1,9 +1,9 @@
-"""Matching stones: which run keener or heavier than the set, and which curl more or less.
+"""Matching of stones: keener or heavier than the set, and more or less curl.
 
-Each throw tells the friction and the curl of its stone, over those of the ice. What throws of one
-stone differ by tells how far to trust them: hair, frost, and ice that is not as its file says. A
-steady change of the ice in the course of the session, the end played to, and for the curl the
-handle are taken out, as far as the throws can tell them from the stones.
+Each throw measures the friction and the curl of its stone, relative to the ice. The scatter between
+throws of one stone shows how reliable they are: hair, frost, and errors of the ice file. A steady
+change of the ice during the session, the end played to, and for the curl the handle are removed, if
+the throws can separate them from the stones.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from agents.coaching.stone_levels import Levels, levels
 from agents.coaching.tuning import (
     ALIKE_CURL,
     ALIKE_FRICTION,
-    KNOWN_CURL,
-    MOST_MORE,
+    MAX_CURL_SIGMA,
+    MAX_MORE_THROWS,
     STONE_DRAWS,
 )
 from curling_env.errors import InputError, TrackTooShortError
@@ -43,13 +43,12 @@ class StoneFactor:
 
     Parameters
     ----------
-    stone : as it is noted, else its number
-    number : in the tracks
-    throws : how many were used
-    friction : its friction over the mean of the set: below 1 it is keen, above 1 heavy
-    curl : its curl over the mean of the set; None where nothing curls, or too little is known
-    carry : how much further than the set's it rests when thrown with draw weight, with its interval
-        [m]
+    stone : name as noted, else its number
+    number : number in the tracks
+    throws : number of throws used
+    friction : friction over the mean of the set: below 1 is keen, above 1 heavy
+    curl : curl over the mean of the set; None if nothing curls, or too little is known
+    carry : extra distance over the set's at draw weight, with its interval [m]
     """
 
     stone: str
@@ -60,7 +59,7 @@ class StoneFactor:
     carry: Interval
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         found: dict[str, object] = {
             "stone": self.stone,
             "number": self.number,
@@ -78,16 +77,16 @@ class StoneFactor:
 
 @dataclass(frozen=True, kw_only=True)
 class StonePair:
-    """Two stones against each other.
+    """Two stones compared.
 
     Parameters
     ----------
-    first, second : the stones, as they are noted
+    first, second : the stones, as noted
     friction : friction of the first over that of the second
-    curl : the same for the curl; None where it is not known
-    apart : how far apart they rest when thrown alike with draw weight [m]
-    verdict : ``differ``; ``alike`` within what a player notices; or ``open``
-    more : throws of each that would settle it, where it is open
+    curl : the same for the curl; None if unknown
+    apart : distance between their places of rest at draw weight [m]
+    verdict : ``differ``; ``alike`` within a difference that a player notices; or ``open``
+    more : throws of each needed to settle an open pair
     """
 
     first: str
@@ -99,7 +98,7 @@ class StonePair:
     more: int = 0
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         found: dict[str, object] = {"stones": [self.first, self.second]}
         for name, one in (("friction", self.friction), ("curl", self.curl)):
             if one is not None:
@@ -109,16 +108,16 @@ class StonePair:
 
 @dataclass(frozen=True, kw_only=True)
 class StoneMatch:
-    """A set of stones, matched.
+    """Set of stones, matched.
 
     Parameters
     ----------
-    stones : the keenest first
-    pairs : suggested pairs: each stone in at most one, so that partners run as alike as can be
-    all_pairs : every two stones against each other
+    stones : stones, the keenest first
+    pairs : suggested pairs: each stone in at most one, with the most similar partners
+    all_pairs : every pair of stones
     spread : standard deviation of ln friction from throw to throw of one stone
-    left_out : why throws were not used, by their number
-    remarks : what a reader should know
+    left_out : reason why throws were excluded, by number
+    remarks : remarks for the reader
     """
 
     stones: tuple[StoneFactor, ...]
@@ -130,13 +129,17 @@ class StoneMatch:
 
     @property
     def undecided(self) -> tuple[StonePair, ...]:
-        """Stones that cannot be told apart yet, those first that few throws would settle."""
+        """Return the pairs that cannot be distinguished yet, those that need fewest throws
+        first.
+        """
         open_pairs = [pair for pair in self.all_pairs if pair.verdict == "open"]
         return tuple(sorted(open_pairs, key=lambda pair: pair.more))
 
     @property
     def more_throws(self) -> dict[str, int]:
-        """Throws of each stone that would settle all pairs it is in; no stone that needs none."""
+        """Return the throws of each stone needed to settle all its pairs; stones that need none are
+        missing.
+        """
         wanted = {
             one.stone: max(
                 (p.more for p in self.undecided if one.stone in (p.first, p.second)), default=0
@@ -146,7 +149,7 @@ class StoneMatch:
         return {stone: more for stone, more in wanted.items() if more}
 
     def on(self, ice: Ice) -> Ice:
-        """The ice with a `stone_bias` for every stone, for planning with it."""
+        """Return the ice with a `stone_bias` for every stone, for planning."""
         ice = ice.without_effect("stone_bias")
         for one in self.stones:
             parameters = {"stone": float(one.number), "factor": one.friction.value}
@@ -160,7 +163,7 @@ class StoneMatch:
         return ice
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name, for JSON."""
+        """Return the numbers by name, for JSON."""
         return {
             "stones": [one.as_dict() for one in self.stones],
             "pairs": [one.as_dict() for one in self.pairs],
@@ -180,19 +183,19 @@ def match_stones(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> StoneMatch:
-    """Friction and curl of every stone against the set.
+    """Estimate friction and curl of every stone against the set.
 
     Parameters
     ----------
-    tracks : of one session, whose thrown stones are numbered (`load_tracks`)
-    ice : of the session; what it says of single stones is left aside
-    notes : the names of the stones (`throws_beside`)
-    seed : seed of the errors of the ice that are drawn
+    tracks : tracks of one session with numbered stones (`load_tracks`)
+    ice : ice of the session; its values for single stones are ignored
+    notes : names of the stones (`throws_beside`)
+    seed : seed of the sampled errors of the ice
     progress : called with the number of throws done
 
     Raises
     ------
-    InputError : fewer than two stones, or no throw that tells of its stone
+    InputError : fewer than two stones, or no usable throw
     """
     plain = ice.without_effect("stone_bias")
     session = SessionIce(plain, np.random.default_rng(seed), STONE_DRAWS)
@@ -215,8 +218,8 @@ def match_stones(
     numbers = sorted({stone for stone, _ in read})
     if len(numbers) < 2:
         raise InputError(
-            f"stones are matched against each other, and these tracks have {len(numbers)}: note "
-            "in throws.csv which stone each throw was"
+            f"expected two or more stones, found {len(numbers)}: enter the stone of each throw in "
+            "throws.csv"
         )
     return _Match(plain, read, numbers, names, left_out).result()
 
@@ -242,7 +245,7 @@ class _Match:
         friction = np.array([one.friction for one in releases], dtype=np.float64)
         self._friction = levels(friction, stone, len(numbers), [trend, ends])
         curl = np.array([one.curl for one in releases], dtype=np.float64)
-        known = curl[:, 1] < KNOWN_CURL
+        known = curl[:, 1] < MAX_CURL_SIGMA
         self._curl = None
         if set(stone[known].tolist()) == set(range(len(numbers))):
             self._curl = levels(
@@ -251,17 +254,17 @@ class _Match:
         self._carry, self._bend = _draw(ice, releases)
 
     def result(self) -> StoneMatch:
-        """All of it."""
+        """Return the complete result."""
         k = len(self._numbers)
         stones = [self._stone(i) for i in range(k)]
         pairs = {(i, j): self._pair(i, j) for i, j in combinations(range(k), 2)}
         partners = _partners(k, {pair: found.apart for pair, found in pairs.items()})
         remarks: list[str] = []
         if self._curl is None:
-            remarks.append("too little is known of the curl of single throws to tell stones apart")
+            remarks.append("the curl of single throws is too uncertain to distinguish stones")
         if (self._throws < 2).any():
             few = ", ".join(stones[i].stone for i in np.flatnonzero(self._throws < 2).tolist())
-            remarks.append(f"thrown once only: {few}; how far to trust that the others tell")
+            remarks.append(f"thrown only once: {few}; their scatter is taken from the other stones")
         return StoneMatch(
             stones=tuple(sorted(stones, key=lambda one: one.friction.value)),
             pairs=tuple(sorted((pairs[pair] for pair in partners), key=lambda one: one.apart)),
@@ -312,32 +315,35 @@ class _Match:
         )
 
     def _verdict(
-        self, levels: Levels, told: tuple[float, float, float], alike: float, i: int, j: int
+        self, levels: Levels, interval: tuple[float, float, float], alike: float, i: int, j: int
     ) -> tuple[str, int]:
-        """Whether two stones differ, and how many more throws of each would settle it."""
-        value, low, high = told
+        """Return the verdict on two stones, and the number of further throws of each to settle
+        it.
+        """
+        value, low, high = interval
         if low > 0 or high < 0:
             return "differ", 0
         if -alike < low and high < alike:
             return "alike", 0
-        # Settled: the interval leaves out no difference, or all that a player would notice.
+        # Settled: the interval excludes no difference, or every difference that a player would
+        # notice.
         wanted = max(abs(value), alike - abs(value), 0.5 * alike) / 1.96
         needed = (levels.noise[i] + levels.noise[j]) / wanted**2
         more = ceil(needed - min(int(self._throws[i]), int(self._throws[j])))
-        return "open", int(np.clip(more, 1, MOST_MORE))
+        return "open", int(np.clip(more, 1, MAX_MORE_THROWS))
 
 
-def _factor(told: tuple[float, float, float]) -> Interval:
-    value, low, high = np.exp(told).tolist()
+def _factor(interval: tuple[float, float, float]) -> Interval:
+    value, low, high = np.exp(interval).tolist()
     return Interval(value, low, high)
 
 
 def _draw(ice: Ice, releases: Sequence[Released]) -> tuple[float, float]:
-    """What ln friction and ln curl are worth at draw weight [m].
+    """Return the distances that ln friction and ln curl are worth at draw weight [m].
 
     Parameters
     ----------
-    releases : the draw is the throw among them that rests nearest to the tee
+    releases : throws; the one that rests nearest to the tee is the draw
     """
     throws = np.array([released.throw for released in releases])
     ends = rests(ice, throws, Place())
@@ -358,7 +364,7 @@ def _draw(ice: Ice, releases: Sequence[Released]) -> tuple[float, float]:
 
 
 def _partners(count: int, apart: Mapping[tuple[int, int], float]) -> list[tuple[int, int]]:
-    """Pairs of stones, each in at most one, with the least sum of squared distances."""
+    """Pair the stones, each in at most one pair, with the least sum of squared distances."""
     pairs = list(apart)
     member = np.zeros((count, len(pairs)))
     for k, pair in enumerate(pairs):

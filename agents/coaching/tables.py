@@ -1,4 +1,4 @@
-"""Files of what the coaching functions found."""
+"""Files of the coaching results."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def write_causes(path: str | Path, found: SessionCauses) -> None:
     Parameters
     ----------
     path : file to write
-    found : what `hand_or_ice` told
+    found : result of `hand_or_ice`
     """
     write_table(path, _columns([one.as_dict() for one in found.throws]))
 
@@ -38,14 +38,14 @@ def write_athletes(
     *,
     seed: int | None = None,
 ) -> list[Path]:
-    """Write the table of errors, and a skill file for each athlete; returns the files.
+    """Write the table of errors, and a skill file for each athlete; return the files.
 
     Parameters
     ----------
-    folder : where to; made if it is not there
-    found : what `athlete_errors` told
-    inputs : files that it was told from, for the skill files
-    seed : of the draws, the same
+    folder : output folder; made if missing
+    found : result of `athlete_errors`
+    inputs : input files of the result, for the provenance in the skill files
+    seed : seed of the draws, for the provenance too
     """
     folder = make_directory(folder)
     table = folder / ERRORS_TABLE
@@ -64,7 +64,9 @@ def write_athletes(
 
 
 def _columns(rows: Sequence[dict[str, Any]]) -> dict[str, list[Any]]:
-    """Rows as columns; numbers rounded to what they are worth, empty cells where there is none."""
+    """Return rows as columns, with numbers rounded to their precision and empty cells for missing
+    ones.
+    """
     names = dict.fromkeys(name for row in rows for name in row)
     columns: dict[str, list[Any]] = {}
     for name in names:
@@ -78,7 +80,7 @@ def _columns(rows: Sequence[dict[str, Any]]) -> dict[str, list[Any]]:
 
 
 def _file_names(found: Sequence[AthleteErrors]) -> list[str]:
-    """A name for the file of each athlete, from letters that every disk takes; no two alike."""
+    """Return a unique file name for each athlete, from letters that every disk accepts."""
     names: list[str] = []
     for one in found:
         plain = re.sub(r"[^\w-]+", "_", one.name, flags=re.UNICODE).strip("_")[:60] or "athlete"

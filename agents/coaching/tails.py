@@ -1,4 +1,4 @@
-"""How heavy the tails of an athlete's errors are: the degrees of freedom of Student's t."""
+"""Tails of an athlete's errors: the degrees of freedom of Student's t."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ from curling_env.typing import Floats, Integers
 
 
 def tails_of(distances: ArrayLike, measured: ArrayLike) -> float:
-    """Degrees of freedom of the t-distribution that made errors of such sizes.
+    """Estimate the degrees of freedom of the t-distribution of errors with these sizes.
 
-    Maximum likelihood over the degrees of freedom and a common factor of all spreads. It is called
-    tails only where a normal distribution is far less likely: among few throws a wild one says
+    Maximum likelihood over the degrees of freedom and a common factor of all spreads. Tails are
+    reported only if a normal distribution is far less likely: among few throws a wild one proves
     little.
 
     Parameters
     ----------
     distances : (n,) sum of the squares of each error over its spread (Mahalanobis, squared)
-    measured : (n,) how many components of it were measured
+    measured : (n,) number of measured components
 
     Returns
     -------
-    degrees of freedom, from the range of `TAILS`; without end for normal errors
+    degrees of freedom, from the range of `TAILS`; infinite for normal errors
     """
     squares, count = np.asarray(distances, dtype=np.float64), np.asarray(measured)
     squares, count = squares[count > 0], count[count > 0]
@@ -43,12 +43,13 @@ def tails_of(distances: ArrayLike, measured: ArrayLike) -> float:
 def squared_distances(
     errors: Floats, variances: Floats, group: Integers, bias: Floats, covariance: Floats
 ) -> tuple[Floats, Integers]:
-    """Squared sizes of errors over their spread (n,), and how many components each has (n,).
+    """Return squared sizes of errors over their spread (n,), and numbers of measured components
+    (n,).
 
     Parameters
     ----------
     errors : (n, 3); NaN where a component was not measured
-    variances : (n, 3, 3) of their measurement
+    variances : (n, 3, 3) covariances of their measurement errors
     group : (n,) the group of each throw
     bias, covariance : (groups, 3) and (groups, 3, 3) of the errors of each group
     """
@@ -62,7 +63,7 @@ def squared_distances(
 
 
 def _log_likelihood(squares: Floats, count: Integers, tails: float) -> float:
-    """Log likelihood of the sizes with the most likely common factor of the spreads."""
+    """Return the log likelihood of the sizes with the most likely common factor of the spreads."""
 
     def given(log_factor: float) -> float:
         u = squares * math.exp(-2 * log_factor)

@@ -1,4 +1,4 @@
-"""The table of throws with what a coach knows of them: who threw it, and what was called."""
+"""Table of throws with a coach's notes: athlete and called shot."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from friction_estimation.tracks.throw_table import throw_table as measured_throw
 
 Hand = Literal["right", "left"]
 Hands = Mapping[str, Hand]
-"""The hands of athletes by name; who is not in it throws with the right."""
+"""Hands of athletes by name; an athlete who is missing throws with the right."""
 ALL_RIGHT: Hands = MappingProxyType({})
 _NOTED = ("hand", "handle")
 _CALLED = tuple(
@@ -44,14 +44,14 @@ HANDS_LIST = "athletes.csv"
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowSheet:
-    """One throw: what was measured, and what a coach noted of it.
+    """One throw: its measures and a coach's notes.
 
     Parameters
     ----------
-    measures : the numbers of its track
-    note : who threw which stone, what was called, and anything else
-    call : the call in that note; None if it is none
-    hand : with which the athlete throws
+    measures : numbers of its track
+    note : athlete, stone, call, and anything else
+    call : the call in that note; None if absent
+    hand : throwing hand of the athlete
     """
 
     measures: ThrowMeasures
@@ -61,31 +61,33 @@ class ThrowSheet:
 
     @property
     def throw(self) -> int:
-        """The number of the throw in the tracks."""
+        """Number of the throw in the tracks."""
         return self.measures.throw
 
     @property
     def athlete(self) -> str:
-        """Who threw it; empty where nobody noted it."""
+        """Athlete; empty if not noted."""
         return self.note.athlete
 
     @property
     def stone(self) -> str:
-        """The stone as it is noted, else its number in the tracks."""
+        """Stone as noted, else its number in the tracks."""
         return self.note.stone or str(self.measures.stone)
 
     @property
     def handle(self) -> Handle | None:
-        """The handle by the athlete's hand; None where no turn was seen."""
+        """Handle by the athlete's hand; None if no turn was seen."""
         if handle_of(self.measures) in (NOT_SEEN, "hardly turns"):
             return None
         spin = self.measures.spin
-        assert spin is not None  # it was named
+        assert spin is not None  # the stone has a name
         return handle_by_hand(spin.value, self.hand)
 
     @property
     def off_broom(self) -> Measured | None:
-        """How far right of the called broom the line of delivery crosses the far tee line [m]."""
+        """Distance right of the called broom at which the line of delivery crosses the far tee line
+        [m].
+        """
         line = self.measures.line
         if line is None or self.call is None or self.call.broom is None:
             return None
@@ -93,9 +95,9 @@ class ThrowSheet:
 
     @property
     def miss(self) -> tuple[Measured, Measured] | None:
-        """How far right of, and how far past, the called target it came to rest [m].
+        """Distance right of and past the called target at which the stone came to rest [m].
 
-        None for hits, for throws without a target, and where it was not seen to rest by itself.
+        None for hits, for throws without a target, and if an undisturbed rest was not seen.
         """
         one, call = self.measures, self.call
         if call is None or call.target is None or not call.rests or one.touched:
@@ -109,7 +111,7 @@ class ThrowSheet:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name in SI units, and what is noted."""
+        """Return the numbers by name in SI units, and the notes."""
         found: dict[str, object] = {**self.measures.as_dict(), **self.note.row}
         if self.note.stone:
             found["stone_name"] = self.note.stone
@@ -130,19 +132,19 @@ def throw_table(
     notes: Mapping[int, ThrowNote] = NO_NOTES,
     hands: Hands = ALL_RIGHT,
 ) -> list[ThrowSheet]:
-    """Measure every throw of a session and put beside it what a coach noted.
+    """Measure every throw of a session and add the coach's notes.
 
     Parameters
     ----------
-    tracks : of a session; the stones of one throw share its number and stand together
-    notes : what is noted of the throws, by number (`throws_beside`)
-    hands : of the athletes, by name (`hands_beside`)
+    tracks : tracks of a session; the stones of one throw share its number and are adjacent
+    notes : notes on the throws, by number (`throws_beside`)
+    hands : hands of the athletes, by name (`hands_beside`)
     """
     return [sheet_of(measures, notes, hands) for measures in measured_throws(tracks)]
 
 
 def sheet_of(measures: ThrowMeasures, notes: Mapping[int, ThrowNote], hands: Hands) -> ThrowSheet:
-    """What was measured of a throw with what is noted of it."""
+    """Return the measures of a throw with its notes."""
     note = notes.get(measures.throw, ThrowNote())
     return ThrowSheet(
         measures=measures,
@@ -153,7 +155,7 @@ def sheet_of(measures: ThrowMeasures, notes: Mapping[int, ThrowNote], hands: Han
 
 
 def handle_by_hand(spin: float, hand: Hand) -> Handle | None:
-    """The handle of a spin, counter-clockwise positive; None for no spin."""
+    """Return the handle of a spin, counter-clockwise positive; None for no spin."""
     name = handles(spin)[0 if hand == "right" else 1]
     if name == "no turn":
         return None
@@ -161,12 +163,13 @@ def handle_by_hand(spin: float, hand: Hand) -> Handle | None:
 
 
 def spin_sign(handle: Handle, hand: Hand) -> float:
-    """The sign of the spin of a handle: 1 counter-clockwise, −1 clockwise."""
+    """Return the sign of the spin of a handle: 1 counter-clockwise, −1 clockwise."""
     return 1.0 if handle_by_hand(1.0, hand) == handle else -1.0
 
 
 def hands_beside(tracks: str | Path) -> Hands:
-    """The hands of athletes in the table `athletes.csv` beside a tracks file; none without it.
+    """Read the hands of athletes from `athletes.csv` in the folder of a tracks file; empty without
+    it.
 
     Its columns are `athlete` and `hand`, which is right, left, or empty for right.
 
@@ -183,7 +186,7 @@ def hands_beside(tracks: str | Path) -> Hands:
         hand = word.strip().lower() or "right"
         if hand not in ("right", "left"):
             raise InputError(
-                f"a hand is right or left, got {word[:40]!r}",
+                f"expected right or left, got {word[:40]!r}",
                 source=path,
                 where=table.where(row, "hand"),
             )
@@ -196,16 +199,16 @@ def hands_beside(tracks: str | Path) -> Hands:
 
 
 def sheet_rows(sheets: Sequence[ThrowSheet], units: Units = Units.METRES) -> ThrowRows:
-    """The table in words: the handle by the athlete's hand, and what was called beside what came.
+    """Return the table as text: the handle by the athlete's hand, and calls next to outcomes.
 
     Parameters
     ----------
     sheets : the throws
-    units : what lengths are told in
+    units : units of displayed lengths
     """
     notes = {sheet.throw: sheet.note for sheet in sheets}
-    told = throw_rows([sheet.measures for sheet in sheets], units, notes, errors=False)
-    head, rows = list(told.head), [list(row) for row in told.rows]
+    table = throw_rows([sheet.measures for sheet in sheets], units, notes, errors=False)
+    head, rows = list(table.head), [list(row) for row in table.rows]
     if "handle" in head:
         at = head.index("handle")
         for row, sheet in zip(rows, sheets, strict=True):
@@ -246,7 +249,7 @@ def _miss(sheet: ThrowSheet, units: Units) -> str:
 
 
 def write_sheets(path: str | Path, sheets: Sequence[ThrowSheet]) -> None:
-    """Write the table as CSV: SI units, every standard error, and what is noted.
+    """Write the table as CSV: SI units, every standard error, and the notes.
 
     Parameters
     ----------

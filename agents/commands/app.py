@@ -19,7 +19,7 @@ def app(
         Option(
             "--import",
             metavar="DIR",
-            help="Add the session in DIR (tracks.csv, ice.json); may be repeated.",
+            help="Import the session in DIR (tracks.csv, ice.json); may be repeated.",
         ),
     ] = None,
     port: Annotated[
@@ -37,16 +37,15 @@ def app(
         curling app /tmp/look --demo
         curling app club --import runs/demo
 
-    Everything works on this machine, without the internet. The club folder holds a database of
+    Everything runs on this machine, without the internet. The club folder holds a database of
     names and notes (club.sqlite), and the films, tracks and ices as files for every other command.
-    The printed address holds a secret: only those who have it get in, and only on this machine;
-    with --share, others in the same network get another one, also as a QR code. Ctrl-C ends the
-    app. See docs/app.md.
+    The printed address contains a secret key and works on this machine only; with --share, others
+    in the same network get another one, also as a QR code. Ctrl-C ends the app. See docs/app.md.
     """
     import webbrowser
     from contextvars import Context
 
-    import jinja2  # noqa: F401  of the extra `app`, which is named where it is missing
+    import jinja2  # noqa: F401  of the extra `app`, reported here if it is missing
 
     from agents.app.club import Club
     from agents.app.first_sessions import begin_sessions
@@ -58,7 +57,7 @@ def app(
     def show(address: str, shared: str | None) -> None:
         print(address, flush=True)
         if shared is not None:
-            say(f"anyone in this network who has this address may see all: {shared}", now=True)
+            say(f"anyone in this network with this address can see everything: {shared}", now=True)
             if sys.stderr.isatty():
                 from curling_env.infrastructure.qr_code import qr_code
 
@@ -68,7 +67,7 @@ def app(
 
     def run() -> None:
         with club.alone():
-            for one in folders:  # all of them, before the first is taken in
+            for one in folders:  # all of them, before the first is imported
                 look_through(one)
             serve(
                 club,
@@ -79,8 +78,8 @@ def app(
             )
 
     try:
-        # A club's files are read and written again and again: the rule that a command writes over
-        # nothing that it has read does not hold here.
+        # A club's files are read and written repeatedly: the rule that a command does not overwrite
+        # its inputs does not apply here.
         Context().run(run)
     except KeyboardInterrupt:
         say(f"closed; everything is kept in {folder}")

@@ -1,4 +1,4 @@
-"""Measures of ends, on one core."""
+"""Measures of the speed of ends, on one core."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def measures() -> Iterator[Measure]:
 
 def end_alone() -> Callable[[], int]:
     """Return work that plays an end in which both teams draw to the button and collide."""
-    env = gymnasium.make("CurlingEnd-v0").unwrapped
+    env = gymnasium.make("CurlingEnd-v0", opponent="draw").unwrapped
     assert isinstance(env, CurlingEndEnv)
     env.reset(seed=0)
     action = env.action_of(env.opponent.call(env.simulator.view(env.state)))
@@ -43,7 +43,10 @@ def end_alone() -> Callable[[], int]:
 def ends_together() -> Callable[[], int]:
     """Return work that steps ends of the vector environment until some are over."""
     env = gymnasium.make_vec(
-        "CurlingEnd-v0", num_envs=SIDE_BY_SIDE, vectorization_mode="vector_entry_point"
+        "CurlingEnd-v0",
+        num_envs=SIDE_BY_SIDE,
+        vectorization_mode="vector_entry_point",
+        opponent="draw",
     )
     assert isinstance(env, CurlingEndVectorEnv)
     env.reset(seed=0)

@@ -1,4 +1,4 @@
-"""`curling demo`: the whole loop on films that it renders itself."""
+"""`curling demo`: the whole loop on films that the command renders itself."""
 
 from __future__ import annotations
 
@@ -27,10 +27,10 @@ def demo(
         curling demo -o runs/my-demo --seed 7 --throws 12
         curling demo --units feet
 
-    It films practice throws on uneven ice, tracks the stone, estimates the friction map, plans a
-    draw on it, and throws it on the hidden ice. Then the curl is removed from the model: the
-    planned draw misses, discovery names the missing effect, and the draw planned again lands. The
-    folder holds the films, tracks.csv, ice.json and a page of pictures (index.html, page.png).
+    The command films practice throws on uneven ice, tracks the stone, estimates the friction map,
+    plans a draw on it, and throws it on the hidden ice. Then the curl is removed from the model:
+    the planned draw misses, discovery names the missing effect, and the draw planned again lands.
+    The folder holds the films, tracks.csv, ice.json and a page of pictures (index.html, page.png).
     """
     from agents.closed_loop.demo import run_demo
 

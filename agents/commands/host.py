@@ -1,4 +1,4 @@
-"""`curling host`: let Digital Curling's clients play on our ice."""
+"""`curling host`: a server for Digital Curling's clients on our ice."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ CLIENTS = ("dc3", "dc4")
 AGENT = Option(metavar="AGENT", help="dc3 or dc4 (a client), or a player, see `curling play`.")
 NOISE = Option(
     metavar="SKILL",
-    help="Its execution error: a skill or SPEED:ANGLE [m/s, rad], one or four with commas.",
+    help="Execution error: a skill or SPEED:ANGLE [m/s, rad], one or four with commas.",
 )
 
 
@@ -35,7 +35,7 @@ class Teams:
 
     @property
     def words(self) -> tuple[str, str]:
-        """The agents of team 0 and team 1 as given."""
+        """Return the agents of team 0 and team 1 as given."""
         return self.team0, self.team1
 
 
@@ -44,12 +44,12 @@ class Match:
     """Match"""
 
     ice: IceOption = "fcv1"
-    rules: str | None = option(None, "Rule set (docs/rules.md); by default that of the clients.")
+    rules: str | None = option(None, "Rule set (docs/rules.md); default: that of the clients.")
     arrangement: int = option(0, "Placed stones of mixed doubles in version 4.", min=0, max=5)
     ends: int = option(8, "Number of ends.", min=1, max=20)
     time: float = option(600.0, "Thinking time of each team [s].", min=1, max=1e5)
     extra_time: float = option(60.0, "Thinking time for an extra end [s].", min=1, max=1e5)
-    evolve: bool = option(False, "Let ice wear and frost over, and stones differ.", "--evolve")
+    evolve: bool = option(False, "Let the ice wear and frost over, and stones differ.", "--evolve")
     sweep: bool = option(False, "Sweep stones that are light.", "--sweep")
     announce: str | None = option(None, "Physics reported to clients, e.g. fcv1.", metavar="NAME")
 
@@ -81,7 +81,9 @@ class Match:
             seed=seed,
         )
         if setting.is_doubles and "dc3" in teams.words:
-            raise InputError("clients of version 3 play fours only: give --team0 and --team1")
+            raise InputError(
+                "clients of version 3 play fours only; give players for --team0 and --team1"
+            )
         warn_about(setting.ice)
         return setting
 
@@ -90,11 +92,13 @@ class Match:
 class Server:
     """Server"""
 
-    bind: str = option("127.0.0.1", "Listen here; 0.0.0.0: all networks.", metavar="ADDRESS")
-    port: int = option(10000, "Port of team 0, team 1 has the next.", min=0, max=65534)
+    bind: str = option(
+        "127.0.0.1", "Address to listen on; 0.0.0.0: all networks.", metavar="ADDRESS"
+    )
+    port: int = option(10000, "Port of team 0; team 1 has the next.", min=0, max=65534)
     http: int | None = option(None, "Port of the page, and of version 4.", min=0, max=65535)
     passwords: Path | None = option(None, "Version 4: passwords by user.", metavar="FILE.json")
-    certificate: Path | None = option(None, "Serve https with this.", metavar="CERT.pem")
+    certificate: Path | None = option(None, "Certificate, to serve https.", metavar="CERT.pem")
     key: Path | None = option(None, "Private key, if in another file.", metavar="KEY.pem")
 
 
@@ -121,7 +125,7 @@ def host(
         curling host --team0 dc4 --team1 dc4 --bind 0.0.0.0 --certificate cert.pem --key key.pem
 
     Unmodified clients connect as to their own server: version 3 over TCP, version 4 over HTTP.
-    Team 1 has the hammer in the first end. Only programs on this machine get in, unless --bind
+    Team 1 has the hammer in the first end. Only programs on this machine can connect, unless --bind
     allows others. See docs/digital-curling.md.
     """
     import asyncio
@@ -153,7 +157,7 @@ def host(
     try:
         asyncio.run(running)
     finally:
-        # A game that broke off is recorded up to there.
+        # A game that broke off is recorded up to that point.
         if folder is not None and hosting.game is not None:
             hosting.write(folder, results.units)
     if folder is not None:
@@ -162,5 +166,5 @@ def host(
 
 
 def _report(text: str) -> None:
-    """Report to the person at the host at once; a client may have any name."""
+    """Report to the host's user immediately; a client may have any name."""
     say(shortened(text), now=True)

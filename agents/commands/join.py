@@ -31,14 +31,14 @@ class Version4:
     match: str | None = option(None, "Match ID returned at its creation.", metavar="ID")
     team: Literal["team0", "team1"] = option("team0", "Team wanted; team0 throws first.")
     user: str | None = option(None, f"User; the password is {PASSWORD}.", metavar="NAME")
-    certificate: Path | None = option(None, "Certificate to trust too.", metavar="FILE.pem")
+    certificate: Path | None = option(None, "Further certificate to trust.", metavar="FILE.pem")
 
     def place(self, url: str) -> Place4:
-        """Find the place to play; the password comes from the environment, or is asked for.
+        """Find the game to join; the password comes from the environment, or is asked for.
 
         Raises
         ------
-        InputError : no match, user or password
+        InputError : no match, user or password is given
         """
         from agents.digital_curling.dc4.join import Place4
 
@@ -47,7 +47,7 @@ class Version4:
         password = os.environ.get(PASSWORD)
         if password is None:
             if not sys.stdin.isatty():
-                raise InputError(f"there is no password: set {PASSWORD}")
+                raise InputError(f"no password: set {PASSWORD}")
             password = getpass(f"password of {self.user}: ")
         place = Place4(
             url=url,
@@ -58,7 +58,7 @@ class Version4:
             certificate=self.certificate,
         )
         if place.is_open:
-            say("over http:// the password can be read on its way; https:// hides it")
+            say("http:// sends the password unencrypted; use https://")
         return place
 
 
@@ -123,7 +123,7 @@ def join(
 
             play(client, log, on_update=show)
     finally:
-        # A game that broke off is recorded up to there.
+        # A game that broke off is recorded up to that point.
         if folder is not None and log.lines:
             write_game(folder, client, log, ice=ice or "fcv1", units=results.units)
     if folder is not None and client.seen:

@@ -55,7 +55,7 @@ def page_measures() -> Iterator[Measure]:
 def _spent(work: Callable[[], dict[str, Any]]) -> float:
     """Return the processor time of an answer with its JSON, the median of five [s]."""
     spent: list[float] = []
-    for _ in range(TIMES + 1):  # the first one warms up
+    for _ in range(TIMES + 1):  # warms up
         start = time.process_time()
         json.dumps(work(), allow_nan=False)
         spent.append(time.process_time() - start)
@@ -63,7 +63,7 @@ def _spent(work: Callable[[], dict[str, Any]]) -> float:
 
 
 def _uneven_ice() -> Ice:
-    """Ice as an estimate has it: a map, with standard errors."""
+    """Return ice like that of an estimate: a map with standard errors."""
     ice = load_ice("standard")
     x, y = np.meshgrid(ice.sheet.x_centres, ice.sheet.y_centres)
     mu = ice.friction.mu * (1 + 0.02 * np.sin(y / 3) * np.cos(x))

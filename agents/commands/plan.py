@@ -1,4 +1,4 @@
-"""`curling plan`: find the best throw for a target or a task."""
+"""`curling plan`: the best throw for a target or a task."""
 
 from __future__ import annotations
 
@@ -23,7 +23,9 @@ from curling_env.errors import InputError
 @grouped
 def plan(
     ice: IceOption,
-    target: Annotated[str | None, Option(metavar="X,Y", help="Target, sheet frame [m].")] = None,
+    target: Annotated[
+        str | None, Option(metavar="X,Y", help="Target in the sheet frame [m].")
+    ] = None,
     task: Annotated[
         str | None, Option(metavar="TASK", help="Task, see above, or module:Class.")
     ] = None,
@@ -49,11 +51,11 @@ def plan(
         curling plan --ice ice.json --task score --stones stones.json
 
     \b
-    With --target alone the stone touches no other. With --task it may move stones:
+    With --target alone the stone must touch no other. With --task it may move stones:
         draw, guard    rest in the house or before it; at the target, if there is one
         takeout        put a stone out of play: the nearest to the target, or the opponents' best
-        hit-and-stay   the same, and the thrown stone stays in play
-        peel           the same, and the thrown stone leaves play too
+        hit-and-stay   the same, with the thrown stone left in play
+        peel           the same, with the thrown stone out of play too
         freeze         rest against a stone without driving it back
         score          the most points; every stone must have its team
 
@@ -70,14 +72,14 @@ def plan(
     from curling_env.throw import delivery_named
 
     if target is None and task is None:
-        raise InputError("say what is wanted: --target X,Y, or --task with or without a target")
+        raise InputError("nothing to plan: give --target X,Y, or --task with or without a target")
     known = load_ice(ice)
     aim = None if target is None else numbers(target, "--target", "X,Y")
     places, own = (NO_OBSTACLES, None) if stones is None else read_stones(stones)
     if stones is not None and task == "score":
         check_stones(known, places)
         places, own = read_stones(stones, teams_needed=True)
-    form, any_count = "numbers with commas between them", range(1, 1000)
+    form, any_count = "numbers separated by commas", range(1, 1000)
     wanted: dict[str, Any] = {
         "stones": places,
         "own": own,
@@ -90,7 +92,7 @@ def plan(
     if task is not None:
         result = plan_task(known, task, aim, **wanted)
     else:
-        assert aim is not None  # one of the two was given
+        assert aim is not None  # only one of the two was given
         result = find(known, aim, **wanted)
     if picture is not None:
         from agents.planning.plan_figure import draw_plan
@@ -100,7 +102,7 @@ def plan(
     sentences = [best.description.call_in(units), result.expectation(best, units)]
     if stones is not None and (count := count_doubtful(stones)):
         sentences.append(
-            f"ignored as doubtful: {count} of the stones in {stones}; "
-            "look at the picture that `curling stones --picture` draws"
+            f"ignored as doubtful: {count} of the stones in {stones}; check the picture from "
+            "`curling stones --picture`"
         )
     results.show(result.as_dict(), *filter(None, sentences), *result.remarks)

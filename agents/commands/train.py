@@ -15,12 +15,12 @@ class Run:
     """Run"""
 
     config: str = option(
-        "house-one-ice", "The project's configuration, or yours.", metavar="NAME|FILE"
+        "house-one-ice", "Name of a configuration, or your own file.", metavar="NAME|FILE"
     )
-    steps: int | None = option(None, "Throws to learn from, if not as configured.", min=1)
+    steps: int | None = option(None, "Number of training throws, if not as configured.", min=1)
     skill: str | None = option(None, "Skill of the player, if not as configured.")
-    resume: Path | None = option(None, "Run to continue.", metavar="CHECKPOINT.npz|DIR")
-    workers: str | None = option(None, "Learn with RLlib on N workers.", metavar="rllib:N")
+    resume: Path | None = option(None, "Folder of a run to continue.", metavar="CHECKPOINT.npz|DIR")
+    workers: str | None = option(None, "Train with RLlib on N workers.", metavar="rllib:N")
     targets: int = option(50, "Number of draws in the evaluation.", min=1, max=100_000)
     seed: int | None = option(None, "Seed of all randomness, if not as configured.", min=0)
 
@@ -44,9 +44,10 @@ def train(
         curling train --config ends-league -o runs/ends
 
     A configuration in the style of RL Zoo sets the algorithm, number of throws, policy, environment
-    and hyperparameters; with `ices` the agent learns on random ices instead of --ice. At the end it
-    is compared with the planner and the best possible throw. A resumed run ends like one that was
-    not stopped. ends-league trains a player of ends in generations. See docs/agents.md.
+    and hyperparameters; with `ices` the agent learns on random ices instead of --ice. At the end
+    the agent is compared with the planner and the best possible throw. A resumed run gives the same
+    result as an uninterrupted one. ends-league trains a player of ends over generations. See
+    docs/agents.md.
     """
     from agents.learning import evaluation, training
     from agents.learning.configuration import load_settings, read_configuration, with_settings
@@ -60,7 +61,9 @@ def train(
         document = read_configuration(run.config)
         if isinstance(document, dict) and document.get("algorithm") == "league":
             if rllib_workers:
-                raise InputError("a league cannot be trained with RLlib", source=run.config)
+                raise InputError(
+                    "RLlib cannot train a league; leave --workers out", source=run.config
+                )
             with placed(source=run.config):
                 league = league_settings(
                     document, **({} if run.seed is None else {"seed": run.seed})
@@ -71,7 +74,7 @@ def train(
             return
         checkpoint, settings = None, load_settings(run.config)
     elif rllib_workers:
-        problem = "a run with RLlib writes no checkpoints, so --resume cannot be used with it"
+        problem = "RLlib runs write no checkpoints; --resume cannot continue them"
         raise InputError(problem)
     else:
         checkpoint = training.latest_checkpoint(run.resume) if run.resume.is_dir() else run.resume
@@ -95,7 +98,7 @@ def train(
     say(f"the agent: {output / 'model.npz'}")
     if not evaluation.is_draw(settings):
         document = {"model": str(output / "model.npz"), "settings": settings.as_dict()}
-        results.show(document, "`curling benchmark` measures it")
+        results.show(document, "measure it with `curling benchmark`")
         return
     with progress_bar("draw") as progress:
         judged = evaluation.evaluate(policy, thrown_on, draws=run.targets, progress=progress)
@@ -107,5 +110,5 @@ def train(
 def _rllib_workers(text: str) -> int:
     kind, _, count = text.partition(":")
     if kind != "rllib" or not (count.isascii() and count.isdigit() and int(count) > 0):
-        raise InputError(f"--workers must be rllib: and a number of workers, got {text!r}")
+        raise InputError(f"--workers: expected rllib:N with a number of workers, got {text!r}")
     return int(count)

@@ -1,4 +1,4 @@
-"""Digital Curling: what its server does with a shot, in the server's own JSON."""
+"""Digital Curling: the effect of a shot as on its server, in the server's own JSON."""
 
 from agents.digital_curling.transition import transition
 from curling_env.infrastructure.lazy_names import lazy_names

@@ -1,4 +1,4 @@
-"""A team's side of the conversation: what to answer to each line of Digital Curling's server."""
+"""Client side of the protocol: the answer to each line of Digital Curling's server."""
 
 from __future__ import annotations
 
@@ -39,22 +39,22 @@ from curling_env.ice import Ice
 from curling_env.throw import FROM_HACK, MAX_SPEED, Delivery, Skill
 
 PLAYER_ORDER = [0, 1, 2, 3]
-"""Lead to fourth: each player in the place in which the server names him."""
+"""Lead to fourth: each player in the server's order."""
 NO_CLOCK = 3600.0
-"""Time that is taken for left where the server tells none [s]."""
+"""Assumed time left if the server sends none [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SeenMove:
-    """A move as an `update` tells of it.
+    """Move as reported by an `update`.
 
     Parameters
     ----------
     before : the game before the move
-    move : the move as it left the hand
-    call : what was called for, if it was the own team's
-    after : the game afterwards; the first state of the next end after the last stone of one
-    foul : whether the server put the stones back
+    move : the move as executed
+    call : the called throw, if it was the own team's
+    after : the game afterwards; after the last stone of an end, the first state of the next one
+    foul : true if the server put the stones back
     """
 
     before: Game
@@ -65,17 +65,17 @@ class SeenMove:
 
 
 class Client:
-    """Plays for a team, line by line; knows nothing of the network.
+    """Client that plays for a team, line by line, independent of the network.
 
     Parameters
     ----------
-    player : who decides
+    player : player that decides
     name : name of the team; by default the player's
-    seed : of the player's random numbers
-    ice : the ice that the player believes in; by default Digital Curling's law on a sheet as wide
-        as the server tells
-    remark : called with what a person should know
-    rule_name : name of the rules that the server plays by
+    seed : seed of the player's random numbers
+    ice : ice that the player believes in; by default Digital Curling's law on a sheet of the
+        server's width
+    remark : called with remarks for the user
+    rule_name : name of the server's rules
     """
 
     def __init__(
@@ -98,31 +98,31 @@ class Client:
         self.seen: list[SeenMove] = []
         self.game: Game | None = None
         self.is_over = False
-        self._ice, self._setting = ice, GameMessage().told_setting
+        self._ice, self._setting = ice, GameMessage().known_setting
         self._rule_name, self._arrangement = rule_name, 0
         self._rules, self._lines = rules_of(self._setting, name=rule_name), Lines()
         self._skills: list[Skill] = []
         self._ice_changes = False
         self._deliveries: list[Delivery] = []
         self._called: Call | None = None
-        self._told_ends: int | None = None
+        self._server_ends: int | None = None
 
     @property
     def ice(self) -> Ice:
-        """The ice that the player believes in."""
+        """Ice that the player believes in."""
         return fcv1_ice(self._lines.width) if self._ice is None else self._ice
 
     @property
     def rules(self) -> RuleSet:
-        """The rules of the game."""
+        """Rules of the game."""
         return self._rules
 
     def answer(self, line: ServerLine) -> ClientLine | None:
-        """The answer to a line, or None where none is expected.
+        """Return the answer to a line, or None if none is expected.
 
         Raises
         ------
-        InputError : a line that has no place in the conversation
+        InputError : a line that does not fit the state of the protocol
         """
         match line:
             case Dc():
@@ -139,24 +139,24 @@ class Client:
         return None
 
     def place(self) -> str:
-        """Where in the game this is, for a message."""
+        """Return the current point of the game, for a message."""
         end = None if self.game is None else self.game.end
         if end is None:
             return "before the first stone" if self.game is None else "between ends"
         return f"end {end.number + 1}, stone {end.delivered + 1}"
 
     def use_rules(self, name: str, arrangement: int = 0) -> None:
-        """Play by another set of rules; before the game is told.
+        """Use another set of rules, before the game is announced.
 
         Parameters
         ----------
         name : its name
-        arrangement : of the placed stones, in mixed doubles
+        arrangement : arrangement of the placed stones, in mixed doubles
         """
         self._rule_name, self._arrangement = name, arrangement
 
     def placement(self) -> tuple[Side | None, bool]:
-        """In mixed doubles, how the team wants the coming end.
+        """Return the team's choice for the coming end of mixed doubles.
 
         Returns
         -------
@@ -164,7 +164,7 @@ class Client:
 
         Raises
         ------
-        InputError : no end waits for that
+        InputError : no end waits for a placement
         """
         game = self.game
         if game is None or game.end is not None or game.is_over:
@@ -174,7 +174,7 @@ class Client:
         return side, side is None and self.player.throws_first(view)
 
     def thrown_away(self) -> ShotMessage:
-        """A shot that touches nothing, for servers at which nobody can concede."""
+        """Return a shot that touches nothing, for servers without concession."""
         return ShotMessage(velocity=Point(0.0, 1.0), rotation="cw")
 
     # --- its answers ------------------------------------------------------------------------------
@@ -190,19 +190,19 @@ class Client:
         return DcOk(name=self.name)
 
     def _prepare(self, line: IsReady) -> ReadyOk:
-        """Take over what is told of the game, compile and plan."""
+        """Process the announced game, compile and plan."""
         game = line.game
         if game.rule != "normal":
             raise InputError(f"expected the rule normal, found {game.rule[:40]!r}", where="rule")
         self.team = Team(TEAMS.index(line.team))
-        self._setting = game.told_setting
-        self._told_ends = self._setting.max_end
+        self._setting = game.known_setting
+        self._server_ends = self._setting.max_end
         self._set_rules(self._rules_with())
         self._ice_changes = game.simulator_type != "fcv1"
         if self._ice is None and self._ice_changes:
             self.remark(
-                f"the server plays on {game.simulator_type[:40]!r}; planned for fcv1 "
-                "(--ice gives another)"
+                f"the server plays on {game.simulator_type[:40]!r}, but plans are for fcv1; give "
+                "--ice for another"
             )
         players = game.players_of(line.team)
         order = [players[k] if k < len(players) else None for k in PLAYER_ORDER]
@@ -217,18 +217,18 @@ class Client:
         return ReadyOk(player_order=PLAYER_ORDER)
 
     def see(self, line: Update) -> None:
-        """Take note of a position that asks for no answer.
+        """Register a position that needs no answer.
 
         Raises
         ------
-        InputError : one that no game comes to, or before the game is told
+        InputError : an impossible position, or one before the game is announced
         """
         if not self._skills:
-            raise InputError("an update came before is_ready")
+            raise InputError("received an update before is_ready")
         state = line.state
-        if self._told_ends is None:
-            self._told_ends = max(len(state.scores.team0), 1)
-            ends = self._told_ends
+        if self._server_ends is None:
+            self._server_ends = max(len(state.scores.team0), 1)
+            ends = self._server_ends
             self._set_rules(self._rules_with(ends))
         before = self.game
         self.game = _remembering(game_of(state, self._rules, self._lines), before)
@@ -270,7 +270,9 @@ class Client:
         self._rules, self._lines = rules, rules.lines(width=self._setting.sheet_width)
 
     def _view(self, game: Game) -> PlayerView:
-        """The game as the player sees it, with the same random numbers as in `curling play`."""
+        """Return the game as the player sees it, with the same random numbers as in `curling
+        play`.
+        """
         end = game.end
         number = len(game.line_score) if end is None else end.number
         delivered = 0 if end is None else end.delivered
@@ -290,7 +292,7 @@ class Client:
         )
 
     def _examples(self) -> list[Game]:
-        """Positions of both ends of the sheet, with stones and without, for each thrower."""
+        """Return positions of both ends of the sheet, with stones and without, for each thrower."""
         first = begin_end(new_game(self._rules, self._lines))
         assert first.end is not None
         other = self.team.other
@@ -311,7 +313,7 @@ class Client:
 
 
 def _remembering(game: Game, before: Game | None) -> Game:
-    """The game, with what only the positions before told of mixed doubles."""
+    """Return the game, with mixed-doubles data from earlier positions."""
     if before is None or not game.rules.placed_stones:
         return game
     known = (*before.hammers, *(() if before.end is None else (before.end.hammer,)))

@@ -1,7 +1,7 @@
-"""The lines between Digital Curling's server and a client: one JSON object each (protocol 1.x).
+"""Lines between Digital Curling's server and a client: one JSON object each (protocol 1.x).
 
-Fields that are not known are let through, because servers of other versions send more. What a
-server chooses not to tell of the game is missing, null or false.
+Unknown fields are ignored, because servers of other versions send more. Fields that a server does
+not disclose are missing, null or false.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import Short, checked, within
 
 MAX_LINE = 8 * 2**20
-"""Longest line that is read [bytes]: one with the paths of all stones has some hundred thousand."""
+"""Maximum length of a line [bytes]: one with the paths of all stones has some hundred thousand."""
 PROTOCOL = 1
-"""Major number of the protocol spoken here."""
+"""Supported major version of the protocol."""
 
 Form = TypeVar("Form")
 
@@ -37,7 +37,7 @@ class Version(msgspec.Struct):
 
 
 class Dc(msgspec.Struct, tag_field="cmd", tag="dc"):
-    """The server's first line."""
+    """First line of the server."""
 
     version: Version
     game_id: Short = ""
@@ -45,7 +45,7 @@ class Dc(msgspec.Struct, tag_field="cmd", tag="dc"):
 
 
 class PlayerMessage(msgspec.Struct):
-    """How exactly a player throws: `normal_dist`, or `identical`, which is exact."""
+    """Accuracy of a player: `normal_dist`, or `identical`, which is exact."""
 
     type: Short = "normal_dist"
     max_speed: Annotated[float, within(0.1, 100.0)] = 4.0
@@ -53,55 +53,55 @@ class PlayerMessage(msgspec.Struct):
     stddev_angle: Annotated[float, within(0.0, 10.0)] = 0.0
 
 
-Untold = bool | None
-"""What stands where the organiser keeps something to himself."""
+Undisclosed = bool | None
+"""Value of fields that the organiser does not disclose."""
 
 
 class GameMessage(msgspec.Struct):
-    """What the organiser tells of the game."""
+    """Description of the game by the organiser."""
 
     rule: Short = "normal"
-    setting: SettingMessage | Untold = None
-    simulator: SimulatorMessage | Untold = None
-    players: dict[TeamName, list[PlayerMessage]] | Untold = None
+    setting: SettingMessage | Undisclosed = None
+    simulator: SimulatorMessage | Undisclosed = None
+    players: dict[TeamName, list[PlayerMessage]] | Undisclosed = None
 
     @property
-    def told_setting(self) -> SettingMessage:
-        """The setting, or the server's own where it is not told."""
+    def known_setting(self) -> SettingMessage:
+        """Return the setting, or the server's default if it is not disclosed."""
         return self.setting if isinstance(self.setting, SettingMessage) else SettingMessage()
 
     @property
     def simulator_type(self) -> str:
-        """Name of the physics; `fcv1` where it is not told."""
+        """Name of the physics; `fcv1` if it is not disclosed."""
         return self.simulator.type if isinstance(self.simulator, SimulatorMessage) else "fcv1"
 
     def players_of(self, team: TeamName) -> list[PlayerMessage]:
-        """The players of a team, lead first; none where they are not told."""
+        """Return the players of a team, lead first; empty if they are not disclosed."""
         return self.players.get(team, []) if isinstance(self.players, dict) else []
 
 
 class IsReady(msgspec.Struct, tag_field="cmd", tag="is_ready"):
-    """The game as it will be played; the client may take its time to prepare."""
+    """Announcement of the game; the client may take its time to prepare."""
 
     team: TeamName
     game: GameMessage = msgspec.field(default_factory=GameMessage)
 
 
 class NewGame(msgspec.Struct, tag_field="cmd", tag="new_game"):
-    """The game begins."""
+    """Start of the game."""
 
     name: dict[TeamName, Short] = msgspec.field(default_factory=dict)
 
 
 class LastMove(msgspec.Struct):
-    """The move before, as it left the hand."""
+    """Previous move, as executed."""
 
     actual_move: Move
     free_guard_zone_foul: bool = False
 
 
 class Update(msgspec.Struct, tag_field="cmd", tag="update"):
-    """The position; the team named is to move."""
+    """Position; the named team is to move."""
 
     state: StateMessage
     next_team: TeamName | None = None
@@ -109,17 +109,17 @@ class Update(msgspec.Struct, tag_field="cmd", tag="update"):
 
 
 class GameOver(msgspec.Struct, tag_field="cmd", tag="game_over"):
-    """The game is over; the client hangs up."""
+    """End of the game; the client closes the connection."""
 
 
 class DcOk(msgspec.Struct, tag_field="cmd", tag="dc_ok"):
-    """The client's answer to `Dc`."""
+    """Answer of the client to `Dc`."""
 
     name: Annotated[str, msgspec.Meta(min_length=1, max_length=200)]
 
 
 class ReadyOk(msgspec.Struct, tag_field="cmd", tag="ready_ok"):
-    """The client is prepared; lead to fourth are these of its players."""
+    """Readiness of the client, with its players from lead to fourth."""
 
     player_order: Annotated[list[Annotated[int, within(0, 3)]], msgspec.Meta(max_length=4)] = (
         msgspec.field(default_factory=lambda: [0, 1, 2, 3])
@@ -127,7 +127,7 @@ class ReadyOk(msgspec.Struct, tag_field="cmd", tag="ready_ok"):
 
 
 class MoveLine(msgspec.Struct, tag_field="cmd", tag="move"):
-    """The move of the client whose turn it is."""
+    """Move of the client whose turn it is."""
 
     move: Move
 
@@ -137,21 +137,21 @@ ClientLine = DcOk | ReadyOk | MoveLine
 
 
 def from_server(line: bytes) -> ServerLine:
-    """A line of the server; see `read_line`."""
+    """Parse a line of the server; see `read_line`."""
     return read_line(line, cast("type[ServerLine]", ServerLine))
 
 
 def from_client(line: bytes) -> ClientLine:
-    """A line of a client; see `read_line`."""
+    """Parse a line of a client; see `read_line`."""
     return read_line(line, cast("type[ClientLine]", ClientLine))
 
 
 def read_line(line: bytes, form: type[Form]) -> Form:
-    """A line as one of the messages of a form.
+    """Parse a line as one of the messages of a form.
 
     Raises
     ------
-    InputError : a line that is no JSON object, or none of these messages
+    InputError : a line that is not a JSON object, or not one of these messages
     """
     try:
         text = line.decode("utf-8")
@@ -164,5 +164,5 @@ def read_line(line: bytes, form: type[Form]) -> Form:
 
 
 def write_line(message: ServerLine | ClientLine | dict[str, Any]) -> bytes:
-    """A message as a line."""
+    """Return a message as a line."""
     return msgspec.json.encode(message) + b"\n"

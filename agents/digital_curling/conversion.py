@@ -1,8 +1,8 @@
-"""Digital Curling's positions, moves and players, and the project's: each way exactly.
+"""Exact conversion of positions, moves and players between Digital Curling and this project.
 
-The wire's origin is the hack from which is thrown, that of the delivery frame the far tee; their
-axes agree. `ccw` is a positive spin. Team 0 is the home team; team 1, the away team, has the hammer
-in the first end. Slot k of a team is its k-th delivery of the end.
+The origin of the protocol is the hack of the delivery, that of the delivery frame the far tee;
+their axes agree. `ccw` is a positive spin. Team 0 is the home team; team 1, the away team, has the
+hammer in the first end. Slot k of a team is its k-th delivery of the end.
 """
 
 from __future__ import annotations
@@ -30,13 +30,15 @@ from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
 from curling_env.throw import MAX_SPEED, Skill, Throw
 
 LAST_END = 255
-"""End after which a level game is a draw."""
+"""End after which a tied game is a draw."""
 STONES_OF_DOUBLES = 5
-"""Stones that a team delivers in an end of mixed doubles; the placed one has the next number."""
+"""Number of stones that a team delivers in an end of mixed doubles; the placed one has the next
+number.
+"""
 DEFAULT_ENDS = 8
-"""Ends of a game whose server does not tell how many."""
+"""Number of ends of a game if the server sends none."""
 FIRST_HAMMER = Team.AWAY
-"""The team with the hammer in the first end."""
+"""Team with the hammer in the first end."""
 
 
 def rules_of(
@@ -46,18 +48,18 @@ def rules_of(
     name: str = "digital_curling",
     arrangement: int = 0,
 ) -> RuleSet:
-    """The rules of a game.
+    """Return the rules of a game.
 
     Parameters
     ----------
-    setting : what the server tells
-    ends : scheduled ends where it does not tell them
+    setting : setting from the server
+    ends : number of scheduled ends if it sends none
     name : name of the set of rules
-    arrangement : of the placed stones, in mixed doubles
+    arrangement : arrangement of the placed stones, in mixed doubles
 
     Raises
     ------
-    InputError : a game of more ends than are played here
+    InputError : a game of more ends than supported
     """
     ends = setting.max_end or ends or DEFAULT_ENDS
     rules = rule_set(name, ends=ends, max_extra_ends=LAST_END - ends)
@@ -67,7 +69,7 @@ def rules_of(
 
 
 def stones_of(state: StateMessage) -> Stones:
-    """The stones on the sheet in the order of their delivery, delivery frame."""
+    """Return the stones on the sheet in the order of their delivery, delivery frame."""
     hammer = TEAMS.index(state.hammer) if state.hammer is not None else FIRST_HAMMER
     found = [
         RestingStone(Team(k), slot, stone.position.x, stone.position.y - HACK_TO_TEE)
@@ -84,18 +86,18 @@ def stones_of(state: StateMessage) -> Stones:
 
 
 def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
-    """The game that a state shows.
+    """Return the game in a state.
 
-    Extra ends that were blank are not counted on the wire; here they are ends like any other.
+    Extra ends that were blank are not counted in the protocol; here they are ends like any other.
 
     Parameters
     ----------
-    state : as an `update` has it
+    state : state of an `update`
     rules, lines : rules and lines of the game
 
     Raises
     ------
-    InputError : a state that no game comes to
+    InputError : an impossible state
     """
     scores = (state.scores.team0, state.scores.team1)
     if min(map(len, scores)) < min(state.end, rules.ends):
@@ -141,7 +143,7 @@ def game_of(state: StateMessage, rules: RuleSet, lines: Lines) -> Game:
 
 
 def _points(scores: list[int | None], end: int) -> int:
-    """Points of a team in an end; 0 where none are noted, as in a blank extra end."""
+    """Return the points of a team in an end; 0 if none are noted, as in a blank extra end."""
     return (scores[end] if end < len(scores) else None) or 0
 
 
@@ -152,14 +154,14 @@ def state_of(
     clock: tuple[float, float] | None = None,
     reason: str = "score",
 ) -> StateDocument:
-    """The state that shows a game, as an `update` has it.
+    """Return the state of a game, as in an `update`.
 
     Parameters
     ----------
     game : a game with an end in play, one between two ends, or one that is over
     headings : headings of the handles by identifier of the stone [rad]
-    clock : thinking time that both teams have left [s]
-    reason : why the game is over, should it be: `score`, `concede`, `time_limit`, `draw`
+    clock : remaining thinking time of both teams [s]
+    reason : reason for the end of the game, if it is over: `score`, `concede`, `time_limit`, `draw`
     """
     ends, over = game.rules.ends, game.is_over
     played = game.line_score
@@ -187,11 +189,11 @@ def state_of(
 def slots_of(
     stones: Stones, headings: Mapping[int, float]
 ) -> dict[str, list[dict[str, Any] | None]]:
-    """Resting stones by team and slot, as on the wire.
+    """Return resting stones by team and slot, as in the protocol.
 
     Parameters
     ----------
-    stones : delivery frame
+    stones : stones, delivery frame
     headings : headings of the handles by identifier of the stone [rad]
     """
     slots: dict[str, list[dict[str, Any] | None]] = {
@@ -204,12 +206,14 @@ def slots_of(
 
 
 def stone_on_the_wire(x: float, y: float, angle: float) -> dict[str, Any]:
-    """A stone at a place of the delivery frame, its handle turned by `angle` [rad]."""
+    """Return a stone of the protocol at a place of the delivery frame, its handle turned by `angle`
+    [rad].
+    """
     return {"angle": float(angle), "position": {"x": float(x), "y": float(y) + HACK_TO_TEE}}
 
 
 def throw_of(shot: ShotMessage) -> Throw | None:
-    """The throw of a shot; None for one that does not go forward, whose stone is removed."""
+    """Return the throw of a shot; None for one that goes backwards, whose stone is removed."""
     x, y = shot.velocity.x, shot.velocity.y
     angle = math.atan2(-x, y)
     if y <= 0 or abs(angle) >= math.pi / 2:
@@ -219,13 +223,13 @@ def throw_of(shot: ShotMessage) -> Throw | None:
 
 
 def move_of(throw: Throw) -> ShotMessage:
-    """The shot that makes a throw from the hack; of its spin only the side counts."""
+    """Return the shot of a throw from the hack; only the sign of its spin counts."""
     velocity = Point(-throw.speed * math.sin(throw.angle), throw.speed * math.cos(throw.angle))
     return ShotMessage(velocity=velocity, rotation="cw" if throw.spin < 0 else "ccw")
 
 
 def skill_of(player: PlayerMessage | None) -> Skill:
-    """How exactly a player throws; exactly, where that is not told."""
+    """Return the skill of a player; exact if it is not disclosed."""
     if player is None or player.type == "identical":
         return Skill(name="none")
     return Skill(name=player.type, sigma_speed=player.stddev_speed, sigma_angle=player.stddev_angle)

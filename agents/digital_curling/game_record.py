@@ -1,8 +1,8 @@
-"""The record of a game on a server, as `curling replay` plays it.
+"""Record of a game on a server, for `curling replay`.
 
-A server tells where stones lie between two shots, and how fast the stone was that was thrown. The
-paths are those of this project's engine on the ice that the player believes in; so is where stones
-came to rest after the last shot of an end, which the server does not tell.
+A server reports the positions of the stones between two shots, and the velocity of the thrown
+stone. The paths are those of this project's engine on the ice that the player believes in; so are
+the final positions after the last shot of an end, which the server does not report.
 """
 
 from __future__ import annotations
@@ -30,12 +30,14 @@ from curling_env.throw import FROM_HACK, MAX_SPEED, Throw
 from curling_env.units import Units
 
 FROM_HACK_AT_ANY_SPEED = replace(FROM_HACK, max_speed=MAX_SPEED)
-"""What left the hand may be faster than what is meant."""
+"""Delivery from the hack without a speed limit: an executed throw may be faster than any intended
+one.
+"""
 
 
 @dataclass(frozen=True)
 class _Named(Player):
-    """Stands for a team in the record."""
+    """Placeholder of a team in the record."""
 
     name: str
 
@@ -46,14 +48,14 @@ class _Named(Player):
 def write_game(
     folder: Path, client: Client, log: WireLog, *, ice: str, units: Units = Units.METRES
 ) -> None:
-    """Write the messages of a game, its record, and the page that replays it.
+    """Write the messages of a game, its record, and a page with its replay.
 
-    A game that cannot be replayed has its messages only, and the client remarks on it.
+    A game that cannot be replayed has its messages only, with a remark from the client.
 
     Parameters
     ----------
     folder : an existing folder
-    client : after the game, or after as much of it as there was
+    client : client after the complete or interrupted game
     log : all messages
     ice : name or file of the ice that its player believes in
     units : units of lengths on the page
@@ -62,7 +64,7 @@ def write_game(
     try:
         lines = record_of(client, ice=ice) if client.seen else []
     except InputError as error:
-        client.remark(f"no replay of this game can be made: {error}")
+        client.remark(f"this game cannot be replayed: {error}")
     with together():
         write_text(folder / "wire.jsonl", log.text())
         if lines:
@@ -71,7 +73,9 @@ def write_game(
 
 
 def summary_of(client: Client) -> tuple[dict[str, Any], str, str]:
-    """The result of a client's game for JSON, its line score, and its winner in a sentence."""
+    """Return the result of a client's game for JSON, its line score, and its winner in a
+    sentence.
+    """
     game, result = client.game, client.result
     assert game is not None
     assert result is not None
@@ -101,11 +105,11 @@ def outcome_of(names: tuple[str, str], winner: str | None, reason: str) -> str:
 
 
 def record_of(client: Client, *, ice: str) -> list[dict[str, Any]]:
-    """The lines of the game that a client has seen; see `agents.playing.record.lines_of`.
+    """Return the lines of the game that a client has seen; see `agents.playing.record.lines_of`.
 
     Parameters
     ----------
-    client : after the game, or after as much of it as there was
+    client : client after the complete or interrupted game
     ice : name or file of the ice that its player believes in
     """
     simulator = GameSimulator(
@@ -133,7 +137,7 @@ def record_of(client: Client, *, ice: str) -> list[dict[str, Any]]:
 
 
 def _delivery(simulator: GameSimulator, seen: SeenMove, number: int, seed: int) -> PlayedDelivery:
-    """One delivery, with the places that the server told and the paths of the engine."""
+    """Return one delivery, with the positions from the server and the paths of the engine."""
     assert isinstance(seen.move, ShotMessage)
     state = GameState(game=seen.before, seed=seed, throws=number)
     thrown = throw_of(seen.move) or hardly_thrown(seen.move)
@@ -150,14 +154,16 @@ def _delivery(simulator: GameSimulator, seen: SeenMove, number: int, seed: int) 
 
 
 def _fault(seen: SeenMove, ours: Fault | None) -> Fault | None:
-    """The server knows of fouls in the free guard zone only."""
+    """Return the fault; the server has only fouls in the free guard zone."""
     if seen.foul:
         return Fault.FREE_GUARD_ZONE
     return None if ours is Fault.FREE_GUARD_ZONE else ours
 
 
 def hardly_thrown(move: ShotMessage) -> Throw:
-    """What stands for a stone that goes back, and is removed: one that stays at the hack."""
+    """Return a substitute for a stone that goes backwards and is removed: one that stays at the
+    hack.
+    """
     spin = -FROM_HACK.spin if move.rotation == "cw" else FROM_HACK.spin
     x, y = move.velocity.x, move.velocity.y
     return Throw(speed=min(max(math.hypot(x, y), MIN_SPEED), 0.05), spin=spin)

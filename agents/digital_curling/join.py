@@ -1,4 +1,4 @@
-"""Plays on Digital Curling's server (DC3): a client on a TCP connection."""
+"""Client of Digital Curling's server (DC3) on a TCP connection."""
 
 from __future__ import annotations
 
@@ -11,26 +11,28 @@ from agents.digital_curling.client import Client
 from agents.digital_curling.conversation import MAX_LINE, Update, from_server, write_line
 from curling_env.errors import InputError
 
-PATIENCE = 10.0
-"""Time in which the server must take the connection [s]."""
+CONNECT_TIMEOUT = 10.0
+"""Timeout of the connection [s]."""
 
 
 @dataclass
 class WireLog:
-    """All lines of a conversation, in the form of Digital Curling's users: ``<`` was received."""
+    """Log of all lines of a connection, in the form of Digital Curling's users: ``<`` is
+    received.
+    """
 
     lines: list[str] = field(default_factory=list[str])
 
     def received(self, line: bytes) -> None:
-        """Note a line of the server."""
+        """Log a line of the server."""
         self._note("<", line)
 
     def sent(self, line: bytes) -> None:
-        """Note a line of the client."""
+        """Log a line of the client."""
         self._note(">", line)
 
     def text(self) -> str:
-        """The whole log."""
+        """Return the whole log."""
         return "".join(line + "\n" for line in self.lines)
 
     def _note(self, way: str, line: bytes) -> None:
@@ -38,7 +40,7 @@ class WireLog:
 
 
 def address_of(text: str) -> tuple[str, int]:
-    """Host and port of ``HOST:PORT``; an IPv6 address stands in brackets.
+    """Parse host and port of ``HOST:PORT``; an IPv6 address is in brackets.
 
     Raises
     ------
@@ -48,7 +50,7 @@ def address_of(text: str) -> tuple[str, int]:
     bare = host.removeprefix("[").removesuffix("]")
     is_port = port.isascii() and port.isdecimal() and 0 < int(port[:6]) < 65536
     if not (colon and bare and is_port) or (":" in bare and not host.startswith("[")):
-        raise InputError(f"a server is named HOST:PORT, such as 127.0.0.1:10000, got {text[:80]!r}")
+        raise InputError(f"expected a server HOST:PORT, such as 127.0.0.1:10000, got {text[:80]!r}")
     return bare, int(port)
 
 
@@ -64,15 +66,15 @@ def play_on_server(
 
     Parameters
     ----------
-    host, port : where the server listens for this team
-    client : plays for the team
-    log : notes all lines
+    host, port : address of the server for this team
+    client : client of the team
+    log : log of all lines
     on_update : called after each position
 
     Raises
     ------
-    InputError : nobody listens there, a line that is none of the protocol's, or a server that hangs
-        up before the game is over
+    InputError : no server answers, an invalid line, or a server that disconnects before the game is
+        over
     """
     with _connected(host, port) as connection:
         try:
@@ -94,7 +96,7 @@ def play_on_server(
                     return
         except (ConnectionError, TimeoutError) as error:
             raise _hung_up(client, f"{host}:{port}") from error
-    # The server may close at once after a game whose result it has sent.
+    # The server may close immediately after sending the result.
     if client.result is None:
         raise _hung_up(client, f"{host}:{port}")
 
@@ -102,12 +104,12 @@ def play_on_server(
 @contextmanager
 def _connected(host: str, port: int) -> Iterator[socket.socket]:
     try:
-        connection = socket.create_connection((host, port), timeout=PATIENCE)
+        connection = socket.create_connection((host, port), timeout=CONNECT_TIMEOUT)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"no server answers: {reason}", source=f"{host}:{port}") from error
     with connection:
-        # An opponent may think for minutes; a server that is gone is noticed by the system.
+        # An opponent may think for minutes; the system notices a lost server.
         connection.settimeout(None)
         connection.setsockopt(socket.SOL_SOCKET, socket.SO_KEEPALIVE, 1)
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -115,18 +117,21 @@ def _connected(host: str, port: int) -> Iterator[socket.socket]:
 
 
 def _lines(connection: socket.socket, source: str) -> Iterator[bytes]:
-    """The server's lines, however the network splits and joins them; empty ones are left out."""
+    """Yield the server's lines, however the network splits and joins them, without empty ones."""
     with connection.makefile("rb") as stream:
         while line := stream.readline(MAX_LINE + 1):
             if len(line) > MAX_LINE:
-                raise InputError(f"a line is longer than {MAX_LINE} bytes", source=source)
+                raise InputError(
+                    f"a line is too long; expected at most {MAX_LINE} bytes", source=source
+                )
             if not line.endswith(b"\n"):
-                return  # broken off
+                return  # incomplete line
             if line.strip():
                 yield line
 
 
 def _hung_up(client: Client, source: str) -> InputError:
     return InputError(
-        f"the server hung up before the game was over ({client.place()})", source=source
+        f"the server closed the connection before the game was over ({client.place()})",
+        source=source,
     )

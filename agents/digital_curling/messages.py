@@ -1,8 +1,8 @@
-"""The parts of Digital Curling's messages that a shot depends on (protocol 1.x, "DC3").
+"""Parts of Digital Curling's messages that a shot depends on (protocol 1.x, "DC3").
 
-Other fields are let through: servers of other versions send more. Positions are those of the wire:
-origin at the hack from which is thrown, y towards the far house, x to its right [m]; the delivery
-frame has the same axes, and its origin at the tee.
+Other fields are ignored: servers of other versions send more. Positions are those of the protocol:
+origin at the hack of the delivery, y towards the far house, x to its right [m]; the delivery frame
+has the same axes, and its origin at the tee.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from curling_env.infrastructure.files.schema import within
 from curling_env.sheet import HACK_Y, TEE_Y
 
 HACK_TO_TEE = HACK_Y + TEE_Y
-"""From the hack to the far tee, 38.405 m: by so much y differs from the delivery frame [m]."""
+"""Distance from the hack to the far tee, 38.405 m: the offset of y from the delivery frame [m]."""
 SPIN = 1.5707963267948966
 """Spin of every shot, π/2; ccw is positive [rad/s]."""
 
@@ -24,21 +24,21 @@ TEAMS: tuple[TeamName, TeamName] = ("team0", "team1")
 
 
 class Point(msgspec.Struct):
-    """A position [m] or a velocity [m/s]."""
+    """Position [m] or velocity [m/s]."""
 
     x: Annotated[float, within(-100.0, 100.0)]
     y: Annotated[float, within(-100.0, 100.0)]
 
 
 class StoneMessage(msgspec.Struct):
-    """A stone on the sheet, its handle turned by `angle` [rad]."""
+    """Stone on the sheet, its handle turned by `angle` [rad]."""
 
     position: Point
     angle: Annotated[float, within(-1e6, 1e6)] = 0.0
 
 
 class ResultMessage(msgspec.Struct):
-    """How a game ended."""
+    """Result of a game."""
 
     reason: str
     winner: TeamName | None = None
@@ -49,18 +49,18 @@ Count = Annotated[int, within(0, 255)]
 
 
 class PerTeam(msgspec.Struct):
-    """The stones of both teams, each in the slot of its delivery; null where there is none."""
+    """Stones of both teams, each in the slot of its delivery; null for none."""
 
     team0: Slots
     team1: Slots
 
     def of(self, team: int) -> Slots:
-        """The stones of team 0 or 1."""
+        """Return the stones of team 0 or 1."""
         return self.team1 if team else self.team0
 
 
 class ScoresMessage(msgspec.Struct):
-    """Points of both teams in each end, null where it is not complete."""
+    """Points of both teams in each end, null if it is not complete."""
 
     team0: list[Count | None]
     team1: list[Count | None]
@@ -74,12 +74,12 @@ class ExtraEndMessage(msgspec.Struct):
 
     @property
     def scored(self) -> bool:
-        """Whether a team scored in an extra end."""
+        """Return whether a team scored in an extra end."""
         return bool(self.team0 or self.team1)
 
 
 class StateMessage(msgspec.Struct):
-    """The `state` of an `update`: the position before a shot, and the course of the game."""
+    """`state` of an `update`: the position before a shot, and the course of the game."""
 
     end: Count
     shot: Annotated[int, within(0, 15)]
@@ -92,37 +92,37 @@ class StateMessage(msgspec.Struct):
 
 
 class DoublesMessage(StateMessage):
-    """The state of a game of mixed doubles, which only version 4 plays.
+    """State of a game of mixed doubles, which only version 4 supports.
 
-    Its stones lie in the slots of this project: those delivered from slot 0, then the placed one.
+    Its stones are in the slots of this project: those delivered from slot 0, then the placed one.
     """
 
     decides: TeamName = "team1"
-    """Who decides on the placement of this end."""
+    """Team that decides on the placement of this end."""
     is_placed: bool = True
-    """Whether that is decided."""
+    """True once that is decided."""
     side: Literal["left", "right"] | None = None
-    """The side of a power play in this end."""
+    """Side of a power play in this end."""
     power_plays: list[TeamName] = msgspec.field(default_factory=list[TeamName])
     """Teams that had their power play."""
 
 
 class ShotMessage(msgspec.Struct, tag_field="type", tag="shot"):
-    """A stone thrown from the hack; a rotation that is not known is played as ccw."""
+    """Stone thrown from the hack; an unknown rotation is played as ccw."""
 
     velocity: Point
     rotation: str
 
 
 class ConcedeMessage(msgspec.Struct, tag_field="type", tag="concede"):
-    """The team to throw gives the game up."""
+    """Concession of the team to throw."""
 
 
 Move = ShotMessage | ConcedeMessage
 
 
 class SettingMessage(msgspec.Struct):
-    """The `setting` of a game. What a server does not tell is what its own settings have."""
+    """`setting` of a game. Fields that a server does not send have its own defaults."""
 
     max_end: Annotated[int, within(1, 255)] | None = None
     sheet_width: Annotated[float, within(4.0, 10.0)] = 4.75
@@ -132,14 +132,14 @@ class SettingMessage(msgspec.Struct):
 
 
 class SimulatorMessage(msgspec.Struct):
-    """The `simulator` of a game."""
+    """`simulator` of a game."""
 
     type: str = "fcv1"
     seconds_per_frame: Annotated[float, within(1e-5, 0.1)] = 0.001
 
 
 class StateDocument(TypedDict):
-    """A state as JSON, with whatever else the server sends."""
+    """State as JSON, with any other fields of the server."""
 
     end: int
     shot: int

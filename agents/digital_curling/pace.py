@@ -1,4 +1,4 @@
-"""How long a player may think, from the clock of the game: a share of the time left, never more."""
+"""Thinking time of a player from the clock of the game: a share of the time left, never more."""
 
 from __future__ import annotations
 
@@ -10,28 +10,31 @@ from curling_env.game import Call, Player, PlayerView
 from curling_env.game.opponents import DrawPlayer
 
 SHARE = 0.6
-"""Share of the time left that is planned with; the rest is for a machine that turns busy."""
+"""Share of the time left that is planned with; the rest is a reserve for a busy machine."""
 RESERVE = 0.1
-"""Time for each stone that is left to the network [s]."""
+"""Time for each stone reserved for the network [s]."""
 BUDGETS = (100, 300, 1000, 3000, 10_000, 30_000, 100_000)
-"""Numbers of simulated throws to choose from. They are far apart, so that a clock that runs a
-little otherwise leads to the same choice, and so to the same game."""
+"""Possible numbers of simulated throws. They are far apart, so that a slightly different clock
+leads to the same choice, and so to the same game.
+"""
 CLOCK_BUDGET = 30_000
-"""Simulated throws that the clock may allow `search` where no number is asked for."""
+"""Maximum number of simulated throws that the clock may allow `search` if no number is
+requested.
+"""
 FIRST_RATE = 5000.0
-"""Throws a second that are assumed until the player has been measured, an old machine's."""
+"""Assumed number of throws a second until the player has been measured, an old machine's."""
 
 
 class Pace:
-    """A player that keeps to a clock.
+    """Player that keeps to a clock.
 
-    A search gets as many throws as its share of the time allows, up to its own number, or to
-    `CLOCK_BUDGET` where none was asked for. Another player thinks as it always does. Where not even
+    A search gets the number of throws that its share of the time allows, up to its own number, or
+    to `CLOCK_BUDGET` if none was requested. Another player thinks as it always does. If not even
     that fits, the stone is drawn to the button.
 
     Parameters
     ----------
-    player : who decides
+    player : player that decides
     """
 
     def __init__(self, player: Player) -> None:
@@ -45,12 +48,12 @@ class Pace:
             self._most = CLOCK_BUDGET if unsaid else player.budget
 
     def call(self, view: PlayerView, seconds_left: float) -> Call:
-        """What is thrown, decided in a share of the time left.
+        """Return a call, decided in a share of the time left.
 
         Parameters
         ----------
         view : the game as the player sees it
-        seconds_left : on the clock of the player's team, for all of its stones
+        seconds_left : time on the clock of the player's team, for all of its stones
         """
         share = SHARE * (seconds_left / stones_to_come(view) - RESERVE)
         if not self._set_budget(view, share):
@@ -61,11 +64,11 @@ class Pace:
         return call
 
     def prepare(self, views: list[PlayerView]) -> None:
-        """Compile and plan what costs time once, and measure how fast the player thinks.
+        """Do all one-time compiling and planning, and measure the speed of the player.
 
         Parameters
         ----------
-        views : games like the one to come, of which the player sees each twice
+        views : games like the one to come; the player sees each twice
         """
         for view in views:
             self._quick.call(view)
@@ -78,7 +81,7 @@ class Pace:
                 self._note(view, time.perf_counter() - begin)
 
     def _set_budget(self, view: PlayerView, share: float) -> bool:
-        """Let the player think for so many seconds; whether it can decide in them."""
+        """Set the thinking time of the player [s]; return whether it can decide in it."""
         player = self.player
         if not isinstance(player, SearchPlayer):
             return share >= 2 * self._longest
@@ -90,15 +93,17 @@ class Pace:
         return bool(fitting)
 
     def _note(self, view: PlayerView, seconds: float) -> None:
-        """Learn from how long a decision took."""
+        """Learn from the duration of a decision."""
         self._longest = max(self._longest, seconds)
         if isinstance(self.player, SearchPlayer) and seconds > 0:
             rate = throws_before(view, self.player.budget) / seconds
-            # A slow decision counts at once, a quick one little by little.
+            # A slow decision counts immediately, a quick one gradually.
             self._rate = min(rate, 0.9 * self._rate + 0.1 * rate)
 
 
 def stones_to_come(view: PlayerView) -> int:
-    """Stones that the team has still to throw on its clock; an extra end has a clock of its own."""
+    """Return the number of stones that the team still throws on its clock; an extra end has its own
+    clock.
+    """
     later = max(view.game.ends_left - 1, 0)
     return view.own_stones_left + later * view.game.rules.stones

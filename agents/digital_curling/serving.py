@@ -1,4 +1,4 @@
-"""Hosts a game where its clients come in: over TCP, over HTTP, or nowhere."""
+"""Host of a game with its ports: over TCP, over HTTP, or none."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def serve(
     hosting : the game; its `remark` gets the reports
     seats : as in `host_game`
     agents : ``dc3`` or ``dc4`` for a client of that version, anything else for a seated player
-    own_errors : the teams whose clients set the execution errors of their players
+    own_errors : teams whose clients set the execution errors of their players
     bind, port : address, and port of team 0; team 1 has the next one, and 0 takes free ones
     http : port to watch on, and of version 4; None opens it for clients of version 4 only
     passwords : file with passwords by user; None makes new ones
@@ -52,20 +52,20 @@ def serve(
     """
     ports, has_dc4 = (port, port + 1 if port else 0), "dc4" in agents
     if certificate is None and key is not None:
-        raise InputError("--key belongs to a --certificate")
+        raise InputError("--key needs a --certificate")
 
     def report_ports(opened: tuple[int, int]) -> None:
         for team, agent in enumerate(agents):
             if agent == "dc3":
-                hosting.remark(f"team{team} comes in at {bind}:{opened[team]}")
+                hosting.remark(f"team{team}: connect to {bind}:{opened[team]}")
 
     if http is None and not has_dc4:
         if certificate is not None:
-            raise InputError("--certificate is for --http and clients of version 4")
+            raise InputError("--certificate needs --http or clients of version 4")
         return host_game(hosting, seats, address=bind, ports=ports, opened=report_ports)
     proof = None if certificate is None else Certificate(certificate=certificate, key=key)
     if proof is None and bind not in LOCAL and has_dc4:
-        hosting.remark("over http:// passwords can be read on their way; --certificate hides them")
+        hosting.remark("http:// sends passwords unencrypted; use --certificate")
     users = read_passwords(passwords)
 
     def report_all(opened: tuple[int, int], web_port: int) -> None:
@@ -73,7 +73,7 @@ def serve(
         scheme = "http" if proof is None else "https"
         hosting.remark(f"watch on {scheme}://{bind}:{web_port}/")
         if has_dc4:
-            hosting.remark(f"version 4 comes in there, for the match {hosting.game_id}")
+            hosting.remark(f"version 4 connects there, for the match {hosting.game_id}")
             for user, password in {} if passwords else users.items():
                 hosting.remark(f"user {user}, password {password}")
 

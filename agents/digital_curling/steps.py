@@ -1,13 +1,13 @@
-"""The time steps of Digital Curling's server: 1 ms each, in single precision.
+"""Time steps of Digital Curling's server: 1 ms each, in single precision.
 
 Law and contacts are the project's own. Three things are the server's: a velocity is advanced before
-the place that it moves (semi-implicit steps), contacts are found at the ends of steps, up to 4 mm
-late, and places and velocities are rounded to single precision. Together they are worth 3 mm on a
-draw, and each further contact magnifies that some ten times. The engines are closer to the law,
-this is closer to the server.
+the position (semi-implicit steps), contacts are found at the ends of steps, up to 4 mm late, and
+positions and velocities are rounded to single precision. Together they are worth 3 mm on a draw,
+and each further contact magnifies that some ten times. The engines are closer to the law, this is
+closer to the server.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -37,21 +37,23 @@ from curling_env.sheet import BACK_LINE_Y, TEE_Y
 from curling_env.typing import Flags, Floats, Integers
 
 EPSILON = 1.1920929e-07
-"""The least number that changes 1 in single precision; the server's measure of rest."""
+"""Smallest number that changes 1 in single precision; the server's measure of rest."""
 BACK_BOARD_Y = TEE_Y + 4.877
-"""Distance of the boards behind the houses from mid-sheet: there a stone thrown back leaves [m]."""
+"""Distance of the boards behind the houses from mid-sheet, which stop a stone thrown backwards
+[m].
+"""
 MAX_TIME = 180.0
-"""Time after which stones are taken as they are [s]; the server has no limit."""
+"""Maximum simulated time, after which stones are taken as they are [s]; the server has no limit."""
 
 
 class StepWorkspace(NamedTuple):
-    """What a step works in.
+    """Work arrays of a step.
 
     Parameters
     ----------
-    motion, push, terms : of the law
-    contacts : among the stones
-    pushed : (n,) whether a stone was ever pushed
+    motion, push, terms : work arrays of the law
+    contacts : contacts among the stones
+    pushed : (n,) true if a stone was ever pushed
     """
 
     motion: Floats
@@ -63,13 +65,13 @@ class StepWorkspace(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
-    """What became of the stones of a shot, the delivered one last.
+    """Final states of the stones of a shot, the delivered one last.
 
     Parameters
     ----------
     stones : (n, 6) final states, sheet frame, as in `State`
-    gone : (n,) whether each left play
-    pushed : (n,) whether each touched another
+    gone : (n,) true if a stone left play
+    pushed : (n,) true if a stone touched another
     """
 
     stones: Floats
@@ -79,13 +81,13 @@ class Rest:
 
 @inlined(fastmath=False)
 def _single(value: float) -> float:
-    """A number rounded to single precision."""
+    """Round a number to single precision."""
     return float(np.float32(value))
 
 
 @inlined(fastmath=False)
 def _slow(law: Law, work: StepWorkspace, s: Any, dt: float) -> None:
-    """Advance velocity and spin by one step, each operation rounded as the server's."""
+    """Advance velocity and spin by one step, each operation rounded like the server's."""
     vx, vy, spin = s[State.VX], s[State.VY], s[State.OMEGA]
     if vx == 0.0 and vy == 0.0 and spin == 0.0:
         return

@@ -1,4 +1,4 @@
-"""One shot as Digital Curling's server plays it, its JSON in and out.
+"""One shot as on Digital Curling's server, its JSON in and out.
 
 Law, contacts and rules are the project's own, by the preset `fcv1` and the set `digital_curling`;
 the time steps are the server's (`steps`).
@@ -41,24 +41,24 @@ STONES_PER_END = 16
 def transition(
     state: StateDocument | dict[str, Any], move: dict[str, Any], setting: dict[str, Any]
 ) -> StateDocument:
-    """The state after one noise-free shot, as Digital Curling's server (DC3) would send it.
+    """Return the state after one noise-free shot, as Digital Curling's server (DC3) would send it.
 
     Parameters
     ----------
     state : the `state` of an `update`: positions in metres from the hack, angles in radians
-    move : as it is sent, ``{"type": "shot", "velocity": {"x", "y"}, "rotation"}`` in m/s, or
-        ``{"type": "concede"}``. A shot that goes backwards is removed, a rotation that is not
-        known is played as ccw, and no speed is cut
+    move : move as sent, ``{"type": "shot", "velocity": {"x", "y"}, "rotation"}`` in m/s, or
+        ``{"type": "concede"}``. A shot that goes backwards is removed, an unknown rotation is
+        played as ccw, and no speed is limited
     setting : the `game` of `is_ready` (its `setting` and `simulator` are read), or its `setting`
 
     Returns
     -------
-    a new state; `state` is left as it is. Fields that a shot does not change, and those that are
-    not known here, are kept. No thinking time is used up: a team that has none left has lost
+    a new state; `state` is unchanged. Fields that a shot does not change, and unknown fields, are
+    kept. No thinking time is used: a team that has none left has lost
 
     Raises
     ------
-    InputError : the game is over, or a document that is none of the protocol's
+    InputError : the game is over, or a document that is not of the protocol
 
     Examples
     --------
@@ -69,7 +69,7 @@ def transition(
     """
     before = checked(state, StateMessage, inside="state")
     game = checked(setting or {}, dict[str, Any], inside="setting")
-    told = checked(game.get("setting", game) or {}, SettingMessage, inside="setting")
+    options = checked(game.get("setting", game) or {}, SettingMessage, inside="setting")
     simulator = checked(game.get("simulator") or {}, SimulatorMessage, inside="simulator")
     play = checked(move, cast("type[Move]", Move), inside="move")
     if before.game_result is not None or before.hammer is None:
@@ -79,23 +79,23 @@ def transition(
             f"expected the simulator fcv1, found {simulator.type[:40]!r}", where="simulator.type"
         )
     known = min(len(before.scores.team0), len(before.scores.team1))
-    ends = told.max_end or known
+    ends = options.max_end or known
     if known < ends:
         raise InputError(f"expected the scores of {ends} ends, found {known}", where="state.scores")
     hammer = Team(TEAMS.index(before.hammer))
     team = hammer if before.shot % 2 else hammer.other
     out_of_time = before.thinking_time_remaining.get(TEAMS[team], 1.0) <= 0.0
     after = cast("dict[str, Any]", deepcopy(state))
-    # The server throws the stone of this slot, should one lie there already.
+    # The server throws the stone of this slot, even if one is already there.
     slot = before.shot // 2
     stones = tuple(s for s in stones_of(before) if (s.team, s.number) != (team, slot))
     given_up = out_of_time or isinstance(play, ConcedeMessage)
     if isinstance(play, ShotMessage) and not out_of_time:
-        stones = _played(before, stones, team, play, told, simulator, after)
+        stones = _played(before, stones, team, play, options, simulator, after)
     if before.shot < STONES_PER_END - 1:
         after["shot"] = before.shot + 1
     else:
-        _end(after, before, stones, hammer, ends, told)
+        _end(after, before, stones, hammer, ends, options)
     if given_up:
         after["hammer"] = None
         reason = "time_limit" if out_of_time else "concede"
@@ -108,14 +108,16 @@ def _played(
     stones: tuple[RestingStone, ...],
     team: Team,
     shot: ShotMessage,
-    told: SettingMessage,
+    options: SettingMessage,
     simulator: SimulatorMessage,
     after: dict[str, Any],
 ) -> tuple[RestingStone, ...]:
-    """Throw a stone, fill in the places of the stones in `after`, and return those that stay."""
+    """Throw a stone, fill in the positions of the stones in `after`, and return those that stay."""
     slot = before.shot // 2
-    rest = _thrown(before, stones, shot, told, simulator)
-    rules = replace(rule_set("digital_curling"), free_guard_until=5 if told.five_rock_rule else 4)
+    rest = _thrown(before, stones, shot, options, simulator)
+    rules = replace(
+        rule_set("digital_curling"), free_guard_until=5 if options.five_rock_rule else 4
+    )
     thrown = RestingStone(team, slot, 0.0, 0.0)
     places: list[RestingStone | None] = []
     for stone, state, gone, pushed in zip(
@@ -126,7 +128,7 @@ def _played(
         places.append(None if gone else stone if not pushed and stone is not thrown else moved)
     ruling = rule_on(
         rules,
-        rules.lines(width=told.sheet_width),
+        rules.lines(width=options.sheet_width),
         stones,
         team,
         before.shot,
@@ -135,7 +137,7 @@ def _played(
     kept = set(ruling.stones)
     for stone, place, state in zip((*stones, thrown), places, rest.stones.tolist(), strict=True):
         if stone in kept:
-            continue  # as it lay
+            continue  # unchanged
         entry = None
         if place in kept:
             position = {"x": state[State.X], "y": state[State.Y] + HACK_Y}
@@ -146,7 +148,7 @@ def _played(
 
 @lru_cache(maxsize=8)
 def fcv1_ice(sheet_width: float) -> Ice:
-    """The ice of `fcv1` on a sheet of this width [m]."""
+    """Return the ice of `fcv1` on a sheet of this width [m]."""
     ice = load_ice("fcv1")
     sheet = replace(ice.sheet, width=sheet_width)
     mu = float(ice.friction.mu[0, 0])
@@ -157,10 +159,10 @@ def _thrown(
     before: StateMessage,
     stones: tuple[RestingStone, ...],
     shot: ShotMessage,
-    told: SettingMessage,
+    options: SettingMessage,
     simulator: SimulatorMessage,
 ) -> Rest:
-    """Let a shot run until all stones rest."""
+    """Simulate a shot until all stones rest."""
     states = np.zeros((len(stones) + 1, 6))
     for state, stone in zip(states, stones, strict=False):
         message = before.stones.of(stone.team)[stone.number]
@@ -172,12 +174,12 @@ def _thrown(
     states[-1, [State.VX, State.VY]] = shot.velocity.x, shot.velocity.y
     states[-1, State.OMEGA] = -SPIN if shot.rotation == "cw" else SPIN
     return run_steps(
-        fcv1_ice(told.sheet_width), states, seconds_per_frame=simulator.seconds_per_frame
+        fcv1_ice(options.sheet_width), states, seconds_per_frame=simulator.seconds_per_frame
     )
 
 
 def _as_measured(stones: tuple[RestingStone, ...], reach: float) -> tuple[RestingStone, ...]:
-    """The stones in the house at the distance at which single precision has them from the tee."""
+    """Return the stones in the house, at their single-precision distance from the tee."""
     found: list[RestingStone] = []
     for stone in stones:
         y = np.float32(stone.y + HACK_TO_TEE) - np.float32(HACK_Y) - np.float32(TEE_Y)
@@ -194,11 +196,11 @@ def _end(
     stones: tuple[RestingStone, ...],
     hammer: Team,
     ends: int,
-    told: SettingMessage,
+    options: SettingMessage,
 ) -> None:
-    """Score an end, and begin the next one or end the game."""
+    """Score an end, and start the next one or end the game."""
     rules = rule_set("digital_curling", measure=0.0)
-    lines = rules.lines(width=told.sheet_width)
+    lines = rules.lines(width=options.sheet_width)
     points = score_of(rules, lines, _as_measured(stones, lines.reach))
     if before.end < ends:
         for name, team_points in zip(TEAMS, points, strict=True):
@@ -218,5 +220,5 @@ def _end(
         after["hammer"], after["game_result"] = None, {"winner": winner, "reason": "score"}
     elif after["end"] >= LAST_END:
         after["hammer"], after["game_result"] = None, {"winner": None, "reason": "draw"}
-    elif told.extra_end_thinking_time and "thinking_time_remaining" in after:
-        after["thinking_time_remaining"] = dict(told.extra_end_thinking_time)
+    elif options.extra_end_thinking_time and "thinking_time_remaining" in after:
+        after["thinking_time_remaining"] = dict(options.extra_end_thinking_time)

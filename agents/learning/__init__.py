@@ -3,7 +3,7 @@
 - `configuration`: the settings of a run, from a YAML file
 - `training`: training with stable-baselines3, with checkpoints; `rllib`: training on a Ray cluster
 - `policy`: a trained policy and its throws
-- `evaluation`: a policy beside the planner and the best possible throw
+- `evaluation`: a policy compared with the planner and the best possible throw
 - `random_ice`: domain randomisation of the ice; `vector_env`: environments for stable-baselines3
 - `normalisation`: the normaliser of observations
 - `model_file`: trained models as files of arrays and JSON

@@ -1,4 +1,4 @@
-"""The actor of a trained policy, evaluated in NumPy: using a model needs no PyTorch."""
+"""Actor of a trained policy, evaluated in NumPy: using a model needs no PyTorch."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from agents.learning.configuration import TrainingSettings
 from curling_env.typing import Floats
 
 MAX_DEVIATION = 5.0
-"""Standard deviations from the mean at which a number of an observation is cut off."""
+"""Clipping limit of a number of an observation, in standard deviations from the mean."""
 _ACTIVATIONS: Mapping[str, Any] = {
     "tanh": np.tanh,
     "relu": lambda x: np.maximum(x, 0.0),
@@ -23,7 +23,7 @@ _LAYERS = {
     "sac": ("actor.latent_pi.", "actor.mu"),
     "td3": ("actor.mu.", None),
 }
-"""What the names of the hidden layers begin with, and the last layer's where it is another."""
+"""Prefixes of the names of the hidden layers, and of the last layer if it differs."""
 _SAC_LOG_DEVIATION = (-20.0, 2.0)
 """Bounds of the logarithm of SAC's standard deviation, as in stable-baselines3."""
 
@@ -32,17 +32,16 @@ Layer = tuple[Floats, Floats]
 
 @dataclass(frozen=True, kw_only=True)
 class MlpActor:
-    """Layers that turn an observation into an action, as stable-baselines3's policies do.
+    """Layers that map an observation to an action, as in stable-baselines3's policies.
 
     Parameters
     ----------
     layers : (outputs, inputs) matrix and offset of each layer
     activation : ``tanh``, ``relu`` or ``elu`` between them
-    squashed : whether actions pass through a hyperbolic tangent; else they are cut off at ±1
-    centre, scale : what is taken off observations, and by what they are multiplied then; None
-        where they pass unchanged
+    squashed : pass actions through a hyperbolic tangent; otherwise clip them at ±1
+    centre, scale : offset subtracted from observations, and factor; None if they pass unchanged
     log_deviation : logarithm of the standard deviation of actions: a constant (3,), or a layer from
-        the last hidden one; None where there is none
+        the last hidden one; None if absent
     """
 
     layers: tuple[Layer, ...]
@@ -54,7 +53,7 @@ class MlpActor:
 
     @property
     def observation_size(self) -> int:
-        """Numbers of an observation."""
+        """Return the number of elements of an observation."""
         return self.layers[0][0].shape[1]
 
     def predict(
@@ -64,13 +63,14 @@ class MlpActor:
         deterministic: bool = False,
         rng: np.random.Generator | None = None,
     ) -> tuple[Floats, None]:
-        """The action for an observation (k,) or many (n, k); and None, as in stable-baselines3.
+        """Return the action for an observation (k,) or many (n, k); and None, as in
+        stable-baselines3.
 
         Parameters
         ----------
-        observation : as the policy has learnt with
-        deterministic : whether the best action is taken, rather than one drawn from the policy
-        rng : source of the randomness, where it is drawn
+        observation : observation of the form used in training
+        deterministic : take the best action instead of sampling from the policy
+        rng : source of randomness for sampling
         """
         x = np.asarray(observation, dtype=np.float32)
         if self.centre is not None and self.scale is not None:
@@ -89,17 +89,17 @@ class MlpActor:
 
 
 def actor_of(weights: Mapping[str, Any], settings: TrainingSettings, size: int) -> MlpActor:
-    """The actor among the weights of a policy of stable-baselines3.
+    """Make the actor from the weights of a policy of stable-baselines3.
 
     Parameters
     ----------
-    weights : arrays by the names that stable-baselines3 gives them
+    weights : arrays by stable-baselines3's names
     settings : settings of the training
-    size : numbers of an observation
+    size : number of elements of an observation
 
     Raises
     ------
-    KeyError, ValueError : weights that are no such policy's, or do not fit the settings
+    KeyError, ValueError : weights of another kind of policy, or that do not fit the settings
     """
     begins, last = _LAYERS[settings.algorithm]
     numbers = sorted(

@@ -1,4 +1,4 @@
-"""The settings of a training run, from a YAML file like those of RL Zoo.
+"""Settings of a training run, from a YAML file like those of RL Zoo.
 
 A file names the algorithm, the number of throws, the policy and the environment. Every other key is
 a parameter of the algorithm in stable-baselines3. Unknown keys are refused by name.
@@ -31,7 +31,7 @@ _NOT_HYPERPARAMETERS = frozenset(
     | {"_init_setup_model", "rollout_buffer_class", "rollout_buffer_kwargs", "action_noise"}
     | {"replay_buffer_class", "replay_buffer_kwargs"}
 )
-"""Parameters of the algorithms that are not hyperparameters, or that a file cannot give."""
+"""Parameters of the algorithms that are not hyperparameters, or that a file cannot set."""
 _RANGES: dict[str, tuple[float, float, bool]] = {
     "learning_rate": (1e-12, 10.0, False),
     "buffer_size": (1, 10**7, True),
@@ -61,35 +61,35 @@ _NOT_CONFIGURABLE = frozenset({"self", "ice", "known_ice", "ices", "skill", "fps
 
 @dataclass(frozen=True, kw_only=True)
 class TrainingSettings:
-    """What is learnt, and how.
+    """Settings of a training run.
 
     Parameters
     ----------
     algorithm : ``sac``, ``td3`` or ``ppo``
-    n_timesteps : number of throws in all
-    n_envs : number of environments side by side
+    n_timesteps : total number of throws
+    n_envs : number of parallel environments
     policy : policy of stable-baselines3; only ``MlpPolicy``
     policy_kwargs : `net_arch` (units of the hidden layers), `activation_fn` (tanh, relu or elu),
         `log_std_init` (logarithm of PPO's first standard deviation)
-    normalize : whether observations are normalised by their mean and standard deviation over the
-        ices and targets of the task; constant numbers are then left out
+    normalize : normalise observations by their mean and standard deviation over the ices and
+        targets of the task; constant numbers are then dropped
     env_kwargs : options of `CurlingSheet-v0`; `throw_range` and `weights` as mappings
     skill : player whose execution error is added to the throws
-    practice : the player during training, if another one. A steadier player shows more clearly what
-        a throw was worth, and the best throw for it is nearly the best for all
-    ices : distribution of the ices to learn on; None for a single ice
-    knows : what the agent knows of a random ice: ``map`` (the estimated map), ``mean`` (its mean
+    practice : the player during training, if another one. A steadier player shows the value of a
+        throw more clearly, and its best throw is nearly the best for all
+    ices : distribution of the training ices; None for a single ice
+    knows : the agent's knowledge of a random ice: ``map`` (the estimated map), ``mean`` (its mean
         friction) or ``nothing``
-    noise : standard deviation of TD3's exploring actions
+    noise : standard deviation of TD3's exploration noise
     hyperparameters : parameters of the algorithm; a number may be a schedule: ``lin_1e-3`` falls to
         zero
     checkpoint_every : throws between checkpoints; 0 for none
     eval_freq : throws between evaluations; 0 for none
-    seed : seed of everything random
+    seed : seed of all randomness
 
     Raises
     ------
-    InputError : a setting is unknown or makes no sense
+    InputError : a setting is unknown or invalid
     """
 
     algorithm: str = "sac"
@@ -138,7 +138,9 @@ class TrainingSettings:
             raise InputError(f"noise must lie within 0 and 10, got {_brief(self.noise)}")
         _known_keys("policy_kwargs", self.policy_kwargs, POLICY_KWARGS)
         _known_keys("env_kwargs", self.env_kwargs, _options_of_environment())
-        _known_keys("the settings", self.hyperparameters, _hyperparameters_of(self.algorithm))
+        known = _hyperparameters_of(self.algorithm)
+        if known is not None:
+            _known_keys("the settings", self.hyperparameters, known)
         layers = self.policy_kwargs.get("net_arch", [64])
         if (
             not isinstance(layers, list | tuple)
@@ -162,7 +164,7 @@ class TrainingSettings:
         self.environment()
 
     def environment(self) -> dict[str, Any]:
-        """`env_kwargs` in the types that `CurlingSheetEnv` takes."""
+        """Return `env_kwargs` in the types of `CurlingSheetEnv`."""
         options = dict(self.env_kwargs)
         for name, kind in (("throw_range", ThrowRange), ("weights", RewardWeights)):
             if name in options:
@@ -170,7 +172,7 @@ class TrainingSettings:
         return options
 
     def as_dict(self) -> dict[str, Any]:
-        """Plain numbers and text that `settings_from` can read."""
+        """Return plain numbers and text for `settings_from`."""
         document = {**asdict(self), **self.hyperparameters}
         del document["hyperparameters"]
         if self.ices is None:
@@ -179,7 +181,7 @@ class TrainingSettings:
 
 
 def settings_from(document: Any, **others: Any) -> TrainingSettings:
-    """Settings from the mapping in a configuration file.
+    """Make settings from the mapping in a configuration file.
 
     Parameters
     ----------
@@ -188,7 +190,7 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
 
     Raises
     ------
-    InputError : an unknown key, or a value that makes no sense
+    InputError : an unknown key, or an invalid value
     """
     if not isinstance(document, dict) or not all(isinstance(key, str) for key in document):
         raise InputError("expected settings by name")
@@ -211,7 +213,7 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
 
 
 def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
-    """Settings from a configuration file, or from one of the project's by its name.
+    """Load settings from a configuration file, or one of the project's by name.
 
     Parameters
     ----------
@@ -220,7 +222,7 @@ def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
 
     Raises
     ------
-    InputError : there is no such file, or it does not describe the training of a policy
+    InputError : the file does not exist, or does not describe the training of a policy
     """
     document = read_configuration(name)
     with placed(source=name):
@@ -228,11 +230,11 @@ def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
 
 
 def read_configuration(name: str | Path) -> Any:
-    """The content of a configuration file, or of one of the project's by its name.
+    """Read the content of a configuration file, or of one of the project's by name.
 
     Raises
     ------
-    InputError : there is no such file, or it is not YAML
+    InputError : the file does not exist, or is not YAML
     """
     where: Any = Path(name)
     if str(name) in configurations():
@@ -245,13 +247,13 @@ def read_configuration(name: str | Path) -> Any:
 
 
 def configurations() -> list[str]:
-    """Names of the project's own configurations."""
+    """Return the names of the project's own configurations."""
     folder = files("agents.learning").joinpath("configurations")
     return sorted(Path(f.name).stem for f in folder.iterdir() if f.name.endswith(".yml"))
 
 
 def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
-    """A hyperparameter as stable-baselines3 takes it: ``lin_x`` falls from x to zero.
+    """Convert a hyperparameter for stable-baselines3: ``lin_x`` falls from x to zero.
 
     Raises
     ------
@@ -272,16 +274,19 @@ def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
 
 
 def with_settings(settings: TrainingSettings, **others: Any) -> TrainingSettings:
-    """The settings with some replaced; replacements that are None are ignored."""
+    """Return the settings with some replaced; replacements that are None are ignored."""
     return replace(settings, **{name: v for name, v in others.items() if v is not None})
 
 
 # --- what is allowed ------------------------------------------------------------------------------
 
 
-def _hyperparameters_of(algorithm: str) -> list[str]:
-    import stable_baselines3 as sb3
-
+def _hyperparameters_of(algorithm: str) -> list[str] | None:
+    """Names of an algorithm's hyperparameters; None without stable-baselines3, to use a model."""
+    try:
+        import stable_baselines3 as sb3
+    except ModuleNotFoundError:
+        return None
     parameters = inspect.signature(getattr(sb3, algorithm.upper())).parameters
     return sorted(set(parameters) - _NOT_HYPERPARAMETERS)
 
@@ -301,7 +306,7 @@ def _brief(value: Any) -> str:
 
 
 def _check_hyperparameters(given: Mapping[str, Any]) -> None:
-    """Refuse numbers with which no algorithm can learn, or that would take all memory."""
+    """Refuse numbers with which no algorithm can learn, or that would use all memory."""
     for name, value in given.items():
         if isinstance(value, str) and "_" in value:
             continue  # a schedule, which is checked where it is made
@@ -326,7 +331,7 @@ def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
 
 
 def _dataclass_from(kind: type, name: str, given: Any) -> Any:
-    """A dataclass from a mapping, in which lists become tuples."""
+    """Make a dataclass from a mapping, in which lists become tuples."""
     if not isinstance(given, dict):
         raise InputError(f"{name} must be a mapping, got {_brief(given)}")
     _known_keys(name, given, [f.name for f in fields(kind)])
@@ -340,7 +345,7 @@ def _dataclass_from(kind: type, name: str, given: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
-    """A number from text where it is one: YAML reads 1e-3, which has no point, as text."""
+    """Convert text to a number if possible: YAML reads 1e-3, which has no point, as text."""
     if isinstance(value, str):
         try:
             return float(value)

@@ -1,4 +1,4 @@
-"""How close throws come to their targets: a policy beside the planner, on the same draws."""
+"""Evaluation of misses: a policy compared with the planner, on the same draws."""
 
 from __future__ import annotations
 
@@ -31,11 +31,11 @@ from curling_env.units import Units, short_length
 EVALUATION_FORMAT = FileFormat(name="curling-evaluation/1", what="an evaluation")
 
 TRIALS = 256
-"""Throws with execution error at each target."""
+"""Number of throws with execution error at each target."""
 TRIALS_OF_ONE_DRAW = 16 * TRIALS
-"""The same where there is only one draw."""
+"""The same number if there is only one draw."""
 BOOTSTRAP_SAMPLES = 1000
-"""Resampled sets of draws for a confidence interval."""
+"""Number of resampled sets of draws for a confidence interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +52,7 @@ class Misses:
     with_error: Floats
 
     def as_dict(self) -> dict[str, float]:
-        """Mean and median of both [m]."""
+        """Return mean and median of both [m]."""
         return {
             "mean_miss_m": float(self.exact.mean()),
             "median_miss_m": float(np.median(self.exact)),
@@ -62,11 +62,11 @@ class Misses:
 
 
 def rest_in_env(ice: Ice, throw: Throw, target: ArrayLike) -> Floats:
-    """Where a throw rests in `CurlingSheet-v0` on an ice, (2,) sheet frame [m].
+    """Return the place of rest of a throw in `CurlingSheet-v0` on an ice, (2,) sheet frame [m].
 
     Parameters
     ----------
-    target : (2,) target, sheet frame [m]; the end played to is the half of the sheet it lies in
+    target : (2,) target, sheet frame [m]; the end played to is its half of the sheet
     """
     direction = direction_to(np.asarray(target))
     # Actions have single precision; a narrow range around the throw keeps it to a micrometre.
@@ -81,6 +81,7 @@ def rest_in_env(ice: Ice, throw: Throw, target: ArrayLike) -> Floats:
         throw_range=around,
         direction=direction,
         target=tuple(to_delivery(target, direction)),
+        details=True,
     )
     env.reset(seed=0)
     *_, info = env.step(env.unwrapped.action_of(throw))  # pyright: ignore[reportAttributeAccessIssue]
@@ -90,7 +91,7 @@ def rest_in_env(ice: Ice, throw: Throw, target: ArrayLike) -> Floats:
 
 
 def house_targets(n: int, rng: np.random.Generator) -> Floats:
-    """Targets uniformly distributed over the away house, (n, 2) sheet frame [m]."""
+    """Draw targets uniformly distributed over the away house, (n, 2) sheet frame [m]."""
     radius = HOUSE_RADIUS * np.sqrt(rng.random(n))
     angle = 2 * np.pi * rng.random(n)
     places = np.column_stack([radius * np.cos(angle), radius * np.sin(angle)])
@@ -98,19 +99,19 @@ def house_targets(n: int, rng: np.random.Generator) -> Floats:
 
 
 def planner_throw(ice: Ice, target: Floats, skill: str | Skill) -> Floats:
-    """The planner's throw at a target, (4,) speed, angle, spin and offset."""
+    """Return the planner's throw at a target, (4,) speed, angle, spin and offset."""
     throw = plan(ice, target, skill=skill).best.throw
     return np.array([throw.speed, throw.angle, throw.spin, throw.x])
 
 
 @dataclass(frozen=True, kw_only=True)
 class EvaluationDraw:
-    """A draw of an evaluation.
+    """Draw of an evaluation.
 
     Parameters
     ----------
-    ice : ice that is thrown on
-    known : the ice as it is known
+    ice : true ice
+    known : the known ice
     target : (2,) target, sheet frame [m]
     """
 
@@ -120,19 +121,19 @@ class EvaluationDraw:
 
 
 def is_draw(settings: TrainingSettings) -> bool:
-    """Whether a policy learns draws on an empty sheet, which can be compared with the planner."""
+    """Return whether a policy learns draws on an empty sheet, which the planner can make too."""
     options = settings.environment()
     return options.get("task", "draw") == "draw" and not options.get("stones", ())
 
 
 def evaluation_draws(settings: TrainingSettings, ice: Ice, n: int) -> list[EvaluationDraw]:
-    """New draws like those of the training, on unseen ices and at other targets.
+    """Make new draws like those of the training, on unseen ices and at other targets.
 
     Parameters
     ----------
     settings : settings of the training
-    ice : ice to throw on, where the settings have no random ices
-    n : number of draws; one where neither the ice nor the target changes
+    ice : ice to throw on, if the settings have no random ices
+    n : number of draws; one if neither the ice nor the target changes
 
     Raises
     ------
@@ -149,16 +150,16 @@ def evaluation_draws(settings: TrainingSettings, ice: Ice, n: int) -> list[Evalu
         places[:] = to_sheet((0.0, 0.0) if target is None else target, Direction.AWAY)
     if settings.ices is None:
         return [EvaluationDraw(ice=ice, known=ice, target=place) for place in places]
-    # Everybody gets the map here, so that policies with and without it meet the same ices.
+    # All policies get the map here, so that policies with and without it meet the same ices.
     drawn = [(*settings.ices.draw(rng), place) for place in places]
     return [EvaluationDraw(ice=true, known=known, target=place) for true, known, place in drawn]
 
 
 def best_throw(ice: Ice, target: Floats, skill: Skill, *, seed: int = 1) -> Floats:
-    """The throw with the smallest mean miss for a player, (4,).
+    """Return the throw with the smallest mean miss for a player, (4,).
 
-    It begins with the planner's throw, which rests at the target without error, and corrects it:
-    too much weight carries a stone farther than too little holds it back.
+    The search starts from the planner's throw, which rests at the target without error, and
+    corrects it: too much weight carries a stone farther than too little holds it back.
     """
     throw = planner_throw(ice, target, skill)
     if skill.is_exact:
@@ -205,12 +206,12 @@ def evaluate(
     seed: int | None = None,
     progress: Progress = no_progress,
 ) -> dict[str, Any]:
-    """Evaluate a trained policy beside the planner, on new draws with the same execution errors.
+    """Compare a trained policy with the planner, on new draws with the same execution errors.
 
     Parameters
     ----------
     policy : the policy, or the file of its model
-    ice : file, preset or ice to throw on, unless the policy learnt on random ices
+    ice : file, preset or ice to throw on, unless the policy learned on random ices
     draws : number of draws; one if neither the ice nor the target changes
     seed : seed of the execution errors; by default that of the training
     progress : called after each draw
@@ -221,7 +222,7 @@ def evaluate(
 
     Raises
     ------
-    InputError : no trained model, or one that did not learn draws on an empty sheet
+    InputError : not a trained model, or one that did not learn draws on an empty sheet
     """
     trained = policy if isinstance(policy, TrainedPolicy) else TrainedPolicy.load(policy)
     some = evaluation_draws(trained.settings, load_ice(ice), draws)
@@ -242,7 +243,7 @@ def compare_with_planner(
     -------
     misses in metres of the agent, of the planner with the same knowledge of the ice, and of the
     best possible throw on the true ice; and mean misses with execution error over the best one's,
-    with 95 % intervals (bootstrap over the draws, or over the errors where there is one draw)
+    with 95 % intervals (bootstrap over the draws, or over the errors if there is one draw)
     """
     skill = skill_named(policy.settings.skill)
     who: dict[str, list[Misses]] = {"agent": [], "planner": [], "best": []}
@@ -274,7 +275,7 @@ def compare_with_planner(
 
 
 def _ratio(one: Misses, other: Misses, seed: int) -> dict[str, float]:
-    """One mean miss over the other, with its 95 % interval."""
+    """Return one mean miss over the other, with its 95 % interval."""
     a, b = one.with_error, other.with_error
     pairs = (a[0], b[0]) if len(a) == 1 else (a.mean(axis=1), b.mean(axis=1))
     rng = np.random.default_rng(seed)
@@ -287,9 +288,10 @@ def _ratio(one: Misses, other: Misses, seed: int) -> dict[str, float]:
 def misses(
     ice: Ice, throws: Floats, targets: Floats, skill: Skill, *, seed: int, trials: int = TRIALS
 ) -> Misses:
-    """Distances of throws (n, 4) from their targets (n, 2), with and without execution error.
+    """Return distances of throws (n, 4) from their targets (n, 2), with and without execution
+    error.
 
-    The same seed gives the same errors. A stone that leaves play counts where it left.
+    The same seed gives the same errors. A stone that leaves play counts at the place where it left.
     """
     errors = skill.errors(trials, np.random.default_rng(seed))
     exact: list[float] = []
@@ -304,7 +306,9 @@ def misses(
 
 
 def _distances(ice: Ice, throws: Floats, target: Floats) -> Floats:
-    """Distance of each throw (n, 4) from a target; a stone that left play counts where it left."""
+    """Return the distance of each throw (n, 4) from a target; a stone that left play counts where
+    it left.
+    """
     throws[:, 0] = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
     ends = roll_out_in_play(ice, throws, direction_to(target), NO_OBSTACLES).xy
     return np.hypot(*(ends - target).T)

@@ -1,8 +1,8 @@
 """Trained models as files of arrays and one JSON document, which cannot run code.
 
-stable-baselines3's own zip files hold pickled Python objects, which run code when they are loaded.
-Here a model is a NumPy archive: every weight is an array, and one further array holds a JSON
-document with the structure. Loading reads numbers and text only, whoever made the file.
+stable-baselines3's own zip files contain pickled Python objects, which run code when they are
+loaded. Here a model is a NumPy archive: every weight is an array, and one further array has a JSON
+document with the structure. Loading reads numbers and text only, whatever the file's origin.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def write_model(path: str | Path, document: Mapping[str, Any]) -> None:
 
     Raises
     ------
-    TypeError : the document holds anything else
+    TypeError : the document contains anything else
     OutputError : the file cannot be written
     """
     arrays: dict[str, NDArray[Any]] = {}
@@ -46,7 +46,7 @@ def read_model(path: str | Path) -> dict[str, Any]:
 
     Raises
     ------
-    InputError : there is no such file, or it is not a model of this project
+    InputError : the file does not exist, or is not a model of this project
     """
     arrays = read_arrays(path, what="a trained model of this project")
     if _DOCUMENT not in arrays:
@@ -64,7 +64,7 @@ def read_model(path: str | Path) -> dict[str, Any]:
 
 
 def check_finite(value: Any, source: str | Path) -> None:
-    """Refuse weights of which one is not finite, as a damaged file may hold.
+    """Refuse weights that are not all finite, as in a damaged file.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
-"""The normaliser of observations: their mean and standard deviation over the task are removed.
+"""Normaliser of observations by their mean and standard deviation over the task.
 
-`CurlingSheet-v0` scales its numbers to lie within ±1 on any ice. On that scale the friction of
-the sheets of one event differs by a few hundredths, which a network would have to magnify first.
-Mean and standard deviation belong to the policy and are saved with its weights.
+`CurlingSheet-v0` scales its numbers to within ±1 on any ice. On that scale the friction of the
+sheets of one event differs by a few hundredths, which a network would have to magnify first. Mean
+and standard deviation belong to the policy and are saved with its weights.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from agents.learning.actor import MAX_DEVIATION
 from curling_env.typing import Singles
 
 CONSTANT_BELOW = 1e-4
-"""A number with a smaller standard deviation is taken as constant and left out."""
+"""Standard deviation below which a number counts as constant and is dropped."""
 
 
 class ObservationNormaliser(BaseFeaturesExtractor):
@@ -48,7 +48,7 @@ class ObservationNormaliser(BaseFeaturesExtractor):
         self.register_buffer("scale", torch.as_tensor(scale, dtype=torch.float32))
 
     def forward(self, observations: torch.Tensor) -> torch.Tensor:
-        """Normalised observations, (n, size)."""
+        """Return normalised observations, (n, size)."""
         centre: Any = self.centre
         scale: Any = self.scale
         return ((observations - centre) * scale).clamp(-MAX_DEVIATION, MAX_DEVIATION)

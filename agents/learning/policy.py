@@ -1,4 +1,4 @@
-"""A trained policy, and its throws at targets on a known ice."""
+"""Trained policy, and its throws at targets on a known ice."""
 
 from __future__ import annotations
 
@@ -25,22 +25,22 @@ from curling_env.typing import Floats, Singles
 
 
 class Actor(Protocol):
-    """Anything that turns an observation into an action, as stable-baselines3's policies do."""
+    """Anything that maps an observation to an action, like stable-baselines3's policies."""
 
     def predict(self, observation: Any, *, deterministic: bool = False) -> tuple[Any, Any]:
-        """The action, and a state that is not used here."""
+        """Return the action, and a state that is not used here."""
         ...
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrainedPolicy:
-    """A policy that has learnt to throw.
+    """Trained policy for throws.
 
     Parameters
     ----------
-    actor : the network, which turns observations into actions
+    actor : the network, which maps observations to actions
     settings : settings of its training
-    throw_range : range of throws that its actions choose from
+    throw_range : range of throws of its actions
     """
 
     actor: Actor
@@ -53,7 +53,7 @@ class TrainedPolicy:
 
         Raises
         ------
-        InputError : there is no such file, or it is not a trained model of this project
+        InputError : the file does not exist, or is not a trained model of this project
         """
         document = read_model(path)
         check_finite(document.get("policy"), path)
@@ -74,12 +74,12 @@ class TrainedPolicy:
     def predict(
         self, observation: ArrayLike, *, deterministic: bool = True
     ) -> tuple[Singles, None]:
-        """The action for an observation of the environment it was trained in, or for many.
+        """Return the action for one or many observations of the environment of the training.
 
         Parameters
         ----------
         observation : (k,) or (n, k), of `CurlingSheet-v0` made with the settings of the training
-        deterministic : whether the best action is taken, rather than one drawn from the policy
+        deterministic : take the best action instead of sampling from the policy
 
         Returns
         -------
@@ -100,7 +100,7 @@ class TrainedPolicy:
         return np.asarray(action, dtype=np.float32), None
 
     def environment(self) -> dict[str, Any]:
-        """Options of `CurlingSheet-v0` with which `predict` serves."""
+        """Return the options of `CurlingSheet-v0` that fit `predict`."""
         numbers = self.throw_range
         options: dict[str, Any] = {
             **self.settings.env_kwargs,
@@ -112,11 +112,11 @@ class TrainedPolicy:
         return options
 
     def throws(self, known: Ice, targets: ArrayLike) -> Floats:
-        """The throw at each target, (n, 4) speed, angle, spin and offset at the hog line.
+        """Return the throw at each target, (n, 4) speed, angle, spin and offset at the hog line.
 
         Parameters
         ----------
-        known : the ice as it is known
+        known : the known ice
         targets : (n, 2) targets in one half of the sheet, sheet frame [m]
         """
         targets = np.asarray(targets, dtype=np.float64).reshape(-1, 2)
@@ -134,13 +134,13 @@ class TrainedPolicy:
         return np.column_stack([numbers, np.zeros(len(numbers))])
 
     def throw(self, known: Ice, target: ArrayLike) -> Throw:
-        """The throw at one target (2,), sheet frame [m]; see `throws`."""
+        """Return the throw at one target (2,), sheet frame [m]; see `throws`."""
         speed, angle, spin, x = self.throws(known, target)[0].tolist()
         return Throw(speed=speed, angle=angle, spin=spin, x=x)
 
 
 def throw_range_of(settings: TrainingSettings, ice: Ice) -> ThrowRange:
-    """Range of throws that actions choose from: as configured, or else suited to the ice."""
+    """Return the range of throws of the actions: as configured, or else suited to the ice."""
     options = settings.environment()
     if "throw_range" in options:
         return options["throw_range"]
@@ -158,7 +158,7 @@ _RESET_DEFAULTS: dict[str, Any] = {"target": None, "stones": (), "direction": "a
 def policy_kwargs_of(
     settings: TrainingSettings, mean: Any = None, deviation: Any = None
 ) -> dict[str, Any]:
-    """`policy_kwargs` as stable-baselines3 takes them.
+    """Return `policy_kwargs` in stable-baselines3's form.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ def policy_kwargs_of(
 
 
 def tensors(value: Any) -> Any:
-    """A nested document with tensors in place of arrays."""
+    """Return a nested document with tensors in place of arrays."""
     import torch
 
     if isinstance(value, np.ndarray):

@@ -1,4 +1,4 @@
-"""Random ices to learn on: those that the environments draw, see `curling_env.envs.random_ice`."""
+"""Random ices to learn on, as drawn by the environments, see `curling_env.envs.random_ice`."""
 
 from curling_env.envs.random_ice import KNOWLEDGE, RandomIces
 

@@ -1,9 +1,9 @@
 """Training with RLlib on several machines, with the same environment and configuration.
 
 Each worker throws in its share of the environments; the learner runs in this process. The policy
-begins with the weights of stable-baselines3 and is saved as if it had been trained there, so that
-its users need not know where it was trained. RLlib's own checkpoints hold pickled Python objects;
-none is written.
+starts with the weights of stable-baselines3 and is saved as if it had been trained there, so that
+its users need not know its origin. RLlib's own checkpoints contain pickled Python objects; none is
+written.
 """
 
 # RLlib is optional and comes without complete types.
@@ -58,7 +58,7 @@ _POLICY = "default_policy"
 
 
 class RLlibVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
-    """An adapter to RLlib, where an episode begins in the step after the last one.
+    """Adapter to RLlib, where an episode begins in the step after the last one.
 
     Parameters
     ----------
@@ -79,13 +79,13 @@ class RLlibVectorEnv(gymnasium.vector.VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(self.single_action_space, self.num_envs)
 
     def reset(self, *, seed: Any = None, options: Any = None) -> tuple[Singles, dict[str, Any]]:
-        """Begin all episodes; `options` are not used."""
+        """Begin all episodes; `options` are ignored."""
         self._sheets.seed(seed)
         self._next = None
         return self._seen(self._sheets.reset()), {}
 
     def step(self, actions: Singles) -> tuple[Any, Any, Any, Any, dict[str, Any]]:
-        """Throw in every environment, or begin where an episode has ended."""
+        """Throw in every environment, or begin a new episode after the end of one."""
         never = np.zeros(self.num_envs, dtype=np.bool_)
         if self._next is not None:
             seen, self._next = self._next, None
@@ -113,8 +113,8 @@ def train(
     Parameters
     ----------
     settings : settings of the run
-    output : folder for the model; it is made if it is missing
-    ice : file, preset or ice to learn on, where the settings have no random ices
+    output : folder for the model; made if missing
+    ice : file, preset or ice to learn on, if the settings have no random ices
     workers : number of workers, each with its share of the environments
     progress : called after every step of learning with the number of throws
 
@@ -124,8 +124,8 @@ def train(
 
     Raises
     ------
-    InputError : settings that RLlib does not have, environments that cannot be shared out, or more
-        workers than the cluster has CPUs
+    InputError : settings that RLlib does not have, environments that cannot be divided among the
+        workers, or more workers than the cluster has CPUs
     OutputError : a file cannot be written
     WorkersLostError : no worker is left
     ModuleNotFoundError : RLlib is not installed
@@ -196,11 +196,12 @@ def train(
 
 
 def rllib_parameters(settings: TrainingSettings, workers: int) -> dict[str, Any]:
-    """PPO's parameters by RLlib's names, with the defaults of stable-baselines3.
+    """Return PPO's parameters by RLlib's names, with the defaults of stable-baselines3.
 
     Raises
     ------
-    InputError : a parameter that RLlib does not have, or environments that cannot be shared out
+    InputError : a parameter that RLlib does not have, or environments that cannot be divided among
+        the workers
     """
     from stable_baselines3 import PPO
 
@@ -227,7 +228,7 @@ def rllib_parameters(settings: TrainingSettings, workers: int) -> dict[str, Any]
 
 
 def weights_for_rllib(policy: Any) -> dict[str, Singles]:
-    """Weights of stable-baselines3's policy by RLlib's names."""
+    """Return weights of stable-baselines3's policy by RLlib's names."""
     state = policy.state_dict()
     return {there: state[here].numpy().copy() for here, there in _names(state).items()}
 
@@ -240,7 +241,7 @@ def take_weights(policy: Any, weights: dict[str, Any]) -> None:
 
 
 def _names(state: dict[str, Any]) -> dict[str, str]:
-    """For each weight, its name in stable-baselines3 and in RLlib."""
+    """Return each weight's name in stable-baselines3 and in RLlib."""
     return {
         name: there + name.removeprefix(here)
         for name in state
@@ -250,7 +251,7 @@ def _names(state: dict[str, Any]) -> dict[str, str]:
 
 
 def rllib_model_of(policy: Any) -> Any:
-    """RLlib's model with the same layers."""
+    """Return RLlib's model with the same layers."""
     from ray.rllib.core.rl_module.default_model_config import DefaultModelConfig
 
     units = list(policy.net_arch["pi"] if isinstance(policy.net_arch, dict) else policy.net_arch)

@@ -1,9 +1,9 @@
 """Training with stable-baselines3 on `CurlingSheet-v0`, in runs that can be resumed.
 
 A run consists of stretches between checkpoints. Every stretch begins with new episodes, and its
-randomness follows from the run's seed and the number of throws so far. So a checkpoint needs no
-state of a generator or an environment, and a run that was stopped and resumed ends like one that
-was not, to the last bit.
+randomness follows from the run's seed and the number of throws before it. So a checkpoint needs no
+state of a generator or an environment, and a resumed run gives the same result as an uninterrupted
+one, bit for bit.
 """
 
 from __future__ import annotations
@@ -36,20 +36,20 @@ from curling_env.infrastructure.files.writing import keep, make_directory
 from curling_env.typing import Progress, no_progress
 
 ENVS_PER_ICE = 32
-"""Environments that share an ice, where there are many ices."""
+"""Number of environments that share an ice, if there are many ices."""
 NORMALISER_SAMPLES = 2048
-"""Observations from which the normaliser takes mean and standard deviation."""
+"""Number of observations for the normaliser's mean and standard deviation."""
 EVALUATION_THROWS = 256
-"""Throws of an evaluation during training."""
+"""Number of throws of an evaluation during training."""
 
 
 def make_vec_env(settings: TrainingSettings, ice: Ice, *, num_envs: int | None = None) -> Any:
-    """The vectorised environment of a run, as stable-baselines3 takes it.
+    """Make the vectorised environment of a run for stable-baselines3.
 
     Parameters
     ----------
     settings : settings of the run
-    ice : ice to learn on, where the settings have no random ices
+    ice : ice to learn on, if the settings have no random ices
     num_envs : number of environments; by default that of the settings
     """
     from agents.learning.vector_env import RandomIceVecEnv, SheetVecEnv
@@ -83,9 +83,9 @@ def train(
     Parameters
     ----------
     config : settings of the run, a YAML file, or one of `configuration.configurations`
-    output : folder for the files; it is made if it is missing
-    ice : file, preset or ice to learn on, where the settings have no random ices
-    resume : checkpoint of a run with the same settings, or with fewer throws, to go on from
+    output : folder for the files; made if missing
+    ice : file, preset or ice to learn on, if the settings have no random ices
+    resume : checkpoint of a run with the same settings, or with fewer throws, to continue from
     progress : called after every step with the number of throws
 
     Returns
@@ -94,7 +94,7 @@ def train(
 
     Raises
     ------
-    InputError : unknown settings, a file that is no checkpoint, or a checkpoint of another run
+    InputError : unknown settings, a file that is not a checkpoint, or a checkpoint of another run
     OutputError : a file cannot be written
     """
     import torch
@@ -118,7 +118,7 @@ def train(
     _keep_logs(model, logs)
 
     class Stretches(BaseCallback):
-        """Begins each stretch, writes its checkpoint and reports the progress."""
+        """Callback that begins each stretch, writes its checkpoint and reports the progress."""
 
         stretch = -1
 
@@ -171,16 +171,16 @@ def train(
 
 
 def step_name(reward: float) -> str:
-    """What a progress bar says while it learns."""
+    """Return the text of the progress bar during learning."""
     return "learning" if np.isnan(reward) else f"learning, mean reward {reward:.2f}"
 
 
 def latest_checkpoint(folder: str | Path) -> Path:
-    """The last checkpoint in the folder of a run.
+    """Return the last checkpoint in the folder of a run.
 
     Raises
     ------
-    InputError : there is none
+    InputError : a folder without a checkpoint
     """
     kept = sorted(Path(folder).glob("checkpoint-*.npz"))
     if not kept:
@@ -189,11 +189,11 @@ def latest_checkpoint(folder: str | Path) -> Path:
 
 
 def settings_of_run(checkpoint: str | Path) -> TrainingSettings:
-    """The settings of the run that wrote a checkpoint or model.
+    """Return the settings of the run that wrote a checkpoint or model.
 
     Raises
     ------
-    InputError : there is no such file, or it is not one of this project
+    InputError : the file does not exist, or is not from this project
     """
     document = read_model(checkpoint)
     try:
@@ -203,7 +203,7 @@ def settings_of_run(checkpoint: str | Path) -> TrainingSettings:
 
 
 def has_tensorboard() -> bool:
-    """Whether logs can also be written for TensorBoard."""
+    """Return whether logs can also be written for TensorBoard."""
     return importlib.util.find_spec("tensorboard") is not None
 
 
@@ -211,7 +211,7 @@ def has_tensorboard() -> bool:
 
 
 def new_model(env: Any, settings: TrainingSettings) -> Any:
-    """An untrained model of stable-baselines3.
+    """Make an untrained model of stable-baselines3.
 
     Raises
     ------
@@ -250,7 +250,7 @@ def new_model(env: Any, settings: TrainingSettings) -> Any:
 
 
 def _observation_statistics(env: Any, seed: int) -> tuple[Any, Any]:
-    """Mean and standard deviation of first observations."""
+    """Return mean and standard deviation of first observations."""
     env.seed(seed)
     seen = [env.reset() for _ in range(-(-NORMALISER_SAMPLES // env.num_envs))]
     every = np.concatenate(seen)
@@ -266,7 +266,7 @@ def _keep_logs(model: Any, logs: Path) -> None:
 
 @contextmanager
 def _faults_of(what: str) -> Generator[None]:
-    """Settings that a library refuses in its own way, as one line."""
+    """Convert errors of a library about settings to one line."""
     try:
         yield
     except CurlingError:
@@ -284,7 +284,7 @@ _COUNTERS = ("_n_updates", "_episode_num")
 
 
 def save_model(path: str | Path, model: Any, settings: TrainingSettings, ice: Ice) -> None:
-    """Write what throwing needs: the settings and the weights of the policy.
+    """Write everything needed for throwing: the settings and the weights of the policy.
 
     Raises
     ------
@@ -294,7 +294,7 @@ def save_model(path: str | Path, model: Any, settings: TrainingSettings, ice: Ic
 
 
 def save_checkpoint(path: str | Path, model: Any, settings: TrainingSettings, ice: Ice) -> None:
-    """Write everything that resuming needs.
+    """Write everything needed for resuming.
 
     Raises
     ------
@@ -327,7 +327,7 @@ def _document(model: Any, settings: TrainingSettings, ice: Ice) -> dict[str, Any
 
 
 def _digest(ice: Ice) -> str:
-    """A digest that differs from ice to ice."""
+    """Return a digest that differs from ice to ice."""
     effects = [(e.name, sorted(e.parameters.items())) for e in ice.effects]
     text = repr((ice.sheet, ice.stone, ice.friction.interpolation, effects)).encode()
     return hashlib.sha256(text + ice.friction.mu.tobytes()).hexdigest()[:16]
@@ -386,7 +386,7 @@ def _check_finite(model: Any) -> None:
 
 
 def _check_optimisers(documents: dict[str, Any]) -> None:
-    """Refuse mean squares of gradients below 0, whose roots would make the weights no numbers."""
+    """Refuse negative mean squares of gradients, whose roots would make the weights NaN."""
     for document in documents.values():
         for state in document["state"].values():
             if np.min(state.get("exp_avg_sq", 0.0)) < 0.0:

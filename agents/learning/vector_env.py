@@ -1,4 +1,4 @@
-"""Vectorised `CurlingSheet-v0` environments in the form that stable-baselines3 trains on."""
+"""Vectorised `CurlingSheet-v0` environments for training with stable-baselines3."""
 
 from __future__ import annotations
 
@@ -21,14 +21,14 @@ from curling_env.typing import Flags, Floats, Singles
 EnvIndices = None | int | Iterable[int]
 
 INFO_KEYS = ("distance_m", "status", "success")
-"""The parts of an environment's `info` that are passed on."""
+"""Keys of an environment's `info` that are passed on."""
 
 
 class SheetVecEnv(CurlingVecEnv):
     """Environments of `CurlingSheet-v0` whose throws have the execution errors of a player.
 
-    The errors come from a generator of their own, in opposite pairs as the trainers have always
-    drawn them; the option `skill` of the environments draws each from the sheet's.
+    The errors come from a separate generator, in opposite pairs as the trainers have always drawn
+    them; the option `skill` of the environments draws each from the sheet's.
 
     Parameters
     ----------
@@ -41,7 +41,7 @@ class SheetVecEnv(CurlingVecEnv):
 
     Notes
     -----
-    ``infos`` holds `distance_m`, `status` and `success` of each environment, and what
+    ``infos`` has `distance_m`, `status` and `success` of each environment, and what
     `CurlingVecEnv` adds at the end of an episode.
     """
 
@@ -71,22 +71,22 @@ class SheetVecEnv(CurlingVecEnv):
 
 
 class RandomIceVecEnv(VecEnv):
-    """Groups of environments, each on an ice of its own that is drawn anew every few throws.
+    """Groups of environments, each with an ice that is drawn again every few throws.
 
     Parameters
     ----------
-    num_envs : number of environments in all
+    num_envs : total number of environments
     ices : distribution of the ices
-    knows : what the agent knows of them, see `agents.learning.random_ice.KNOWLEDGE`
+    knows : the agent's knowledge of them, see `agents.learning.random_ice.KNOWLEDGE`
     skill : player whose execution error is added to the actions
-    groups : number of ices at once; it divides `num_envs`
-    throws_on_one : throws in every environment before the ices are drawn anew
+    groups : number of ices at a time; it divides `num_envs`
+    throws_on_one : throws in every environment before the ices are drawn again
     settings : settings of `CurlingSheetEnv`. An episode has one throw, and `throw_range` must be
         given, because one made for an ice would reveal it
 
     Raises
     ------
-    InputError : environments that cannot be shared out evenly, or impossible settings
+    InputError : environments that cannot be divided evenly, or impossible settings
     """
 
     def __init__(
@@ -114,7 +114,7 @@ class RandomIceVecEnv(VecEnv):
         super().__init__(num_envs, first.observation_space, first.action_space)
 
     def _group(self) -> SheetVecEnv:
-        """Environments on one more ice, seeded from the randomness of the ices."""
+        """Make environments on one more ice, seeded from the randomness of the ices."""
         ice, known = self._ices.draw(self._rng, self._knows)
         sheets = SheetVecEnv(
             CurlingSheetVectorEnv(
@@ -130,7 +130,7 @@ class RandomIceVecEnv(VecEnv):
         return sheets
 
     def seed(self, seed: int | None = None) -> Sequence[int | None]:
-        """Seed everything, from the next reset on."""
+        """Seed all randomness, from the next reset on."""
         if seed is not None:
             self._rng = np.random.default_rng(seed)
         return [seed] * self.num_envs
@@ -164,18 +164,18 @@ class RandomIceVecEnv(VecEnv):
             group.close()
 
     def get_attr(self, attr_name: str, indices: EnvIndices = None) -> list[Any]:
-        """An attribute of each group's environments."""
+        """Return an attribute of each group's environments."""
         of_each = [value for group in self.groups for value in group.get_attr(attr_name)]
         return [of_each[i] for i in self._get_indices(indices)]
 
     def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
-        """Not possible: the environments of a group share their attributes."""
+        """Refuse: the environments of a group share their attributes."""
         raise InputError("environments side by side share their attributes; make new ones")
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any
     ) -> list[Any]:
-        """The results of a method of each group's single environment."""
+        """Return the results of a method of each group's single environment."""
         results = [
             value
             for group in self.groups
@@ -184,5 +184,5 @@ class RandomIceVecEnv(VecEnv):
         return [results[i] for i in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
-        """Whether a wrapper's work is done here: only that of `Monitor`."""
+        """Return whether the wrapper's work is done here: only that of `Monitor`."""
         return [issubclass(wrapper_class, Monitor) for _ in self._get_indices(indices)]

@@ -1,13 +1,13 @@
 """Planning: from a target or a task to a throw, by search over simulated throws.
 
 - `planner`: `plan` for a stone that should rest at a target, `plan_task` for a task
-- `objective`: what is wanted of a throw, and how its outcome is judged
+- `objective`: the objective of a throw, and the judgement of its outcome
 - `target_search`: throws that come to rest at a target, by a grid and Newton's method
 - `reward_map`: promising throws for a task, by a grid and the cross-entropy method
-- `monte_carlo`: a throw repeated with execution errors, on ices that the standard errors allow
+- `monte_carlo`: a throw repeated with execution errors, on ices sampled within the standard errors
 - `rollouts`: many throws in the batch engine
 - `description`, `plan_figure`: a plan in a curler's words and as a picture
-- `tuning`: the constants that were tuned
+- `tuning`: tuned constants
 """
 
 from agents.planning.planner import Plan, PlannedThrow, plan, plan_task

@@ -1,4 +1,4 @@
-"""A throw in a curler's words: weight as a time, line as metres of broom, handle by hand."""
+"""Throws in a curler's words: weight as a time, line as metres of broom, handle by hand."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from curling_env.units import Units, length
 
 @dataclass(frozen=True, kw_only=True)
 class Description:
-    """What a skip would call.
+    """Skip's call of a throw.
 
     Parameters
     ----------
     hog_to_hog_s : time of the stone's centre from hog line to hog line; None if it stops short
-    broom_m : where the broom is held on the far tee line, to the right of the centre line as seen
-        by the thrower
-    ice_m : distance along the tee line from the target to the broom: the ice that is given
-    turns : turns of the stone on its way
+    broom_m : position of the broom on the far tee line, to the right of the centre line from the
+        thrower's view
+    ice_m : ice to give: distance along the tee line from the target to the broom
+    turns : turns of the stone until rest
     right_hander, left_hander : the handle, ``in-turn``, ``out-turn`` or ``no turn``
-    ice_on_the_right : whether the broom is to the right of the target
+    ice_on_the_right : true if the broom is to the right of the target
     """
 
     hog_to_hog_s: float | None
@@ -40,11 +40,11 @@ class Description:
 
     @property
     def call(self) -> str:
-        """All of it in a sentence, in metres."""
+        """Complete call in one sentence, in metres."""
         return self.call_in(Units.METRES)
 
     def call_in(self, units: Units) -> str:
-        """All of it in a sentence."""
+        """Return the complete call in one sentence."""
         weight = "a stone that stops before the hog line"
         if self.hog_to_hog_s is not None:
             weight = f"{self.hog_to_hog_s:.1f} s hog to hog"
@@ -55,7 +55,7 @@ class Description:
         return f"{weight}; {given}: the broom {self.broom_in(units)}; {self.handle}"
 
     def broom_in(self, units: Units) -> str:
-        """Where the broom is held."""
+        """Return the position of the broom."""
         if abs(self.broom_m) < 0.01:
             return "on the centre line"
         which = "right" if self.broom_m > 0 else "left"
@@ -64,7 +64,7 @@ class Description:
 
     @property
     def handle(self) -> str:
-        """The handle for either hand, and the turns."""
+        """Handle for either hand, and the turns."""
         if self.right_hander == "no turn":
             return "no turn"
         return (
@@ -73,27 +73,27 @@ class Description:
         )
 
     def as_dict(self) -> dict[str, object]:
-        """The fields, with numbers rounded to what a person can use."""
-        told = {
+        """Return the fields, with numbers rounded for people."""
+        rounded = {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
         }
-        return {**told, "call": self.call}
+        return {**rounded, "call": self.call}
 
 
 def seconds_per_speed(
     ice: Ice, throw: Throw, direction: Direction, delivery: Delivery = FROM_HOG_LINE
 ) -> float | None:
-    """How the time from hog line to hog line changes with the speed of a throw [s per m/s].
+    """Return the change of hog-to-hog time per unit of speed of a throw [s per m/s].
 
     Parameters
     ----------
     direction : the end played to
-    delivery : where throws begin
+    delivery : start of the throws
 
     Returns
     -------
-    None where a slightly slower throw stops before the hog line
+    None if a slightly slower throw stops before the hog line
     """
     step = 0.02
     slower, faster = (
@@ -104,14 +104,14 @@ def seconds_per_speed(
 
 
 def _path(ice: Ice, throw: Throw, direction: Direction, delivery: Delivery) -> Trajectory:
-    """The path of a throw on the empty sheet, in its direction of play."""
+    """Return the path of a throw on the empty sheet, in its direction of play."""
     path = slide(ice, throw.release(direction, delivery=delivery), fps=50.0).trajectory
-    assert path is not None  # a rate was given
+    assert path is not None  # a rate was requested
     return replace(path, xy=direction * path.xy)
 
 
 def _hog_to_hog(path: Trajectory) -> float | None:
-    """Time from one hog line to the other; None for a stone that stops before [s]."""
+    """Return the time from hog line to hog line; None for a stone that stops before [s]."""
     travelled = path.xy[:, 1]
     if travelled[-1] <= HOG_LINE_Y:
         return None
@@ -132,7 +132,7 @@ def describe(
     ----------
     target : (2,) target of the throw, sheet frame [m]
     direction : the end played to
-    delivery : where throws begin
+    delivery : start of the throws
     """
     path = _path(ice, throw, direction, delivery)
     broom = throw.x + delivery.start_y * float(np.tan(throw.angle))

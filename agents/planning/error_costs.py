@@ -1,4 +1,4 @@
-"""What small errors of a throw cost: a tenth of a second of weight, half a broom of line."""
+"""Costs of small errors of a throw: a tenth of a second of weight, half a broom of line."""
 
 from __future__ import annotations
 
@@ -17,22 +17,22 @@ from curling_env.typing import Floats
 from curling_env.units import BROOM, Units, short_length
 
 TENTH = 0.1
-"""The error of weight that is told [s], from hog line to hog line: what a stop-watch shows."""
+"""Reported error of weight [s], from hog line to hog line: the resolution of a stop-watch."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ErrorCost:
-    """One error of a throw, and where its stone ends instead.
+    """Error of a throw and the resulting end of its stone.
 
     Parameters
     ----------
     error : the error in words, such as ``0.1 s heavier hog to hog``
     throw : the throw with the error
-    rest : (2,) where its stone ends, sheet frame [m]; NaN where it leaves play
-    short, right : how far that is short of, and to the right of, where the exact throw ends, as the
-        thrower sees it [m]; negative beyond and to the left
+    rest : (2,) end of its stone, sheet frame [m]; NaN if it leaves play
+    short, right : distance short of and to the right of the exact throw's end, from the thrower's
+        view [m]; negative beyond and to the left
     miss : distance from the target [m]
-    success : whether what is wanted is reached all the same
+    success : true if the objective is reached nevertheless
     """
 
     error: str
@@ -44,7 +44,7 @@ class ErrorCost:
     success: bool
 
     def words(self, units: Units = Units.METRES) -> str:
-        """The cost in words: ``0.1 s heavier hog to hog: 22 cm long``."""
+        """Describe the cost: ``0.1 s heavier hog to hog: 22 cm long``."""
         if not np.isfinite(self.rest).all():
             return f"{self.error}: out of play"
         parts = [
@@ -58,19 +58,19 @@ class ErrorCost:
 def error_costs(
     ice: Ice, throw: Throw, objective: Objective, *, sweep: tuple[float, float] | None = None
 ) -> list[ErrorCost]:
-    """What a tenth of a second of weight and half a broom of line cost a throw, each to both sides.
+    """Compute the cost of a tenth of a second of weight and half a broom of line, to both sides.
 
     Parameters
     ----------
-    ice : the ice it is thrown on
+    ice : ice of the throw
     throw : the throw without error
-    objective : what is wanted of it, and among which stones
+    objective : objective of the throw, with the stones on the sheet
     sweep : start and end of the sweeping, after the release [s]; None without sweeping
 
     Returns
     -------
     heavier, lighter, to the left, to the right. A throw that stops before the far hog line has no
-    time there, and nothing is said of its weight.
+    time, and no error of weight.
     """
     direction, delivery = objective.direction, objective.delivery
     slope = seconds_per_speed(ice, throw, direction, delivery)

@@ -1,7 +1,8 @@
-"""Monte-Carlo evaluation of throws: the player is not exact, and neither is what is known of ice.
+"""Monte-Carlo evaluation of throws with execution errors and uncertain ice.
 
-A throw is repeated with execution errors on ices that the ice's standard errors allow, and every
-trial is judged by the objective. All trials of all throws go through the batch engine together.
+A throw is repeated with execution errors on ices sampled within the ice's standard errors, and
+every trial is judged by the objective. All trials of all throws go through the batch engine
+together.
 """
 
 from __future__ import annotations
@@ -22,16 +23,16 @@ from curling_env.typing import Flags, Floats, Integers
 
 @dataclass(frozen=True, kw_only=True)
 class Trials:
-    """The outcomes of n trials of one throw.
+    """Outcomes of n trials of one throw.
 
     Parameters
     ----------
-    ends : (n, 2) where the thrown stone ended, sheet frame [m]
+    ends : (n, 2) end of the thrown stone, sheet frame [m]
     miss : (n,) distance of each end from the target [m]
-    why : (n,) how each slide ended, as `SlideEnd` values
-    in_play : (n,) whether the thrown stone stayed in play
-    value, success : (n,) the objective's judgement
-    stones : (n, k, 2) where the other stones lie afterwards, NaN where one left play [m]
+    why : (n,) reason for the end of each slide, as `SlideEnd` values
+    in_play : (n,) true if the thrown stone stayed in play
+    value, success : (n,) judgement by the objective
+    stones : (n, k, 2) final positions of the other stones, NaN for one that left play [m]
     errors : (n, 3) execution errors of speed [m/s], angle [rad] and spin [rad/s]
     """
 
@@ -55,12 +56,12 @@ class Trials:
         return float(self.value.mean())
 
     def chance(self, end: SlideEnd) -> float:
-        """Share of the trials that ended in one way."""
+        """Return the share of the trials that ended in one way."""
         return float((self.why == end).mean())
 
     @property
     def covariance(self) -> Floats:
-        """Covariance of the ends that stayed in play, (2, 2) [m²]."""
+        """Return the covariance of the ends that stayed in play, (2, 2) [m²]."""
         rested = self.ends[self.in_play]
         return np.cov(rested.T) if len(rested) > 1 else np.zeros((2, 2))
 
@@ -72,9 +73,9 @@ def run_trials(
 
     Parameters
     ----------
-    ices : possible ices; the trials are shared out among them
+    ices : possible ices; the trials are divided among them
     throws : (m, 4) or (m, 6) throws without error, see `rollouts.releases_of`
-    objective : what is wanted of the throws, and the stones on the sheet
+    objective : objective of the throws, with the stones on the sheet
     skill : execution error of the player
     n : trials of each throw; a player without error has one on each ice
     seed : seed of the errors
@@ -118,7 +119,7 @@ def run_trials(
 
 
 def _joined(parts: list[Rollouts], name: str, throws: int) -> NDArray[Any]:
-    """A field of rollouts that were made ice by ice, reordered throw by throw."""
+    """Return a field of rollouts made ice by ice, reordered throw by throw."""
     tables = [getattr(part, name) for part in parts]
     by_throw = [table.reshape(throws, len(table) // throws, *table.shape[1:]) for table in tables]
     whole = np.concatenate(by_throw, axis=1)

@@ -1,7 +1,7 @@
-"""What is wanted of a throw, and how its outcome is judged.
+"""Objectives of a throw, and the judgement of its outcome.
 
-Tasks are judged as the environment judges them (`curling_env.envs.sheet.tasks`): the value of a
-throw is the reward that it would earn there.
+Tasks are judged as in the environment (`curling_env.envs.sheet.tasks`): the value of a throw is the
+reward that it would earn there.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from curling_env.typing import Flags, Floats
 SUCCESS_MEANS = {
     "draw": "it rests within the radius of the 4-foot ring around the target",
     "guard": "it rests before the house and covers the place",
-    "takeout": "the stone that was hit is out of play",
-    "hit_and_stay": "the stone that was hit is out of play and the thrown one stays",
-    "peel": "both the stone that was hit and the thrown one are out of play",
+    "takeout": "the struck stone is out of play",
+    "hit_and_stay": "the struck stone is out of play and the thrown one stays",
+    "peel": "both the struck stone and the thrown one are out of play",
     "freeze": "it rests against the stone without driving it back",
 }
-"""What counts as a success, by the name of the environment's task."""
+"""Meaning of a success, by the name of the environment's task."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class JudgedThrows:
-    """The judgement of n throws.
+    """Judgement of n throws.
 
     Parameters
     ----------
-    value : (n,) the number whose mean the planner maximises
-    success : (n,) whether the objective was reached
-    miss : (n,) distance of the delivered stone from where it should end [m]
+    value : (n,) number whose mean the planner maximises
+    success : (n,) true if the objective was reached
+    miss : (n,) distance of the delivered stone from its intended end [m]
     """
 
     value: Floats
@@ -48,26 +48,26 @@ class JudgedThrows:
 
 
 class Objective(Protocol):
-    """What is wanted of a throw at a position."""
+    """Objective of a throw at a position."""
 
     @property
     def name(self) -> str:
-        """A word or two for people and files."""
+        """Name in a word or two, for people and files."""
         ...
 
     @property
     def target(self) -> Floats:
-        """Where the delivered stone should end, or what it is aimed at, (2,) sheet frame [m]."""
+        """Intended end of the delivered stone, or its aim, (2,) sheet frame [m]."""
         ...
 
     @property
     def direction(self) -> Direction:
-        """The end played to."""
+        """End that is played to."""
         ...
 
     @property
     def delivery(self) -> Delivery:
-        """Where throws begin, and the fastest."""
+        """Start of the throws, and their maximum speed."""
         ...
 
     @property
@@ -77,36 +77,36 @@ class Objective(Protocol):
 
     @property
     def own(self) -> Flags | None:
-        """Whether each of them belongs to the thrower's team, (k,); None where that is not told."""
+        """Ownership of each stone by the thrower's team, (k,); None if unknown."""
         ...
 
     @property
     def miss_means(self) -> str | None:
-        """What a miss is the distance of, in words; None where none tells how well it went."""
+        """Meaning of a miss in words; None if it does not show the quality of a throw."""
         ...
 
     @property
     def success_means(self) -> str:
-        """What counts as a success, in words."""
+        """Meaning of a success, in words."""
         ...
 
     @property
     def aim_margin(self) -> float:
-        """How far beside the target a throw may have to be aimed [m]."""
+        """Maximum distance of the aim from the target [m]."""
         ...
 
     @property
     def max_weight(self) -> float:
-        """Largest weight worth trying, relative to a draw to the target."""
+        """Maximum weight to try, relative to a draw to the target."""
         ...
 
     @property
     def comes_to_rest(self) -> bool:
-        """Whether throws that come to rest at the target are candidates."""
+        """True if throws that come to rest at the target are candidates."""
         ...
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
-        """Judge throws by where they and the other stones ended.
+        """Judge throws by the final positions of all stones.
 
         Parameters
         ----------
@@ -118,7 +118,7 @@ class Objective(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class RestAtTarget:
-    """The stone should rest at a place: the nearer, the better."""
+    """Objective that the stone rests at a place: the nearer, the better."""
 
     target: Floats
     direction: Direction
@@ -129,24 +129,26 @@ class RestAtTarget:
     aim_margin: float = 0.8
     max_weight: float = 1.1
     comes_to_rest: bool = True
-    miss_means: str | None = "from the target to where the stone rests"
+    miss_means: str | None = "from the target to the stone's place of rest"
     success_means: str = "it rests within the radius of the 4-foot ring around the target"
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
-        """Value minus the miss; a success, as for a draw, within the radius of the 4-foot ring."""
+        """Judge by minus the miss; a success, as for a draw, is within the radius of the 4-foot
+        ring.
+        """
         miss = _distance(ended.xy, self.target)
         return JudgedThrows(value=-miss, success=ended.in_play & (miss <= DRAW_RADIUS), miss=miss)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TaskDone:
-    """A task of the environment should be done.
+    """Objective that a task of the environment is done.
 
     Parameters
     ----------
     task : the task
-    mark : (2,) the task's mark, sheet frame [m]; where the task's stone lies, if it has one
-    given : index of the task's stone; None where the task has none
+    mark : (2,) the task's mark, sheet frame [m]; the position of the task's stone, if it has one
+    given : index of the task's stone; None if the task has none
     radius : radius of a stone [m]
     """
 
@@ -170,16 +172,16 @@ class TaskDone:
 
     @property
     def comes_to_rest(self) -> bool:
-        """Whether it is aimed at a place and not, as a takeout is, at a stone."""
+        """True if it is aimed at a place and not, like a takeout, at a stone."""
         return self.given is None or bool(_distance(self.target, self.mark) > self.radius)
 
     @property
     def miss_means(self) -> str | None:
-        # How far a stone runs after a takeout says nothing of the takeout.
+        # The distance that a stone runs after a takeout is no measure of the takeout.
         if not self.comes_to_rest:
             return None
         place = "the target" if self.given is None else "the place against the stone"
-        return f"from {place} to where the thrown stone rests"
+        return f"from {place} to the thrown stone's place of rest"
 
     @property
     def success_means(self) -> str:
@@ -194,7 +196,7 @@ class TaskDone:
         return 1.1 if self.comes_to_rest else 2.0
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
-        """Value and success as the task's reward and success in `CurlingSheet-v0`."""
+        """Judge by the task's reward and success in `CurlingSheet-v0`."""
         n = len(ended.xy)
         nowhere = np.full((n, 2), np.nan)
         given = nowhere if self.given is None else ended.stones[:, self.given]
@@ -217,11 +219,11 @@ class TaskDone:
 
 @dataclass(frozen=True, kw_only=True)
 class MostPoints:
-    """The stones should count as many points as possible: the score, if this is the last stone.
+    """Objective of as many points as possible: the score, if this is the last stone.
 
     Parameters
     ----------
-    own : (k,) whether a resting stone belongs to the thrower's team
+    own : (k,) true for resting stones of the thrower's team
     """
 
     target: Floats
@@ -237,7 +239,7 @@ class MostPoints:
     success_means: str = "the thrower's team scores"
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
-        """Value in points of the thrower's team, negative where the opponents score."""
+        """Judge by the points of the thrower's team, negative if the opponents score."""
         thrown = np.where(ended.in_play[:, None], ended.xy, np.nan)
         places = np.concatenate([ended.stones, thrown[:, None]], axis=1)
         own, reach = np.append(self.own, True), Lines(stone_radius=radius).reach

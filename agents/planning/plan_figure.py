@@ -1,4 +1,4 @@
-"""The picture of a plan: the path, where the stone ends, and what to call."""
+"""Figure of a plan: the path, the place of rest, and the call."""
 
 from __future__ import annotations
 
@@ -26,20 +26,20 @@ if TYPE_CHECKING:
 
 
 OWN_COLOUR, OTHER_COLOUR, NO_TEAM_COLOUR = "#c8433f", "#f2c230", "#7d8894"
-"""Handles of the thrower's stones, of the opponents', and of stones whose team is not told."""
-CONTACT_MATTERS = 0.05
-"""Share of trials that touch a stone from which on their ends are no ellipse."""
+"""Handle colours of the thrower's stones, of the opponents', and of stones without a team."""
+MAX_CONTACT_SHARE = 0.05
+"""Share of trials with a contact above which the ends are not drawn as an ellipse."""
 
 
 def draw_plan(ice: Ice, plan: Plan, path: str | Path, units: Units = Units.METRES) -> None:
-    """Write the picture of a plan; the suffix chooses the format.
+    """Draw a plan; the suffix chooses the format.
 
     Parameters
     ----------
     ice : ice that the plan was made on
     plan : the plan to show
     path : picture file to write
-    units : what lengths are told in
+    units : units of displayed lengths
 
     Raises
     ------
@@ -80,7 +80,9 @@ def _title(plan: Plan, units: Units) -> str:
 
 
 def _path_of(ice: Ice, plan: Plan, planned: PlannedThrow) -> Floats:
-    """Path of the thrown stone until it rests, leaves play or meets another, (n, 2) [m]."""
+    """Return the path of the thrown stone until it rests, leaves play or meets another, (n, 2)
+    [m].
+    """
     result = slide(
         ice,
         planned.throw.release(
@@ -89,7 +91,7 @@ def _path_of(ice: Ice, plan: Plan, planned: PlannedThrow) -> Floats:
         bounds=play_bounds(ice, plan.direction),
         fps=20.0,
     )
-    assert result.trajectory is not None  # a rate was given
+    assert result.trajectory is not None  # a rate was requested
     path = result.trajectory.xy
     if len(plan.stones):
         apart = np.hypot(*(path[:, None] - plan.stones).transpose(2, 0, 1)).min(axis=1)
@@ -168,23 +170,23 @@ def _draw_landing(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     )
     figures.show_house(ax, ice.sheet, short=float(np.clip(1.0 - lowest, 2.6, 9.0)), units=units)
     _draw_legend(ax, plan)
-    ax.set_title("Where it comes to rest, seen by the thrower", fontsize=10, loc="left")
+    ax.set_title("Place of rest, from the thrower's view", fontsize=10, loc="left")
 
 
 def _colours(plan: Plan) -> list[str]:
-    """The handle of each resting stone."""
+    """Return the handle colour of each resting stone."""
     if plan.own is None:
         return [NO_TEAM_COLOUR] * len(plan.stones)
     return [OWN_COLOUR if own else OTHER_COLOUR for own in plan.own]
 
 
 def _is_cloud(plan: Plan) -> bool:
-    """Whether the ends are those of stones that touched another: they lie in any shape."""
-    return plan.best.trials.chance(SlideEnd.CONTACT) > CONTACT_MATTERS
+    """Return whether the ends have any shape, because stones touched another."""
+    return plan.best.trials.chance(SlideEnd.CONTACT) > MAX_CONTACT_SHARE
 
 
 def _draw_moved_stones(ax: Axes, plan: Plan, view: figures.Projection) -> None:
-    """Where the other stones lie after the trials that moved them."""
+    """Draw the final positions of the other stones in the trials that moved them."""
     after = plan.best.trials.stones
     for k, (before, colour) in enumerate(zip(plan.stones, _colours(plan), strict=True)):
         apart = np.hypot(*(after[:, k] - before).T)
@@ -195,12 +197,12 @@ def _draw_moved_stones(ax: Axes, plan: Plan, view: figures.Projection) -> None:
 
 
 def _draw_legend(ax: Axes, plan: Plan) -> None:
-    """Whose stones are drawn in which colour."""
+    """Draw the legend of the teams' colours."""
     if not len(plan.stones):
         return
     kinds = [(OWN_COLOUR, "own")]
     if plan.own is None:
-        kinds.append((NO_TEAM_COLOUR, "team not told"))
+        kinds.append((NO_TEAM_COLOUR, "team unknown"))
     elif not all(plan.own):
         kinds.append((OTHER_COLOUR, "theirs"))
     for colour, name in kinds:
@@ -210,7 +212,7 @@ def _draw_legend(ax: Axes, plan: Plan) -> None:
 
 
 def _draw_density(ax: Axes, places: Floats) -> None:
-    """A heat layer of the places (n, 2) where the thrown stone ends."""
+    """Draw a heat layer of the final places (n, 2) of the thrown stone."""
     cell = 0.03
     low, high = places.min(axis=0) - 0.3, places.max(axis=0) + 0.3
     cells = np.maximum(np.ceil((high - low) / cell).astype(int), 4)
@@ -218,13 +220,13 @@ def _draw_density(ax: Axes, places: Floats) -> None:
     heat = gaussian_filter(heat, 0.06 / cell)
     share = heat.T / heat.max()
     picture = colormaps["YlOrRd"](share)
-    picture[..., 3] = 0.6 * np.clip(4 * share, 0, 1)  # it fades out instead of ending at an edge
+    picture[..., 3] = 0.6 * np.clip(4 * share, 0, 1)  # fades out instead of ending at an edge
     extent = (x[0], x[-1], y[0], y[-1])
     ax.imshow(picture, extent=extent, origin="lower", interpolation="bilinear", zorder=2.5)
 
 
 def _draw_forgiveness(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
-    """What small errors of weight and line cost: the trials, sorted by their errors."""
+    """Draw the costs of small errors of weight and line: the trials, sorted by their errors."""
     trials = plan.best.trials
     weight, weight_name = _weight_unit(ice, plan, units)
     unit, unit_name = (0.01, "cm") if units is Units.METRES else (INCH, "in")
@@ -249,16 +251,16 @@ def _draw_forgiveness(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     ax.set_ylabel(weight_name, fontsize=8)
     ax.tick_params(labelsize=7)
     bar = ax.figure.colorbar(layer, ax=ax, pad=0.01, aspect=12)
-    told = f"miss [{unit_name}]" if rests else "points" if scores else "succeeds [%]"
-    bar.set_label(told, fontsize=8)
+    label = f"miss [{unit_name}]" if rests else "points" if scores else "succeeds [%]"
+    bar.set_label(label, fontsize=8)
     bar.ax.tick_params(labelsize=7)
-    ax.set_title("What small errors cost", fontsize=10, loc="left")
+    ax.set_title("Cost of small errors", fontsize=10, loc="left")
 
 
 def _weight_unit(ice: Ice, plan: Plan, units: Units) -> tuple[float, str]:
-    """What an error of weight is told in: its factor per m/s, and a label for an axis.
+    """Return the unit of an error of weight: its factor per m/s, and a label for an axis.
 
-    A draw's is told in seconds from hog line to hog line, where less is heavier.
+    A draw's is in seconds from hog line to hog line, where less is heavier.
     """
     slope = seconds_per_speed(ice, plan.best.throw, plan.direction, plan.delivery)
     if slope is not None:
@@ -298,17 +300,17 @@ def _write_call(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
                 f"{words.turns:.1f} turns",
                 size,
             )
-        line(f"Takes {planned.time:.1f} s to come to rest", size)
+        line(f"Time until rest: {planned.time:.1f} s", size)
         place -= 0.015
         if planned.sweep is not None:
             start, end = planned.sweep[0], min(planned.sweep[1], planned.time)
             line(f"Sweep from {start:.0f} to {end:.0f} s after the release", size)
-        told = plan.expectation(planned, units)
-        for part in told.split("; ") if told else []:
+        expectation = plan.expectation(planned, units)
+        for part in expectation.split("; ") if expectation else []:
             line(part[0].upper() + part[1:], size, color=figures.TARGET_COLOUR)
         if len(trials.miss) > 1 and plan.objective.miss_means is not None:
             within = short_length(float(np.quantile(trials.miss, 0.9)), units)
-            line(f"Nine in ten miss by less than {within}", size)
+            line(f"90 % miss by less than {within}", size)
         if len(trials.miss) > 1:
             if plan.stones.size:
                 line(f"Touches a stone: {100 * trials.chance(SlideEnd.CONTACT):.0f} %", size)
@@ -327,14 +329,14 @@ def _write_call(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     player = (
         "exact throws" if skill.is_exact else f"skill “{skill.name}”: {_skill(ice, plan, units)}"
     )
-    known = "and what is not known of the ice" if plan.ice_is_uncertain else "on ice known exactly"
+    known = "and the uncertainty of the ice" if plan.ice_is_uncertain else "on exactly known ice"
     line(f"Dots: {len(plan.best.trials.miss)} trials with {player}, {known}.", 8.5, color="#55606b")
-    shape = "line holds" if _is_cloud(plan) else "ellipse holds"
-    line(f"The solid {shape} half of them, the dashed one nine in ten.", 8.5, color="#55606b")
+    shape = "line contains" if _is_cloud(plan) else "ellipse contains"
+    line(f"The solid {shape} 50 % of them, the dashed one 90 %.", 8.5, color="#55606b")
 
 
 def _skill(ice: Ice, plan: Plan, units: Units) -> str:
-    """One standard deviation of a player's errors, as a coach sees them."""
+    """Return one standard deviation of a player's errors, in a coach's units."""
     skill = plan.skill
     slope = seconds_per_speed(ice, plan.best.throw, plan.direction, plan.delivery)
     weight = (

@@ -1,4 +1,4 @@
-"""A plan: the best throw for an objective, and the second choice."""
+"""Plan: the best throw for an objective, and the second choice."""
 
 from __future__ import annotations
 
@@ -21,20 +21,20 @@ from curling_env.units import Units, short_length
 
 @dataclass(frozen=True, kw_only=True)
 class PlannedThrow:
-    """A throw and what to expect of it.
+    """Throw and its expected outcome.
 
     Parameters
     ----------
-    throw : the throw without execution error
+    throw : throw without execution error
     sweep : start and end of the sweeping, after the release [s]; None without sweeping
-    rest : (2,) where it rests without error, sheet frame [m]
-    stones : (k, 2) where the other stones lie afterwards, NaN where one left play [m]
+    rest : (2,) place of rest without error, sheet frame [m]
+    stones : (k, 2) final positions of the other stones, NaN for one that left play [m]
     time : time from the release until all stones rest [s]
     miss_without_error : distance from the target without error [m]
-    trials : trials by the player on all ices that the ice's standard errors allow
-    player_trials : trials by the player on the ice as it is given
-    ice_trials : trials without execution error on all ices that its standard errors allow
-    map_trials : the same with the standard errors of the map alone
+    trials : trials by the player on ices sampled within the standard errors
+    player_trials : trials by the player on the given ice
+    ice_trials : trials without execution error on the sampled ices
+    map_trials : the same with the standard errors of the map only
     chance_in_house : share of the trials that rest in the house
     description : the throw in a curler's words
     """
@@ -58,7 +58,7 @@ class PlannedThrow:
         return self.trials.expected_miss
 
     def as_dict(self) -> dict[str, object]:
-        """Plain numbers, sheet frame, SI."""
+        """Return plain numbers, sheet frame, SI."""
         throw, trials = self.throw, self.trials
         return {
             "speed": throw.speed,
@@ -92,20 +92,20 @@ class PlannedThrow:
 
 @dataclass(frozen=True, kw_only=True)
 class Plan:
-    """The best throw for an objective, and the second choice.
+    """Best throw for an objective, and the second choice.
 
     Parameters
     ----------
-    objective : what is wanted of the throw
-    skill : the player for whom it was planned
+    objective : objective of the throw
+    skill : player of the plan
     best : the throw with the largest expected value
     second : the best throw of another handle, weight or sweeping; None if there is no other
-    ice_is_uncertain : whether the ice had standard errors, which the trials then include
-    map_is_uncertain : whether its map had some
-    lacks_something : whether the ice is marked as lacking something that its tracks show
-    lacks_curl : whether the ice was estimated without any effects
-    believed : effects that the throw depends on and that are believed and not measured, with the
-        names of those parameters
+    ice_is_uncertain : true if the ice has standard errors, which the trials then include
+    map_is_uncertain : true if its map has standard errors
+    lacks_something : true if the ice is marked as lacking an effect that its tracks show
+    lacks_curl : true if the ice was estimated without any effects
+    believed : assumed, unmeasured effects that the throw depends on, with the names of those
+        parameters
     """
 
     objective: Objective
@@ -120,7 +120,7 @@ class Plan:
 
     @property
     def target(self) -> Floats:
-        """Where the delivered stone should end, or what it is aimed at, (2,) sheet frame [m]."""
+        """Intended end of the delivered stone, or its aim, (2,) sheet frame [m]."""
         return self.objective.target
 
     @property
@@ -130,7 +130,7 @@ class Plan:
 
     @property
     def delivery(self) -> Delivery:
-        """Where throws begin, and the fastest."""
+        """Start and maximum speed of throws."""
         return self.objective.delivery
 
     @property
@@ -140,11 +140,11 @@ class Plan:
 
     @property
     def own(self) -> Flags | None:
-        """Whether each of them belongs to the thrower's team, (k,); None where that is not told."""
+        """Ownership of each stone by the thrower's team, (k,); None if unknown."""
         return self.objective.own
 
     def expectation(self, planned: PlannedThrow, units: Units = Units.METRES) -> str:
-        """What to expect of one of the throws, in words; empty where it is thrown exactly."""
+        """Describe the expected outcome of one of the throws; empty for an exact throw."""
         trials = planned.trials
         if trials.miss.size < 2:
             return ""
@@ -158,13 +158,13 @@ class Plan:
                 f"{100 * trials.success.mean():.0f} % succeed ({self.objective.success_means})"
             )
         if self.objective.miss_means is not None:
-            told = short_length(trials.expected_miss, units)
-            parts.append(f"expect to miss by {told} ({self.objective.miss_means})")
+            miss = short_length(trials.expected_miss, units)
+            parts.append(f"expect to miss by {miss} ({self.objective.miss_means})")
         return "; ".join(parts)
 
     @property
     def remarks(self) -> list[str]:
-        """What the thrower should know of the target and the ice, in sentences."""
+        """Return remarks for the thrower on the target and the ice, in sentences."""
         return [
             *self._about_the_target(),
             *([UNKNOWN] if self.lacks_something else []),
@@ -177,12 +177,12 @@ class Plan:
         if not self.objective.comes_to_rest or abs(y) >= HOG_LINE_Y:
             return []
         return [
-            f"the target ({x:g}, {y:g}) m lies mid-sheet, where no stone stays in play; targets "
+            f"the target ({x:g}, {y:g}) m is mid-sheet, where no stone stays in play; targets "
             f"are in the sheet frame, whose origin is mid-sheet; the away tee is at (0, {TEE_Y:g})"
         ]
 
     def as_dict(self) -> dict[str, object]:
-        """Plain numbers, sheet frame, SI, as `curling plan` prints them."""
+        """Return plain numbers, sheet frame, SI, as `curling plan` prints them."""
         return {
             **self.best.as_dict(),
             "task": self.objective.name,

@@ -1,4 +1,4 @@
-"""The planner: among all throws that get there, the one that forgives the most."""
+"""Planner of the most forgiving throw that reaches an objective."""
 
 from __future__ import annotations
 
@@ -33,13 +33,13 @@ from agents.planning.rollouts import (
 )
 from agents.planning.target_search import check_target, direction_to, find_throws, handles_of
 from agents.planning.tuning import (
-    BELIEF_MATTERS,
     CLOUD_TRIALS,
+    DISTINCT_WEIGHT,
     EQUAL_MISS_RATIO,
     EQUAL_VALUE_DIFFERENCE,
     FINAL_TRIALS,
     GRID_THROWS,
-    OTHER_WEIGHT,
+    MIN_EFFECT_ON_REST,
     RANKING_TRIALS,
     REFINED_PEAKS,
     SAMPLED_ICES,
@@ -52,7 +52,7 @@ from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.game.skill_file import load_skill
 from curling_env.ice import Ice, load_ice
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.physics.slides import NO_OBSTACLES, SlideEnd
 from curling_env.sheet import HOUSE_RADIUS, tee
 from curling_env.throw import (
@@ -65,7 +65,7 @@ from curling_env.throw import (
 from curling_env.typing import Floats
 
 
-@knows_its_options("plan")
+@rejects_unknown_keywords("plan")
 def plan(
     ice: Ice | str | Path,
     target: ArrayLike,
@@ -78,27 +78,27 @@ def plan(
     delivery: str | Delivery = FROM_HOG_LINE,
     seed: int = 0,
 ) -> Plan:
-    """Find the throw that comes to rest at a target, and say how far it is expected to miss.
+    """Find the throw that comes to rest at a target, and predict its miss.
 
     Among all throws that get there without touching a stone, the one with the smallest expected
-    miss is chosen: it forgives the player's errors and those of what is known of the ice.
+    miss is chosen: it forgives the player's errors and those of the ice.
 
     Parameters
     ----------
     ice : known or estimated ice, a file, or a preset
-    target : (2,) target, sheet frame [m]; the end played to is the half of the sheet it lies in
+    target : (2,) target, sheet frame [m]; the end played to is its half of the sheet
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) whether each belongs to the thrower's team, for the picture; None if that is not told
+    own : (k,) true for stones of the thrower's team, for the picture; None if unknown
     skill : name in `SKILLS`, or a skill
-    spins : spins to try [rad/s]; by default some of both handles, and from elsewhere than the hog
-        line the usual one of `delivery`
+    spins : spins to try [rad/s]; by default some of both handles from the hog line, or the usual
+        one of another `delivery`
     x : offset of the release, delivery frame [m]
-    delivery : where throws begin, and the fastest: a `Delivery` or its name
+    delivery : start and maximum speed of throws: a `Delivery` or its name
     seed : seed of the trials; the same seed gives the same plan
 
     Raises
     ------
-    InputError : no stone can rest at the target, or every throw reaches it only through a stone
+    InputError : no stone can rest at the target, or stones block every throw to it
     """
     ice, delivery = load_ice(ice), delivery_from(delivery)
     target = place_from("target", target)
@@ -118,7 +118,7 @@ def plan(
     return _choose(ice, objective, _clear_throws(ice, throws, objective), skill, seed)
 
 
-@knows_its_options("plan_task")
+@rejects_unknown_keywords("plan_task")
 def plan_task(
     ice: Ice | str | Path,
     task: str | Task,
@@ -135,26 +135,26 @@ def plan_task(
 ) -> Plan:
     """Find the throw that does a task best on average, among stones that may be moved.
 
-    It has the largest expected reward of the task, as `CurlingSheet-v0` gives it, under the
-    player's errors and on all ices that the ice's standard errors allow.
+    It has the largest expected reward of the task in `CurlingSheet-v0`, under the player's errors
+    and on ices sampled within the ice's standard errors.
 
     Parameters
     ----------
     ice : known or estimated ice
-    task : name of a task as `CurlingSheet-v0` takes it, a `Task`, or ``score`` for the most points
+    task : name of a task of `CurlingSheet-v0`, a `Task`, or ``score`` for the most points
     target : (2,) the task's mark, sheet frame [m]. A task about a stone takes the stone nearest to
         it, or puts one there if no stones are given. Without a target: the opponents' stone nearest
         to the tee, or for other tasks the task's usual mark at the away end
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) whether each stone belongs to the thrower's team; None if that is not told, as which
-        all are the opponents' where a task is about one of theirs, and which ``score`` refuses
+    own : (k,) true for stones of the thrower's team; with None all are the opponents' in a task
+        about one of theirs, and ``score`` is refused
     skill, spins, x, delivery, seed : see `plan`
     candidates : number of throws in the grid
 
     Raises
     ------
-    InputError : unknown task, impossible mark or stones, stones without teams where points are
-        asked for, or no throw that gets there
+    InputError : unknown task, impossible mark or stones, stones without teams in a plan for points,
+        or no throw that gets there
     """
     delivery, seed = delivery_from(delivery), whole_number("seed", seed, least=0)
     candidates = whole_number("candidates", candidates, least=1)
@@ -164,7 +164,7 @@ def plan_task(
     x = number("x", x, above=-ice.sheet.width / 2, most=ice.sheet.width / 2)
     teams = teams_from(own, stones)
     if task == "score" and len(stones) and teams is None:
-        raise InputError("points need each stone's team: say which stones are own")
+        raise InputError("points need each stone's team: give `own`")
     mark = None if target is None else place_from("target", target)
     if mark is not None:
         check_target(ice, mark)
@@ -195,7 +195,7 @@ def plan_task(
     return _choose(ice, objective, throws, skill, seed)
 
 
-@knows_its_options("plan_throw")
+@rejects_unknown_keywords("plan_throw")
 def plan_throw(
     ice: Ice | str | Path,
     target: ArrayLike | str | Task,
@@ -216,10 +216,10 @@ def plan_throw(
         ``"takeout"``, or ``"score"`` for the most points
     mark : (2,) mark of the task, see `plan_task`
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) whether each stone belongs to the thrower's team, see `plan_task`
+    own : (k,) true for stones of the thrower's team, see `plan_task`
     skill : the player who throws: ``none``, ``elite``, ``champion``, ``championship``,
         ``club``, a skill file, or a `Skill`
-    delivery : where throws begin: ``hog-line``, ``tee-line``, ``hack`` (as in Digital Curling) or
+    delivery : start of the throws: ``hog-line``, ``tee-line``, ``hack`` (as in Digital Curling) or
         a `Delivery`
     seed : seed of the trials; the same seed gives the same plan
 
@@ -258,7 +258,7 @@ def plan_throw(
 
 
 def _best_peaks(peaks: Floats) -> Floats:
-    """The first peaks (n, 6), and the first of the other handle if they all have the same."""
+    """Return the first peaks (n, 6), and the first of the other handle if all have the same."""
     best = peaks[:REFINED_PEAKS]
     other = peaks[peaks[:, SPIN] * peaks[:1, SPIN] < 0][:1]
     alike = (best[:, SPIN] * best[:1, SPIN] >= 0).all()
@@ -266,7 +266,7 @@ def _best_peaks(peaks: Floats) -> Floats:
 
 
 def _throws_to(ice: Ice, objective: Objective, spins: Sequence[float], x: float) -> Floats:
-    """Throws that rest at the target on the empty sheet; none where no throw gets there."""
+    """Return throws that rest at the target on the empty sheet; empty if none reaches it."""
     delivery = objective.delivery
     try:
         return find_throws(ice, objective.target, spins=spins, x=x, delivery=delivery).throws
@@ -275,7 +275,7 @@ def _throws_to(ice: Ice, objective: Objective, spins: Sequence[float], x: float)
 
 
 def _clear_throws(ice: Ice, throws: Floats, objective: RestAtTarget) -> Floats:
-    """Those of the throws (n, 6) that touch neither a stone nor the side on their way."""
+    """Return the throws (n, 6) that touch neither a stone nor the side line on their path."""
     target, stones = objective.target, objective.stones
     result = roll_out_in_play(ice, throws, objective.direction, stones, delivery=objective.delivery)
     if result.rested.any():
@@ -284,8 +284,8 @@ def _clear_throws(ice: Ice, throws: Floats, objective: RestAtTarget) -> Floats:
     xy = result.xy[first]
     if (result.end == SlideEnd.CONTACT).any():
         raise InputError(
-            f"the way to ({target[0]:g}, {target[1]:g}) m is blocked: every throw found touches a "
-            f"stone first, such as the one at {_most_struck(result.stones, stones)}"
+            f"the path to ({target[0]:g}, {target[1]:g}) m is blocked: every throw found touches "
+            f"a stone first, such as the one at {_most_struck(result.stones, stones)}"
         )
     raise InputError(
         f"no throw found reaches ({target[0]:g}, {target[1]:g}) m in play: one leaves at "
@@ -294,7 +294,7 @@ def _clear_throws(ice: Ice, throws: Floats, objective: RestAtTarget) -> Floats:
 
 
 def _most_struck(after: Floats, before: Floats) -> str:
-    """Place of the stone that most throws move."""
+    """Return the place of the stone that most throws move."""
     moved = ~(np.abs(after - before).max(axis=2) < 1e-6)
     hit = before[int(np.argmax(moved.sum(axis=0)))]
     return f"({hit[0]:g}, {hit[1]:g}) m"
@@ -309,7 +309,7 @@ def _sampled(ice: Ice, seed: int, *, effects: bool = True) -> list[Ice]:
 
 
 def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: int) -> Plan:
-    """The best two of some throws, tried on all ices that the ice's standard errors allow."""
+    """Choose the best two of some throws, tried on ices sampled within the standard errors."""
     ices, maps = _sampled(ice, seed), _sampled(ice, seed, effects=False)
     ranking = run_trials(ices, throws, objective, skill, n=RANKING_TRIALS, seed=seed)
     order = _best_first(throws, ranking, isinstance(objective, RestAtTarget))
@@ -321,7 +321,7 @@ def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: 
         len(final) > 1
         and final[1].expected_value > final[0].expected_value + EQUAL_VALUE_DIFFERENCE
     ):
-        # The trials that rank the candidates are few; what all of them say counts.
+        # The trials that rank the candidates are few, so all of them are used.
         chosen, final = chosen[::-1], final[::-1]
     player = final
     if len(ices) > 1:
@@ -342,40 +342,40 @@ def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: 
         map_is_uncertain=len(maps) > 1,
         lacks_something=is_marked_unknown(ice),
         lacks_curl=lacks_curl(ice),
-        believed=_beliefs_that_matter(ice, chosen[0], objective),
+        believed=_relevant_assumptions(ice, chosen[0], objective),
     )
 
 
 def _is_another_shot(throw: Floats, best: Floats) -> bool:
-    """Whether a throw (6,) is another shot: of another handle or weight, or swept otherwise."""
+    """Return whether a throw (6,) is another shot: another handle, weight or sweeping."""
     handle = np.sign(throw[SPIN]) != np.sign(best[SPIN])
-    weight = abs(throw[SPEED] / best[SPEED] - 1) > OTHER_WEIGHT
+    weight = abs(throw[SPEED] / best[SPEED] - 1) > DISTINCT_WEIGHT
     swept = (throw[SWEEP_END] > throw[SWEEP]) != (best[SWEEP_END] > best[SWEEP])
     return bool(handle or weight or swept)
 
 
-def _beliefs_that_matter(
+def _relevant_assumptions(
     ice: Ice, throw: Floats, objective: Objective
 ) -> dict[str, tuple[str, ...]]:
-    """Believed effects, with their parameters, without which a throw (6,) would end elsewhere."""
+    """Return assumed effects, with parameters, without which a throw (6,) would end elsewhere."""
     believed = believed_effects(ice)
     if not believed:
         return {}
 
     def end_on(known: Ice) -> Floats:
-        return _thrown_exactly(known, throw, objective).xy[0]
+        return _thrown_without_error(known, throw, objective).xy[0]
 
     end = end_on(ice)
     return {
         name: parameters
         for name, parameters in believed.items()
-        # Written so that an end that is not a number matters.
-        if not np.hypot(*(end_on(ice.without_effect(name)) - end)) < BELIEF_MATTERS
+        # In this form a NaN end matters too.
+        if not np.hypot(*(end_on(ice.without_effect(name)) - end)) < MIN_EFFECT_ON_REST
     }
 
 
-def _thrown_exactly(ice: Ice, throw: Floats, objective: Objective) -> Rollouts:
-    """What becomes of a throw (6,) without error."""
+def _thrown_without_error(ice: Ice, throw: Floats, objective: Objective) -> Rollouts:
+    """Simulate a throw (6,) without error."""
     return roll_out_in_play(
         ice,
         throw[None],
@@ -386,14 +386,16 @@ def _thrown_exactly(ice: Ice, throw: Floats, objective: Objective) -> Rollouts:
 
 
 def _best_first(throws: Floats, tried: list[Trials], rests: bool) -> list[int]:
-    """Indices of throws by expected value; among equals, unswept throws with usual spin first."""
+    """Return indices of throws by expected value; among equals, unswept throws with usual spin
+    first.
+    """
     expected = np.array([trials.expected_value for trials in tried])
     best = expected.max()
     # The value of a stone that should rest is minus its miss.
     good = expected >= (EQUAL_MISS_RATIO * best - 1e-3 if rests else best - EQUAL_VALUE_DIFFERENCE)
     unusual = np.abs(np.abs(throws[:, SPIN]) - USUAL_SPIN)
     swept = throws[:, SWEEP_END] > throws[:, SWEEP]
-    if not rests:  # for a task the value counts more than a spin that is easy to call
+    if not rests:  # for a task the value matters more than a spin that is easy to call
         unusual = np.round(-expected, 2)
     return sorted(
         range(len(throws)),
@@ -410,7 +412,7 @@ def _expect(
     on_ice: Trials,
     on_map: Trials,
 ) -> PlannedThrow:
-    exact = _thrown_exactly(ice, throw, objective)
+    exact = _thrown_without_error(ice, throw, objective)
     from_tee = np.hypot(*(final.ends - tee(objective.direction)).T)
     in_house = (from_tee <= HOUSE_RADIUS + ice.stone.radius) & final.in_play
     speed, angle, spin, x, begin, end = (float(value) for value in throw)

@@ -1,4 +1,4 @@
-"""What is asked of the planner, checked: the objective, the stones, the spins."""
+"""Checked requests to the planner: the objective, the stones, the spins."""
 
 from __future__ import annotations
 
@@ -21,11 +21,11 @@ from curling_env.typing import Flags, Floats
 
 
 def place_from(name: str, given: ArrayLike) -> Floats:
-    """A place (x, y) on the sheet, (2,) [m].
+    """Parse a place (x, y) on the sheet, (2,) [m].
 
     Raises
     ------
-    InputError : something else
+    InputError : anything else
     """
     try:
         place = np.asarray(given, dtype=np.float64)
@@ -39,11 +39,11 @@ def place_from(name: str, given: ArrayLike) -> Floats:
 
 
 def places_from(name: str, given: ArrayLike) -> Floats:
-    """Places on the sheet, (k, 2) [m].
+    """Parse places on the sheet, (k, 2) [m].
 
     Raises
     ------
-    InputError : something else
+    InputError : anything else
     """
     try:
         places = np.asarray(given, dtype=np.float64)
@@ -66,11 +66,11 @@ def objective_for(
     teams: Flags | None,
     delivery: Delivery,
 ) -> Objective:
-    """What is wanted of a throw: a task done, or the most points.
+    """Make the objective of a throw: a task done, or the most points.
 
     Parameters
     ----------
-    ice : the ice, whose stones and sheet bound what can be asked for
+    ice : the ice, whose stones and sheet bound the request
     task, mark, stones, teams, delivery : see `agents.planning.planner.plan_task`
 
     Raises
@@ -91,7 +91,8 @@ def objective_for(
         if not len(stones):
             if mark is None:
                 raise InputError(
-                    f"the task {known.name} needs a stone: give stones, or a target where one lies"
+                    f"the task {known.name} needs a stone: give stones, or the position of one as "
+                    "the target"
                 )
             stones = mark[None]
             own, teams = np.zeros(1, dtype=np.bool_), None
@@ -119,11 +120,11 @@ def objective_for(
 
 
 def spins_from(given: Sequence[float] | None, delivery: Delivery) -> Sequence[float]:
-    """Spins to try [rad/s]: those that are asked for, or the usual ones of a delivery.
+    """Return the spins to try [rad/s]: the given ones, or the usual ones of a delivery.
 
     Raises
     ------
-    InputError : no numbers
+    InputError : anything but numbers
     """
     if given is None:
         return SPINS if delivery == FROM_HOG_LINE else (delivery.spin, -delivery.spin)
@@ -135,7 +136,7 @@ def spins_from(given: Sequence[float] | None, delivery: Delivery) -> Sequence[fl
 
 
 def teams_from(own: ArrayLike | None, stones: Floats) -> Flags | None:
-    """Whether each stone is the thrower's, (k,); None if that is not told.
+    """Return whether each stone is the thrower's, (k,); None if unknown.
 
     Raises
     ------
@@ -143,7 +144,7 @@ def teams_from(own: ArrayLike | None, stones: Floats) -> Flags | None:
     """
     if own is None:
         return None
-    wanted = f"own must say True or False for each of {len(stones)} stones"
+    wanted = f"own must have True or False for each of {len(stones)} stones"
     teams = floats_from(wanted, own)
     if teams.shape != (len(stones),) or not np.isin(teams, (0, 1)).all():
         raise InputError(f"{wanted}, got {brief(own)}")
@@ -151,23 +152,23 @@ def teams_from(own: ArrayLike | None, stones: Floats) -> Flags | None:
 
 
 def skill_with(skill: str | Skill, spins: Sequence[float]) -> Skill:
-    """The skill, if there is a spin to throw with.
+    """Return the skill, if there is a spin to throw with.
 
     Raises
     ------
     InputError : no spin, or an unknown skill
     """
     if not len(spins):
-        raise InputError("no spin to try was given")
+        raise InputError("no spin to try: expected one or more spins")
     return skill_named(skill)
 
 
 def check_stones(ice: Ice, stones: Floats) -> None:
-    """Refuse stones (k, 2) that lie off the ice or in each other.
+    """Refuse stones (k, 2) that are off the ice or overlap.
 
     Raises
     ------
-    InputError : the first stone that does
+    InputError : names the first such stone
     """
     for k, stone in enumerate(stones):
         place = f"({stone[0]:g}, {stone[1]:g}) m"
@@ -183,15 +184,15 @@ def check_stones(ice: Ice, stones: Floats) -> None:
 
 
 def check_room(ice: Ice, target: Floats, stones: Floats) -> None:
-    """Refuse a target in whose place a stone lies.
+    """Refuse a target that overlaps a stone.
 
     Raises
     ------
-    InputError : the stone that does
+    InputError : names the stone
     """
     for stone in stones:
         if np.hypot(*(stone - target)) < 2 * ice.stone.radius - OVERLAP_ALLOWED:
             raise InputError(
                 f"no stone can rest at the target: the stone at ({stone[0]:g}, {stone[1]:g}) m "
-                "lies in its place"
+                "is in its place"
             )

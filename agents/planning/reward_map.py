@@ -1,9 +1,9 @@
 """Promising throws for a task, from a map of the reward over weight and line for each handle.
 
-First a grid over weight and line is played out in the batch engine among the resting stones.
-Blurred by the player's execution errors, its heights are expected rewards: a narrow peak sinks and
-a broad one stays. Then clouds of throws around the best peaks contract (the cross-entropy method,
-which needs no derivative: hits have none).
+First a grid over weight and line is simulated in the batch engine among the resting stones. Blurred
+by the player's execution errors, it shows expected rewards: a narrow peak sinks and a broad one
+stays. Then clouds of throws around the best peaks contract (the cross-entropy method, which needs
+no derivative: hits have none).
 """
 
 from __future__ import annotations
@@ -51,12 +51,12 @@ def reward_peaks(
     x: float = 0.0,
     grid_throws: int = GRID_THROWS,
 ) -> Floats:
-    """Promising throws (m, 6), the most promising first; see `rollouts.releases_of`.
+    """Return promising throws (m, 6), the most promising first; see `rollouts.releases_of`.
 
     Parameters
     ----------
     ice : known or estimated ice
-    objective : what is wanted of the throw
+    objective : objective of the throw
     skill : player whose execution errors blur the map
     handles : (n, 3) spin, and start and end of the sweeping
     x : offset of the release, delivery frame [m]
@@ -67,7 +67,7 @@ def reward_peaks(
     length = float(mark[1]) - delivery.start_y
     slowest, fastest = speed_range_to(ice, length, objective.direction, x, delivery)
     fastest = min(fastest * objective.max_weight, delivery.max_speed)
-    # As many steps of weight as of line, counted in the player's errors.
+    # Steps of weight and line are equal in units of the player's errors.
     blur = np.maximum((skill.sigma_speed, skill.sigma_angle), MIN_BLUR)
     extent = np.array([fastest - slowest, 2 * objective.aim_margin / length])
     steps = extent / blur
@@ -99,7 +99,9 @@ def reward_peaks(
 
 
 def _drift(ice: Ice, objective: Objective, throws: Floats, length: float) -> Floats:
-    """Where straight throws cross the target's height or rest, to the right of the centre [m]."""
+    """Return the crossings of straight throws at the target's height, or rests, to the right
+    [m].
+    """
     bounds = NO_BOUNDS.copy()
     direction, delivery = objective.direction, objective.delivery
     bounds[3 if direction > 0 else 2] = direction * (length - delivery.line_y)
@@ -116,14 +118,14 @@ def cross_entropy_search(
     vary_spin: bool = True,
     max_speed: float = MAX_SPEED,
 ) -> Floats:
-    """Better throws near given ones, (2 m, 6): the best of each cloud, and its last centre.
+    """Return better throws near given ones, (2 m, 6): the best of each cloud, and its last centre.
 
     Parameters
     ----------
     starts : (m, 6) throws around which the clouds begin
     expected_value : expected value of throws
     skill : player whose errors are the size of the first clouds
-    vary_spin : whether the spin may change too
+    vary_spin : let the spin change too
     max_speed : the fastest throw [m/s]
     """
     m = len(starts)

@@ -1,4 +1,4 @@
-"""Many throws on one ice in the batch engine: where they end and why, with or without stones."""
+"""Batches of throws on one ice: places and reasons of their ends, with or without stones."""
 
 from __future__ import annotations
 
@@ -22,15 +22,16 @@ SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
 
 @dataclass(frozen=True, kw_only=True)
 class Rollouts:
-    """The outcomes of n throws.
+    """Outcomes of n throws.
 
     Parameters
     ----------
-    xy : (n, 2) where each thrown stone ended, sheet frame [m]; NaN for one that never stops
-    end : (n,) how each slide ended, as `SlideEnd` values; CONTACT wherever the stone met another
-    in_play : (n,) whether the thrown stone stayed in play
+    xy : (n, 2) end of each thrown stone, sheet frame [m]; NaN for one that never stops
+    end : (n,) reason for the end of each slide, as `SlideEnd` values; CONTACT if the stone met
+        another
+    in_play : (n,) true if the thrown stone stayed in play
     time : (n,) time until all stones rest [s]
-    stones : (n, k, 2) where the other stones lie afterwards, NaN where one left play [m]
+    stones : (n, k, 2) final positions of the other stones, NaN for one that left play [m]
     """
 
     xy: Floats
@@ -41,21 +42,21 @@ class Rollouts:
 
     @property
     def rested(self) -> Flags:
-        """Whether each stone came to rest without meeting another, (n,)."""
+        """Return whether each stone came to rest without meeting another, (n,)."""
         return self.end == SlideEnd.REST
 
 
 def releases_of(
     throws: Floats, direction: Direction, delivery: Delivery = FROM_HOG_LINE
 ) -> NDArray[Any]:
-    """Releases of throws towards an end, for the batch engine.
+    """Return the releases of throws towards an end, for the batch engine.
 
     Parameters
     ----------
-    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and offset where they begin [m]; or
+    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and lateral offset at the start [m]; or
         (n, 6) with the start and the end of the sweeping, after the release [s]
     direction : the end played to
-    delivery : where throws begin
+    delivery : start of the throws
     """
     table = np.zeros(len(throws), dtype=RELEASE_DTYPE)
     table["x"] = direction * throws[:, OFFSET]
@@ -84,7 +85,7 @@ def roll_out(
     direction : the end played to
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play [m]
     stones : (k, 2) centres of resting stones, sheet frame [m]
-    delivery : where throws begin
+    delivery : start of the throws
     """
     releases = releases_of(throws, direction, delivery)
     if len(stones) == 0:
@@ -123,7 +124,7 @@ def roll_out_in_play(
     *,
     delivery: Delivery = FROM_HOG_LINE,
 ) -> Rollouts:
-    """`roll_out` in which stones end where they leave play."""
+    """Run `roll_out` with stones that end where they leave play."""
     bounds = play_bounds(ice, direction)
     return roll_out(ice, throws, direction, bounds=bounds, stones=stones, delivery=delivery)
 

@@ -1,4 +1,4 @@
-"""Reading the stones that lie on the sheet from a file."""
+"""Reader of files with the stones on the sheet."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from curling_env.infrastructure.files.schema import checked, within
 from curling_env.typing import Flags, Floats
 
 MOST_STONES = 64
-"""Stones on a sheet; a game has sixteen."""
+"""Maximum number of stones on a sheet; a game has sixteen."""
 
 
 class StoneDocument(msgspec.Struct, kw_only=True):
-    """A resting stone; `curling stones` writes more about each, which is passed over here."""
+    """Resting stone; `curling stones` writes more fields, which are ignored here."""
 
     x: Annotated[float, within(-1e3, 1e3, "m")]
     y: Annotated[float, within(-1e3, 1e3, "m")]
@@ -34,17 +34,17 @@ def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats
     Parameters
     ----------
     path : the file
-    teams_needed : whether each stone must say whose it is
+    teams_needed : require a team for each stone
 
     Returns
     -------
     places : (k, 2) centres, sheet frame [m]
-    own : (k,) whether each belongs to the thrower's team, those that do not say it being the
-        opponents'; None where no stone says whose it is
+    own : (k,) true for stones of the thrower's team, false for others and for stones without a
+        team; None if no stone has a team
 
     Raises
     ------
-    InputError : the file cannot be read, holds no list of places, or lacks a team that is needed
+    InputError : the file cannot be read, is not a list of places, or lacks a required team
     """
     listed = _documents(path)
     stones = [stone for stone in listed if not stone.doubtful]
@@ -52,7 +52,7 @@ def read_stones(path: str | Path, *, teams_needed: bool = False) -> tuple[Floats
     if teams_needed and None in teams:
         raise InputError(
             'no team: points need "team": "own" or "other" for each stone; '
-            "`curling stones --own red` tells them apart by the colour of their handles",
+            "`curling stones --own red` assigns them by the colour of their handles",
             source=path,
             where=f"stone {listed.index(stones[teams.index(None)]) + 1}",
         )
@@ -66,7 +66,7 @@ def count_doubtful(path: str | Path) -> int:
 
     Raises
     ------
-    InputError : the file cannot be read, or holds no list of places
+    InputError : the file cannot be read, or is not a list of places
     """
     return sum(stone.doubtful for stone in _documents(path))
 
@@ -76,7 +76,9 @@ def _documents(path: str | Path) -> list[StoneDocument]:
     if not isinstance(document, list):
         raise InputError('expected a list of stones, [{"x": …, "y": …}, …]', source=path)
     if len(document) > MOST_STONES:
-        raise InputError(f"lists {len(document)} stones; {MOST_STONES} are read", source=path)
+        raise InputError(
+            f"lists {len(document)} stones; expected at most {MOST_STONES}", source=path
+        )
     with placed(source=path):
         return [
             checked(stone, StoneDocument, inside=f"stone {k + 1}")

@@ -1,8 +1,8 @@
-"""The search for throws that come to rest at a target on the empty sheet.
+"""Search for throws that come to rest at a target on the empty sheet.
 
-For each spin and way of sweeping, a grid over the weights and lines that could get there is
-simulated. The best few throws are then corrected by Newton's method on (speed, angle) → rest,
-which lands within a fraction of a millimetre wherever the ice is smooth.
+For each spin and kind of sweeping, a grid over possible weights and lines is simulated. The best
+few throws are then corrected by Newton's method on (speed, angle) → rest, which is exact to a
+fraction of a millimetre if the ice is smooth.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class ThrowsToTarget:
     Parameters
     ----------
     throws : (n, 6), see `rollouts.releases_of`
-    rest : (n, 2) where each rests, sheet frame [m]
+    rest : (n, 2) place of rest of each, sheet frame [m]
     """
 
     throws: Floats
@@ -45,7 +45,7 @@ class ThrowsToTarget:
 
 
 def direction_to(target: Floats) -> Direction:
-    """The end played to for a target: the half of the sheet in which it lies."""
+    """Return the end played to for a target: its half of the sheet."""
     return Direction.AWAY if target[1] >= 0 else Direction.HOME
 
 
@@ -59,26 +59,26 @@ def check_target(ice: Ice, target: Floats) -> None:
     x, y = (float(value) for value in target)
     place = f"({x:g}, {y:g}) m"
     if not (np.isfinite(x) and np.isfinite(y)):
-        raise InputError(f"a target is two finite numbers, got {place}")
+        raise InputError(f"expected a target of two finite numbers, got {place}")
     half_width, radius = ice.sheet.width / 2, ice.stone.radius
     if not bool(ice.sheet.contains(target)):
         raise InputError(
-            f"the target {place} is off the ice, which reaches to x = ±{half_width:g} and "
+            f"the target {place} is off the ice, which extends to x = ±{half_width:g} and "
             f"y = ±{ice.sheet.length / 2:g} m"
         )
     if abs(x) > half_width - radius:
         raise InputError(
-            f"a stone at {place} touches the side line: x must lie within ±{half_width - radius:g}"
+            f"a stone at {place} touches the side line: x must be within ±{half_width - radius:g}"
         )
     if abs(y) > BACK_LINE_Y + radius:
         raise InputError(
-            f"a stone at {place} is past the back line: y must lie within "
+            f"a stone at {place} is past the back line: y must be within "
             f"±{BACK_LINE_Y + radius:.3f} m"
         )
 
 
 def handles_of(ice: Ice, spins: Sequence[float]) -> Floats:
-    """Spins and ways of sweeping to try, (n, 3): spin, and start and end of the sweeping."""
+    """Return spins and sweeping to try, (n, 3): spin, and start and end of the sweeping."""
     sweeps = SWEEPS if ice.effect("sweeping") else SWEEPS[:1]
     return np.array([(spin, *sweep) for sweep in sweeps for spin in dict.fromkeys(spins)])
 
@@ -99,7 +99,7 @@ def find_throws(
     target : (2,) target, sheet frame [m]
     spins : spins to try [rad/s]
     x : offset of the release, delivery frame [m]
-    delivery : where throws begin, and the fastest
+    delivery : start and maximum speed of throws
 
     Returns
     -------
@@ -107,7 +107,7 @@ def find_throws(
 
     Raises
     ------
-    InputError : no throw gets there
+    InputError : no throw reaches it
     """
     direction = direction_to(target)
     start = np.array([direction * x, -direction * delivery.line_y])
@@ -153,18 +153,18 @@ def speed_range_to(
     x: float,
     delivery: Delivery = FROM_HOG_LINE,
 ) -> tuple[float, float]:
-    """A speed that stops well short of a distance and one that goes well past it [m/s].
+    """Return a speed that stops well short of a distance and one that goes well past it [m/s].
 
     Parameters
     ----------
     distance : distance from the line of release [m]
     direction : the end played to
     x : offset of the release, delivery frame [m]
-    delivery : where throws begin, and the fastest
+    delivery : start and maximum speed of throws
 
     Raises
     ------
-    InputError : no speed reaches so far
+    InputError : no speed reaches the distance
     """
     most = delivery.max_speed
     speeds = np.concatenate([[1e-2, 5e-2, 0.1], np.arange(0.2, most + 1e-9, 0.1)])
@@ -193,11 +193,11 @@ def _make_exact(
 ) -> tuple[Floats, Floats]:
     """Correct speed and angle of all throws until they rest at the target.
 
-    Newton's method with a derivative by differences; a step that does not help is halved.
+    Newton's method with a numerical derivative; a step that does not help is halved.
 
     Returns
     -------
-    the corrected throws (n, 6), and where each rests (n, 2) [m]
+    the corrected throws (n, 6), and their places of rest (n, 2) [m]
     """
     throws = throws.copy()
     rest = roll_out(ice, throws, direction, delivery=delivery).xy
@@ -234,7 +234,9 @@ def _newton_step(
     direction: Direction,
     delivery: Delivery,
 ) -> Floats:
-    """First-order change of (speed, angle) that brings each rest to the target, (n, 2)."""
+    """Return the first-order change of (speed, angle) that brings each rest to the target, (n,
+    2).
+    """
     columns: list[Floats] = []
     for k, change in enumerate((1e-4, 1e-5)):
         nudged = throws.copy()
@@ -247,13 +249,13 @@ def _newton_step(
     jacobian[singular] = np.eye(2)
     step = np.linalg.solve(jacobian, (target - rest)[:, :, None])[:, :, 0]
     step[singular] = 0.0
-    # Far from the target the derivative is not to be trusted, so steps are limited.
+    # Far from the target the derivative is unreliable, so steps are limited.
     limits = np.column_stack([0.2 * throws[:, 0], np.full(len(throws), 0.1)])
     return step / np.maximum(1.0, np.max(np.abs(step) / limits, axis=1))[:, None]
 
 
 def _different(throws: Floats) -> list[int]:
-    """Indices of throws that differ from every throw listed before."""
+    """Return the indices of throws that differ from every throw listed before."""
     alike = [2e-3, 5e-4, 1e-3, 1.0, 0.1, 0.1]
     kept: list[int] = []
     for i, throw in enumerate(throws):

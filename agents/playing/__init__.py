@@ -1,12 +1,12 @@
-"""Players, the games they play, and what comes of the games.
+"""Players, the games they play, and the results of the games.
 
-- `players`: players that look ahead without learning
-- `search`: the player that searches, and what it has learnt about positions
-- `league`: generations of a player that learn from playing each other
-- `trained_player`: the player in a model's file, or the player of a name
-- `potentials`: values of positions, for rewards on the way
+- `players`: players that look ahead, without learning
+- `search`: the player that searches, with its learned value of positions
+- `league`: generations of a player that learn by playing each other
+- `trained_player`: the player from a model's file or a name
+- `potentials`: values of positions, for intermediate rewards
 - `offline_data`: ends as a dataset for offline learning
-- `match`: a game between two players; `tournament`: many games and who is better
+- `match`: a game between two players; `tournament`: many games, with ratings
 - `record`: a game as JSON lines; `scoreboard`: its line score; `replay`: its film or page
 """
 
@@ -17,6 +17,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "board.advice": ("best_calls",),
         "board.kept_game": ("GameTable", "KeptGame", "kept_throws"),
+        "board.recorded": ("rules_in", "state_before"),
         "board.set_up": ("LaidStone", "Position", "set_up"),
         "league.fit": ("Lesson", "fit_value_network"),
         "league.run": ("ends_from", "run_league"),

@@ -1,4 +1,4 @@
-"""A game between two players."""
+"""Game between two players."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class PlayedDelivery(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedGame:
-    """A game that was played.
+    """Completed game.
 
     Parameters
     ----------
     players : players of home and away
-    deliveries : all deliveries in order, with paths if they were asked for
-    game : the game at its end
+    deliveries : all deliveries in order, with paths if requested
+    game : game at its end
     """
 
     players: tuple[Player, Player]
@@ -36,19 +36,20 @@ class PlayedGame:
 
 
 class Match:
-    """Plays one game, delivery by delivery.
+    """One game, played delivery by delivery.
 
     Parameters
     ----------
     simulator : the ice, the rules and the skills
     players : players of home and away
-    seed : seed of everything random; the same seed gives the same game
+    seed : seed of all randomness; the same seed gives the same game
     last_stone : team with the hammer in the first end; by default the seed decides
-    paths : whether each delivery keeps its stones' paths
+    paths : keep the stones' paths of each delivery
+    start : a game to continue, instead of a new one
 
     Notes
     -----
-    Iterating plays the game and gives its deliveries; `game` is the game so far.
+    Iteration plays the game and yields its deliveries; `game` is the current game.
     """
 
     def __init__(
@@ -59,16 +60,17 @@ class Match:
         seed: int,
         last_stone: Team | None = None,
         paths: bool = False,
+        start: GameState | None = None,
     ) -> None:
         if seed < 0:
             raise InputError(f"a seed must be at least 0, got {seed}")
         self.simulator, self.players, self.paths = simulator, players, paths
         first = Team(seed % 2) if last_stone is None else last_stone
-        self.state = simulator.new_game(seed, last_stone=first)
+        self.state = simulator.new_game(seed, last_stone=first) if start is None else start
 
     @property
     def game(self) -> Game:
-        """The game so far."""
+        """Current game."""
         return self.state.game
 
     def __iter__(self) -> Iterator[PlayedDelivery]:

@@ -1,4 +1,4 @@
-"""Values of positions that `CurlingEnd-v0` and the two-team game may reward on the way.
+"""Values of positions for intermediate rewards of `CurlingEnd-v0` and the two-team game.
 
 Each is declared under the entry-point group `curling.potentials`; see
 `curling_env.envs.game.potential`.
@@ -16,7 +16,7 @@ from agents.playing.search.value_network import ValueNetwork, load_network
 from curling_env.game.rules import Game, Team
 
 _WORTH = (SCORES > 0).astype(np.float64)
-"""What each score of the end is worth to the team with the hammer."""
+"""Value of each score of the end to the team with the hammer."""
 
 
 @cache
@@ -25,13 +25,13 @@ def _network() -> ValueNetwork:
 
 
 def value_network(game: Game, team: Team) -> float:
-    """The points that the end promises a team, as the package's value network sees it.
+    """Return the expected points of the end for a team, by the package's value network.
 
-    Both teams are taken to play as in the last end of a tied game: each wants to win the end.
+    Both teams are assumed to play as in the last end of a tied game: each wants to win the end.
 
     Parameters
     ----------
-    game : a game; between ends it promises nothing
+    game : a game; between ends the value is zero
     team : the team
     """
     end = game.end
@@ -44,5 +44,5 @@ def value_network(game: Game, team: Team) -> float:
 
 
 def heuristic(game: Game, team: Team) -> float:
-    """The value of the position by a rule of thumb; between ends none."""
+    """Return the value of the position by a rule of thumb; zero between ends."""
     return 0.0 if game.end is None else heuristic_value(game, team)

@@ -1,8 +1,8 @@
-"""A game as JSON lines: what was intended, what was thrown, and every stone's path.
+"""Game as JSON lines: intended throws, executed throws, and every stone's path.
 
 The first line names the players and the rules. A line for every delivery follows, and the last line
 is the result. Positions and paths are in the sheet frame [m], times in seconds since the release.
-Throws are written with all their digits, so that the same game can be played again from them.
+Throws are written with all their digits, so that the same game can be replayed from them.
 """
 
 from __future__ import annotations
@@ -29,19 +29,19 @@ from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
 FORMAT = FileFormat(name="curling-game/1", what="a recorded game")
-KEPT_SAMPLES = 3
-"""One in so many of a path's 30 samples a second is written."""
+SAMPLE_STRIDE = 3
+"""Interval of the written samples among a path's 30 samples a second."""
 
 
 def lines_of(
     played: PlayedGame, simulator: GameSimulator, *, ice: str, seed: int
 ) -> list[dict[str, Any]]:
-    """The lines of a game, each as a document.
+    """Return the lines of a game, each as a document.
 
     Parameters
     ----------
     played : the game, with paths
-    simulator : the simulator it was played on
+    simulator : simulator of the game
     ice : name or file of the ice
     seed : seed of the game
     """
@@ -55,7 +55,7 @@ def lines_of(
 def head_line(
     names: tuple[str, str], first: Game, simulator: GameSimulator, *, ice: str, seed: int
 ) -> dict[str, Any]:
-    """The first line: who plays what where.
+    """Return the first line: players, rules and ice.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def head_line(
 
 
 def result_of(game: Game) -> dict[str, Any]:
-    """The result of a game, as the last line has it."""
+    """Return the result of a game, as in the last line."""
     return {
         "line_score": [list(end) for end in game.line_score],
         "hammers": [team.label for team in game.hammers],
@@ -93,14 +93,14 @@ def result_of(game: Game) -> dict[str, Any]:
 def write_record(
     path: str | Path, played: PlayedGame, simulator: GameSimulator, *, ice: str, seed: int
 ) -> list[dict[str, Any]]:
-    """Write a game, complete or not at all; see `lines_of`, which it returns."""
+    """Write a game, completely or not at all; see `lines_of`, which it returns."""
     lines = lines_of(played, simulator, ice=ice, seed=seed)
     write_lines(path, lines)
     return lines
 
 
 def write_lines(path: str | Path, lines: Sequence[dict[str, Any]]) -> None:
-    """Write the lines of a game, complete or not at all."""
+    """Write the lines of a game, completely or not at all."""
     write_text(path, "\n".join(json.dumps(line, separators=(",", ":")) for line in lines) + "\n")
 
 
@@ -122,14 +122,14 @@ def read_record(path: str | Path) -> list[dict[str, Any]]:
     with placed(source=path, where="line 1"):
         lines[:1] = [FORMAT.accept(lines[0] if lines else None)]
     if len(lines) < 2 or "line_score" not in lines[-1]:
-        raise InputError("the game breaks off: its last line is no result", source=path)
+        raise InputError("the game is incomplete: expected a result in its last line", source=path)
     with placed(source=path):
         check_lines(lines)
     return lines
 
 
 def ice_of(lines: Sequence[dict[str, Any]], path: str | Path) -> str:
-    """The ice that a record names: a preset, or a file below the folder of the record.
+    """Load the ice that a record names: a preset, or a file below the folder of the record.
 
     Parameters
     ----------
@@ -138,7 +138,7 @@ def ice_of(lines: Sequence[dict[str, Any]], path: str | Path) -> str:
 
     Raises
     ------
-    InputError : a file elsewhere, which only the command line may name
+    InputError : a file elsewhere, which must be given on the command line
     """
     name = str(lines[0]["ice"])
     if name in preset_names():
@@ -147,7 +147,7 @@ def ice_of(lines: Sequence[dict[str, Any]], path: str | Path) -> str:
 
 
 def delivery_line(delivery: PlayedDelivery) -> dict[str, Any]:
-    """The line of a delivery, with the paths of its stones."""
+    """Return the line of a delivery, with the paths of its stones."""
     before, shot, after = delivery
     end = before.game.end
     assert end is not None
@@ -165,8 +165,8 @@ def delivery_line(delivery: PlayedDelivery) -> dict[str, Any]:
         "fault": None if shot.ruling.fault is None else shot.ruling.fault.value,
         "put_back": shot.put_back,
         "time": round(shot.outcome.time, 3),
-        "before": _lying(end.stones, shot.direction),
-        "lying": _lying(shot.stones_after, shot.direction),
+        "before": lying_line(end.stones, shot.direction),
+        "lying": lying_line(shot.stones_after, shot.direction),
         "paths": [
             {**_path(path), "status": shot.outcome.status[k].value}
             for k, path in zip(shot.outcome.moved, shot.outcome.trajectories, strict=False)
@@ -181,8 +181,8 @@ def _throw(throw: Throw) -> dict[str, float]:
     return {"speed": throw.speed, "angle": throw.angle, "spin": throw.spin, "x": throw.x}
 
 
-def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
-    """Resting stones, sheet frame, with all digits."""
+def lying_line(stones: Any, direction: Any) -> list[dict[str, Any]]:
+    """Return resting stones, sheet frame, with all digits."""
     places = [(lying, state_on_sheet(lying, direction)) for lying in stones]
     return [
         {"stone": lying.stone, "team": lying.team.label, "x": place.x, "y": place.y}
@@ -191,8 +191,8 @@ def _lying(stones: Any, direction: Any) -> list[dict[str, Any]]:
 
 
 def _path(path: Trajectory) -> dict[str, Any]:
-    keep = np.arange(len(path)) % KEPT_SAMPLES == 0
-    # The last sample is always kept, but none that rounding would put at the same time as it.
+    keep = np.arange(len(path)) % SAMPLE_STRIDE == 0
+    # The last sample is always kept, but not one before it that rounds to the same time.
     keep &= path.t < path.t[-1] - 2e-3
     keep[-1] = True
     return {

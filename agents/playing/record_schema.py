@@ -1,4 +1,4 @@
-"""What the lines of a recorded game may hold, so that a record that is read can also be played."""
+"""Schema of the lines of a recorded game, so that every record that is read can be played."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from curling_env.physics.engine import Status
 
 Place = Annotated[float, within(-1e3, 1e3, "m")]
 Seconds = Annotated[float, within(0.0, 600.0, "s")]
-"""Of a delivery: the slowest stone is at rest after a minute and a half."""
+"""Time in a delivery: the slowest stone is at rest after a minute and a half."""
 Heading = Annotated[float, within(-1e6, 1e6, "rad")]
 StoneNumber = Annotated[int, Meta(ge=0, le=63)]
 Count = Annotated[int, Meta(ge=0, le=1000)]
@@ -22,18 +22,18 @@ TeamName = Literal["home", "away"]
 Points = Annotated[int, Meta(ge=0, le=1000)]
 EndScore = tuple[Points, Points]
 MAX_SAMPLES = 20_000
-"""Samples of one path."""
+"""Maximum number of samples of one path."""
 
 
 class SheetLine(msgspec.Struct, kw_only=True):
-    """The size of the ice."""
+    """Size of the ice."""
 
     length: Annotated[float, within(38.0, 500.0, "m")]
     width: Annotated[float, within(3.6, 500.0, "m")]
 
 
 class HeadLine(msgspec.Struct, kw_only=True):
-    """The first line: who plays what where."""
+    """First line: players, rules and ice."""
 
     format: Short
     home: Short
@@ -49,7 +49,7 @@ class HeadLine(msgspec.Struct, kw_only=True):
 
 
 class LyingStone(msgspec.Struct, kw_only=True):
-    """A stone at rest, sheet frame."""
+    """Stone at rest, sheet frame."""
 
     stone: StoneNumber
     team: TeamName
@@ -58,7 +58,7 @@ class LyingStone(msgspec.Struct, kw_only=True):
 
 
 class PathLine(msgspec.Struct, kw_only=True):
-    """The path of one stone, sheet frame."""
+    """Path of one stone, sheet frame."""
 
     stone: StoneNumber
     t: Annotated[list[Seconds], Meta(min_length=1, max_length=MAX_SAMPLES)]
@@ -69,7 +69,7 @@ class PathLine(msgspec.Struct, kw_only=True):
 
 
 class ThrowLine(msgspec.Struct, kw_only=True):
-    """A throw as it was meant or made."""
+    """Throw as intended or executed."""
 
     speed: Annotated[float, within(0.0, 100.0, "m/s")]
     angle: Annotated[float, within(-10.0, 10.0, "rad")]
@@ -100,7 +100,7 @@ class DeliveryLine(msgspec.Struct, kw_only=True):
 
 
 class ResultLine(msgspec.Struct, kw_only=True):
-    """The last line: how the game ended."""
+    """Last line: the result of the game."""
 
     line_score: Annotated[list[EndScore], Meta(max_length=100)]
     hammers: list[TeamName] = msgspec.field(default_factory=list[TeamName])
@@ -115,11 +115,11 @@ def check_lines(lines: list[dict[str, Any]]) -> None:
 
     Parameters
     ----------
-    lines : the lines of the file, the first of which names the players and the last the result
+    lines : the lines of the file, from the players to the result
 
     Raises
     ------
-    InputError : the line and what was expected there
+    InputError : the line and the expected content
     """
     before = (0, 0)
     for number, line in enumerate(lines, start=1):
@@ -151,6 +151,6 @@ def _check_paths(delivery: DeliveryLine) -> None:
     moved = [path.stone for path in delivery.paths]
     there = [stone.stone for stone in delivery.before]
     if len(set(moved)) != len(moved) or len(set(there)) != len(there):
-        raise InputError("a stone is there twice")
+        raise InputError("a stone is listed twice")
     if len(set(moved) - set(there)) != 1:
-        raise InputError("expected one path of a stone that was not there before", where="paths")
+        raise InputError("expected one path of a new stone", where="paths")

@@ -1,4 +1,4 @@
-"""The line score of a game, as it hangs in a curling hall."""
+"""Line score of a game, as on the board in a curling hall."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ LAST_STONE = "*"
 
 
 def scoreboard(game: Game, names: tuple[str, str]) -> str:
-    """The line score as text, with ends across and teams down.
+    """Return the line score as text, with ends across and teams down.
 
     The hammer of the first end is marked; an end that was not needed has an X.
     """
@@ -29,7 +29,7 @@ def scoreboard(game: Game, names: tuple[str, str]) -> str:
 
 
 def outcome(game: Game, names: tuple[str, str]) -> str:
-    """Who won, in a sentence."""
+    """Describe the result in a sentence."""
     if game.winner is None:
         return "A tie."
     ours, theirs = game.score[game.winner], game.score[game.winner.other]

@@ -1,4 +1,4 @@
-"""Many games between players, and how sure it is who is better."""
+"""Tournament of many games between players, with uncertainties of the ranking."""
 
 from __future__ import annotations
 
@@ -16,16 +16,16 @@ from curling_env.infrastructure.executor import executor
 from curling_env.typing import Floats, Progress, no_progress, with_progress
 
 ELO_PER_LOG_ODDS = 400 / np.log(10)
-"""Points of an Elo rating for each unit of log odds."""
+"""Points of an Elo rating per unit of log odds."""
 BOOTSTRAP_SAMPLES = 400
-"""Resampled tournaments for the intervals of the ratings."""
+"""Number of resampled tournaments for the intervals of the ratings."""
 PRIOR_GAMES = 0.5
-"""Tied games added between every two players, so that ratings stay finite."""
+"""Number of tied games added for every pair of players, so that ratings stay finite."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Standing:
-    """The result of a player.
+    """Result of a player.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class Standing:
 
 @dataclass(frozen=True, kw_only=True)
 class Tournament:
-    """The results of a tournament.
+    """Results of a tournament.
 
     Parameters
     ----------
@@ -65,7 +65,7 @@ class Tournament:
     wins: Floats
 
     def as_dict(self) -> dict[str, Any]:
-        """The results for JSON."""
+        """Return the results for JSON."""
         return {
             "standings": [asdict(standing) for standing in self.standings],
             "players": list(self.names),
@@ -75,7 +75,7 @@ class Tournament:
 
 @dataclass(frozen=True, kw_only=True)
 class Fixture:
-    """A game to be played, with everything it depends on.
+    """Game to be played, with everything it depends on.
 
     Parameters
     ----------
@@ -100,17 +100,17 @@ def play_tournament(
     progress: Progress = no_progress,
     workers: int | str = 1,
 ) -> Tournament:
-    """Play a tournament: every two players meet, each as home and with the hammer equally often.
+    """Play a tournament: every pair meets, each player as home and with the hammer equally often.
 
     Parameters
     ----------
     simulator : ice, rules and skills
     players : two or more players with different names
-    games : number of games between every two players
-    seed : seed of everything random
+    games : number of games of every pair of players
+    seed : seed of all randomness
     progress : called after each game
-    workers : who plays the games, see `executor`. The result is the same on any number of workers,
-        unless a player thinks by the clock
+    workers : workers that play the games, see `executor`. The result is the same on any number of
+        workers, unless a player has a time limit
 
     Raises
     ------
@@ -118,7 +118,7 @@ def play_tournament(
     """
     names = tuple(player.name for player in players)
     if len(players) < 2 or len(set(names)) < len(names):
-        raise InputError("a tournament needs two players or more, each of another name")
+        raise InputError("expected two or more players with different names")
     fixtures = _fixtures(simulator, players, games, seed)
     rows: list[tuple[int, int, float]] = []
     points = np.zeros((len(players), 3))  # for, against, ends
@@ -141,7 +141,7 @@ def play_tournament(
 def _fixtures(
     simulator: GameSimulator, players: list[Player], games: int, seed: int
 ) -> list[Fixture]:
-    """All games in order: every two players meet once, then every two again, and so on."""
+    """Return all games in order: every pair meets once, then every pair again, and so on."""
     fixtures: list[Fixture] = []
     for g in range(games):
         for number, pair in enumerate(combinations(range(len(players)), 2)):
@@ -159,7 +159,7 @@ def _fixtures(
 
 
 def _play(fixture: Fixture) -> Game:
-    """Play a fixture; the game at its end."""
+    """Play a fixture; return the game at its end."""
     return play_game(
         fixture.simulator, fixture.players, seed=fixture.seed, last_stone=fixture.last_stone
     ).game
@@ -174,8 +174,10 @@ def _table(n: int, results: Floats) -> Floats:
 
 
 def ratings(wins: Floats) -> Floats:
-    """Elo ratings (n,) with mean 0 that make the wins (n, n) most likely (Bradley and Terry)."""
-    # Every two players get prior games, also those whose games a bootstrap leaves out.
+    """Return Elo ratings (n,) with mean 0 that make the wins (n, n) most likely (Bradley and
+    Terry).
+    """
+    # Every pair gets prior games, also those whose games a bootstrap sample lacks.
     wins = wins + PRIOR_GAMES * (1 - np.eye(len(wins)))
     games = wins + wins.T
     strength = np.ones(len(wins))
@@ -190,7 +192,7 @@ def ratings(wins: Floats) -> Floats:
 
 
 def wilson(wins: float, games: int) -> tuple[float, float]:
-    """95 % interval of a share of wins."""
+    """Return the 95 % interval of a share of wins."""
     z, share = 1.959964, wins / games
     middle = share + z**2 / (2 * games)
     half = z * np.sqrt(share * (1 - share) / games + z**2 / (4 * games**2))
@@ -234,7 +236,7 @@ def _standings(
 
 
 def as_text(tournament: Tournament) -> str:
-    """The standings and who beat whom, as lines of text."""
+    """Return the standings and the table of wins as lines of text."""
     width = max(len(name) for name in tournament.names) + 2
     lines = [f"{'':<{width}}{'won':>11}   {'95 %':>9}   {'Elo':>5}   {'95 %':>13}   points an end"]
     for s in tournament.standings:

@@ -1,4 +1,4 @@
-"""A trained model as a player: one that plays ends, or one that draws to the button."""
+"""Trained model as a player: one that plays ends, or one that draws to the button."""
 
 from __future__ import annotations
 
@@ -8,18 +8,21 @@ from agents.learning.model_file import read_model
 from agents.learning.policy import TrainedPolicy
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
+from agents.playing.policy_player import GamePolicy
 from agents.playing.search.player import SearchPlayer
 from agents.playing.search.value_network import network_from
+from agents.playing.stable_baselines_file import stable_baselines_policy
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
-from curling_env.game.players import player_names
+from curling_env.game.players import PLAYER_GROUP, player_names
 from curling_env.ice import Ice
+from curling_env.infrastructure.plugins import load_plugin
 from curling_env.sheet import HOG_LINE_Y, Direction, tee
 from curling_env.throw import Throw
 
 
 class TrainedPlayer(Player):
-    """Plays every stone to the button, thrown as a model of `curling train` throws it.
+    """Player that draws every stone to the button with a model of `curling train`.
 
     Parameters
     ----------
@@ -36,7 +39,7 @@ class TrainedPlayer(Player):
 
     def call(self, view: PlayerView) -> Call:
         if view.delivery.line_y != HOG_LINE_Y:
-            raise InputError(f"{self.name} has learnt to throw from the hog line only")
+            raise InputError(f"{self.name} was trained to throw from the hog line only")
         known = self._throws.get(view.direction)
         if known is None or known[0] is not view.ice:
             known = (view.ice, self._policy.throw(view.ice, tee(view.direction)))
@@ -45,12 +48,12 @@ class TrainedPlayer(Player):
 
 
 def trained_player(path: str | Path, *, budget: int = 400) -> Player:
-    """The player of a model in a file: one that has learnt ends, or one that draws to the button.
+    """Load the player of a model file: one that plays ends, or one that draws to the button.
 
     Parameters
     ----------
     path : file of the model
-    budget : simulated throws before each delivery, for a player from a league
+    budget : number of simulated throws before each delivery, for a player from a league
 
     Raises
     ------
@@ -71,7 +74,7 @@ def trained_player(path: str | Path, *, budget: int = 400) -> Player:
 
 
 def model_in(path: str | Path) -> Player | TrainedPolicy:
-    """The trained model in a file: a player of ends, or a policy of single throws.
+    """Load the trained model in a file: a player of ends, or a policy of single throws.
 
     Raises
     ------
@@ -83,18 +86,34 @@ def model_in(path: str | Path) -> Player | TrainedPolicy:
 
 
 def player_from(name: str) -> Player:
-    """The player with a name, perhaps with an option, or the player of a model in a file.
+    """Return the player with a name, perhaps with an option, of a model in a file, or of a policy.
+
+    Parameters
+    ----------
+    name : name of a player; file of a model (``.npz``, or ``.zip`` of stable-baselines3); or
+        ``module:object``, a `Player` class, a function of observations, or an object with
+        `predict`
 
     Raises
     ------
-    InputError : neither the name of a player nor a model's file
+    InputError : none of these
     """
     is_file = Path(name).exists()
+    if Path(name).suffix == ".zip":
+        return GamePolicy(stable_baselines_policy(name), Path(name).stem)
+    if ":" in name and not is_file and name.partition(":")[0] not in player_names():
+        found = load_plugin(
+            "player", PLAYER_GROUP, ":".join(name.split(":")[:2]), built_in=player_names()
+        )
+        if isinstance(found, type) and not issubclass(found, Player):
+            found = found()
+        if not isinstance(found, type):
+            return found if isinstance(found, Player) else GamePolicy(found, name)
     if name.partition(":")[0] in player_names() or (":" in name and not is_file):
         return player_named(name)
     if Path(name).suffix or is_file:
         return trained_player(name)
     raise InputError(
-        f"no player is named {name!r}; there are {', '.join(player_names())}, module:Class, "
-        "or a trained model's file"
+        f"unknown player {name!r}; expected one of {', '.join(player_names())}, module:Class, or "
+        "a trained model's file"
     )

@@ -1,4 +1,4 @@
-"""What an ice does to throws: one, thousands, a swept one; and what is uncertain about the ice."""
+"""Analysis of throws on an ice: one, thousands, a swept one; and the uncertainty of the ice."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 

@@ -1,4 +1,4 @@
-"""Remarks for the user of an ice: on what it lacks, and what of it was never measured."""
+"""Remarks for the user of an ice: missing effects, and effects that were never measured."""
 
 from __future__ import annotations
 
@@ -6,22 +6,22 @@ from curling_env.ice import Ice
 from curling_env.physics.effects import catalogue
 
 UNKNOWN = (
-    "this ice lacks something: the tracks it was made from show what none of its effects explains, "
-    "and predictions on it may be off by that"
+    "this ice lacks an effect: its tracks show a residual that none of its effects explains, and "
+    "predictions on it may be off by that much"
 )
 NO_CURL = (
-    "this ice was estimated without effects, so that no stone curls on it: "
+    "this ice was estimated without effects, so no stone curls on it: "
     "`curling estimate TRACKS.csv -o ice.json` gives the whole ice"
 )
 
 
 def is_marked_unknown(ice: Ice) -> bool:
-    """Tell if an ice is marked as lacking something that its tracks show."""
+    """Return whether an ice is marked as lacking an effect that its tracks show."""
     return ice.effect("unknown") is not None
 
 
 def lacks_curl(ice: Ice) -> bool:
-    """Tell if an ice was estimated from tracks and has no effect that a stone feels.
+    """Return whether an ice was estimated from tracks and has no effect that acts on a stone.
 
     An ice that was written by hand, such as a preset, is not estimated: all its cells are observed.
     """
@@ -31,13 +31,13 @@ def lacks_curl(ice: Ice) -> bool:
 
 
 def what_is_lacking(ice: Ice) -> list[str]:
-    """Remarks on what an ice lacks of what the tracks show that it was made from."""
+    """Return remarks on effects that an ice lacks although its tracks show them."""
     said = [UNKNOWN] if is_marked_unknown(ice) else []
     return said + ([NO_CURL] if lacks_curl(ice) else [])
 
 
 def believed_effects(ice: Ice) -> dict[str, tuple[str, ...]]:
-    """Effects that a stone feels, each with the parameters that are believed and not measured."""
+    """Return the effects that act on a stone, each with its assumed parameters."""
     cards = catalogue()
     return {
         e.name: e.believed
@@ -47,6 +47,6 @@ def believed_effects(ice: Ice) -> dict[str, tuple[str, ...]]:
 
 
 def belief_in_words(name: str) -> str:
-    """Remark that an effect of the catalogue is believed, and how it is measured."""
+    """Note that an effect was assumed rather than measured, and how to measure it."""
     card = catalogue()[name]
-    return f"{card.words} is believed, not measured: {card.measured_by} to measure it"
+    return f"{card.words} is assumed, not measured: {card.measured_by} to measure it"

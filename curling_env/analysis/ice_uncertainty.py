@@ -1,10 +1,9 @@
-"""Meaning of an ice's standard errors: ices that they allow, and where a stone rests on them.
+"""Meaning of an ice's standard errors: sampled ices, and the spread of places of rest on them.
 
-An ice file holds σ of the friction in every cell and of the parameters of effects. It may also say
-what parameters and the level of the friction have of their errors in common; what is not said is
-independent. Errors of neighbouring cells beyond the level's are taken to be alike over
-`MAP_ERROR_LENGTH`. Effects of the measurement are left as they are, because a stone does not feel
-them.
+An ice file has σ of the friction in every cell and of the parameters of effects. It may also state
+common errors of parameters and of the level of the friction; otherwise errors are independent.
+Errors of neighbouring cells beyond the level's are assumed to be correlated over
+`MAP_ERROR_LENGTH`. Effects of the measurement are unchanged, because they do not act on a stone.
 """
 
 from __future__ import annotations
@@ -18,8 +17,8 @@ import numpy as np
 
 from curling_env.analysis.tuning import (
     DRAWN_FRICTION,
-    LEAST_RESTED,
     MAP_ERROR_LENGTH,
+    MIN_RESTED_SHARE,
     REST_ICES,
 )
 from curling_env.errors import InputError
@@ -31,29 +30,32 @@ from curling_env.throw import Release
 from curling_env.typing import Floats
 
 _NORMAL = NormalDist()
-_LEAST_PROBABILITY = 1e-12
-"""Probabilities this close to 0 and 1 are not drawn: the Gaussian's quantiles end somewhere."""
+_MIN_PROBABILITY = 1e-12
+"""Distance from 0 and 1 below which probabilities are not drawn, to keep the Gaussian's quantiles
+finite.
+"""
 
 
 def is_uncertain(ice: Ice) -> bool:
-    """Tell if an ice has standard errors that a stone could feel."""
+    """Return whether an ice has standard errors that matter to a stone."""
     return bool(ice.friction.sigma.any()) or bool(_uncertain_parameters(ice))
 
 
 def plausible_ices(
     ice: Ice, n: int, rng: np.random.Generator, *, effects: bool = True
 ) -> list[Ice]:
-    """Draw n ices that the standard errors of an ice allow; one, the ice itself, if all are zero.
+    """Sample n ices within the standard errors of an ice; return only the ice itself if all are
+    zero.
 
     Errors come in pairs of opposite sign. Those of the map are Gaussian with its σ in every cell:
     that of its level is the same factor everywhere, and the rest has the correlation
     exp(-(d/ℓ)²/2), ℓ = `MAP_ERROR_LENGTH`. Those of a parameter are Gaussian within the bounds of
-    its effect's card, and spread evenly over the quantiles. Parameters and level go together as
-    far as the ice says so.
+    its effect's card, and spread evenly over the quantiles. Parameters and level are correlated as
+    stated in the ice.
 
     Parameters
     ----------
-    effects : draw the parameters of effects too, or only the map as it would be if they were known
+    effects : draw the parameters of effects too, or only the map as if they were known
 
     Raises
     ------
@@ -69,10 +71,10 @@ def plausible_ices(
 
 
 def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, float] | None:
-    """Standard deviations of where a lone stone rests, across and along the sheet [m].
+    """Return standard deviations of a lone stone's place of rest, across and along the sheet [m].
 
     They follow from those of the ice. None for ice without standard errors, and for a stone that
-    may well not rest on the ice.
+    may not come to rest on the ice.
     """
     ices = plausible_ices(ice, REST_ICES, np.random.default_rng(seed))
     if len(ices) == 1:
@@ -80,7 +82,7 @@ def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, fl
     table = release_table([release])
     rests = throw_batch(ices, np.repeat(table, len(ices)), which=np.arange(len(ices)))
     rested = rests.end == SlideEnd.REST
-    if rested.mean() < LEAST_RESTED:
+    if rested.mean() < MIN_RESTED_SHARE:
         return None
     return float(rests.x[rested].std()), float(rests.y[rested].std())
 
@@ -88,34 +90,46 @@ def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, fl
 def smooth_field(
     rng: np.random.Generator, rows: Floats, columns: Floats, along: float, across: float
 ) -> Floats:
-    """A Gaussian field of variance 1, (rows, columns), with the correlation exp(-d²/2).
+    """Draw a Gaussian field of variance 1, (rows, columns), with the correlation exp(-d²/2).
 
     Parameters
     ----------
     rows, columns : places of the rows and columns of a table [m]
-    along, across : lengths in which d counts, from row to row and from column to column [m]
+    along, across : correlation lengths from row to row and from column to column [m]
     """
-    left, right = _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
+    left, right = smooth_factors(rows, columns, along, across)
     return left @ rng.standard_normal((left.shape[1], right.shape[1])) @ right.T
+
+
+def smooth_factors(
+    rows: Floats, columns: Floats, along: float, across: float
+) -> tuple[Floats, Floats]:
+    """Return matrices L and R such that L·Z·Rᵀ is a `smooth_field` of standard normal numbers Z."""
+    return _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
 
 
 @lru_cache(maxsize=16)
 def _correlation_root(places: tuple[float, ...], length: float) -> Floats:
-    """A matrix that gives, times its transpose, the correlation of places."""
+    """Return a matrix that, times its transpose, is the correlation of places.
+
+    Its columns begin with positive numbers: the signs of eigenvectors otherwise depend on the
+    LAPACK in use, and the same seed would give different fields.
+    """
     apart = np.subtract.outer(places, places) / length
     values, vectors = np.linalg.eigh(np.exp(-0.5 * apart**2))
     kept = values > 1e-6 * values[-1]
-    return vectors[:, kept] * np.sqrt(values[kept])
+    return vectors[:, kept] * np.copysign(np.sqrt(values[kept]), vectors[0, kept])
 
 
 # --- what errors have in common ------------------------------------------------------------------
 
 
 def _common_errors(ice: Ice, pairs: int, rng: np.random.Generator, *, drawn: bool) -> Floats:
-    """The common errors of the first of each pair, (pairs, e), spread evenly over the quantiles.
+    """Return the common errors of the first of each pair, (pairs, e), spread evenly over the
+    quantiles.
 
-    They are zero where no effect is drawn: what the level has in common with effects that are known
-    is known too.
+    They are zero if no effect is drawn: the part of the level that is common with known effects is
+    then known too.
     """
     level = ice.friction.level
     counts = [len(parts) for effect in ice.effects for parts in effect.common.values()]
@@ -127,18 +141,20 @@ def _common_errors(ice: Ice, pairs: int, rng: np.random.Generator, *, drawn: boo
 
 
 def _even_normals(pairs: int, rng: np.random.Generator) -> Floats:
-    """Standard normal numbers, (pairs,): with their opposites evenly spread over the quantiles."""
+    """Return standard normal numbers, (pairs,): evenly spread over the quantiles with their
+    opposites.
+    """
     upper = 0.5 + 0.5 * (rng.permutation(pairs) + rng.random(pairs)) / pairs
     first = np.where(rng.random(pairs) < 0.5, upper, 1.0 - upper)
     return np.array([_quantile(share) for share in first.tolist()])
 
 
 def _quantile(share: float) -> float:
-    return _NORMAL.inv_cdf(min(max(share, _LEAST_PROBABILITY), 1.0 - _LEAST_PROBABILITY))
+    return _NORMAL.inv_cdf(min(max(share, _MIN_PROBABILITY), 1.0 - _MIN_PROBABILITY))
 
 
 def _together(parts: Sequence[float], shared: Floats, own: Floats) -> Floats:
-    """Errors in standard deviations, from what they have in common and what is their own."""
+    """Combine common and independent errors, in standard deviations."""
     known = np.asarray(parts)
     rest = float(np.sqrt(max(1.0 - known @ known, 0.0)))
     return shared[:, : len(known)] @ known + rest * own
@@ -148,12 +164,12 @@ def _together(parts: Sequence[float], shared: Floats, own: Floats) -> Floats:
 
 
 def _drawn_maps(ice: Ice, shared: Floats, rng: np.random.Generator) -> list[FrictionMap]:
-    """Two maps for each pair."""
+    """Draw two maps for each pair."""
     friction, level, pairs = ice.friction, ice.friction.level, len(shared)
     if not friction.sigma.any():
         return [friction] * (2 * pairs)
     rows, columns = ice.sheet.y_centres, ice.sheet.x_centres
-    # No cell is less sure than its σ says, whatever has become of the level's.
+    # No cell is more certain than its σ, whatever the error of the level.
     common = np.minimum(0.0 if level is None else level.sigma * friction.mu, friction.sigma)
     rest = np.sqrt(friction.sigma**2 - common**2)
     levels = np.zeros(pairs)
@@ -173,7 +189,7 @@ def _drawn_maps(ice: Ice, shared: Floats, rng: np.random.Generator) -> list[Fric
 
 
 def _uncertain_parameters(ice: Ice) -> list[tuple[int, str]]:
-    """Index of an effect of the ice and name of a parameter, for each that has a σ."""
+    """Return the index of an effect of the ice and the name of a parameter, for each with a σ."""
     return [
         (k, name)
         for k, effect in enumerate(ice.effects)
@@ -184,21 +200,26 @@ def _uncertain_parameters(ice: Ice) -> list[tuple[int, str]]:
 
 
 def _card_of(effect: ActiveEffect) -> EffectCard:
-    """The card of an effect, which must allow its parameters."""
+    """Return the card of an effect, which must allow its parameters."""
     card = catalogue().get(effect.name)
     if card is None:
-        raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(catalogue())}")
+        raise InputError(
+            f"unknown effect {effect.name!r}; expected one of {', '.join(catalogue())}"
+        )
     card.theta(effect.parameters)
     unknown = sorted(effect.sigma.keys() - {parameter.name for parameter in card.parameters})
     if unknown:
-        raise InputError(f"effect {effect.name} has a sigma of {unknown[0]!r}, no parameter of it")
+        raise InputError(
+            f"effect {effect.name} has a sigma of {unknown[0]!r}, which is not one of its "
+            "parameters"
+        )
     return card
 
 
 def _drawn_effects(
     ice: Ice, uncertain: list[tuple[int, str]], shared: Floats, rng: np.random.Generator
 ) -> list[tuple[ActiveEffect, ...]]:
-    """Two sets of effects for each pair."""
+    """Draw two sets of effects for each pair."""
     drawn = [
         {k: dict(ice.effects[k].parameters) for k, _ in uncertain} for _ in range(2 * len(shared))
     ]
@@ -217,7 +238,9 @@ def _drawn_effects(
 
 
 def _draws(effect: ActiveEffect, name: str, errors: Floats) -> list[float]:
-    """Two values of a parameter for each error in standard deviations, from opposite quantiles."""
+    """Return two values of a parameter for each error in standard deviations, from opposite
+    quantiles.
+    """
     parameter = _card_of(effect).parameter(name)
     value, sigma = effect.parameters.get(name, parameter.default), effect.sigma[name]
     assert value is not None  # the card allows the parameters
@@ -229,7 +252,7 @@ def _draws(effect: ActiveEffect, name: str, errors: Floats) -> list[float]:
 
 
 def _in_order(effect: ActiveEffect, parameters: dict[str, float]) -> dict[str, float]:
-    """The parameters, with the sides of an area in their order."""
+    """Return the parameters, with the sides of an area in order."""
     area = _card_of(effect).search.area or ()
     for low, high in zip(area[::2], area[1::2], strict=True):
         parameters[low], parameters[high] = sorted((parameters[low], parameters[high]))

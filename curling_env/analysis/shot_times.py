@@ -1,4 +1,4 @@
-"""One throw on an empty sheet, in the numbers that players time and measure."""
+"""Times and lengths of one throw on an empty sheet, as players measure them."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from curling_env.units import Units, side
 
 @dataclass(frozen=True, kw_only=True)
 class Shot:
-    """The course of a lone throw.
+    """Course of a lone throw.
 
     Parameters
     ----------
@@ -26,7 +26,7 @@ class Shot:
     status : rest, out_side, out_back or hogged
     theta : change of its heading, counter-clockwise positive [rad]
     hog_to_hog, hog_to_tee : times from the near hog line, or from a release beyond it, to the far
-        hog line and to the tee line played to [s]; None if it did not get there
+        hog line and to the tee line played to [s]; None if it did not reach the line
     curl_m : distance of its end to the left of the line of delivery [m]
     from_tee_m : distance of its centre from the tee [m]
     """
@@ -43,11 +43,11 @@ class Shot:
     from_tee_m: float
 
     def as_dict(self) -> dict[str, float | str | None]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         return asdict(self)
 
     def in_words(self, direction: Direction, units: Units = Units.METRES) -> str:
-        """Describe the outcome in a sentence, as seen from the end that was thrown from."""
+        """Describe the outcome in a sentence, from the thrower's view."""
         weight = "" if self.hog_to_hog is None else f"{self.hog_to_hog:.1f} s hog to hog; "
         if self.status == "out_side":
             return f"{weight}it touches the side line"
@@ -85,7 +85,7 @@ def shoot(
         arrived = run.end is SlideEnd.LEFT_BOUNDS and abs(run.y - direction * line) < 1e-3
         return run.time if arrived else None
 
-    # From behind the hog line, both times count from where the stone crosses it.
+    # From behind the hog line, both times count from the stone's crossing of it.
     begin = time_to(-HOG_LINE_Y) if delivery.line_y > HOG_LINE_Y else 0.0
 
     def from_hog_line(line: float) -> float | None:
@@ -101,6 +101,6 @@ def shoot(
         theta=stone.theta,
         hog_to_hog=from_hog_line(HOG_LINE_Y),
         hog_to_tee=from_hog_line(TEE_Y),
-        curl_m=across / throw.speed + 0.0,  # never minus nought
+        curl_m=across / throw.speed + 0.0,  # never minus zero
         from_tee_m=float(np.hypot(stone.x, stone.y - direction * TEE_Y)),
     )

@@ -1,7 +1,7 @@
 """Sweeps over many throws: every throw on every ice, with every seed of a player's errors.
 
-A sweep is cut into pieces of fixed size. The randomness of a piece comes from its seed and its
-place alone, so that its numbers do not depend on which worker did it.
+A sweep is cut into pieces of fixed size. The randomness of a piece comes only from its seed and its
+place, so that its numbers do not depend on the worker.
 """
 
 from __future__ import annotations
@@ -22,9 +22,11 @@ from curling_env.throw import MAX_SPEED, MAX_SPIN, Release, Skill, skill_named
 from curling_env.typing import Floats, Progress, no_progress, with_progress
 
 PIECE_SIZE = 4096
-"""Throws in a piece, a twentieth of a second of work; another size would draw other errors."""
+"""Number of throws in a piece, a twentieth of a second of work; another size would draw other
+errors.
+"""
 MIN_RELEASE_SPEED = 1e-3
-"""Speed of a release whose error would stop it or turn it back [m/s]."""
+"""Minimum speed of a release, for an error that would stop it or turn it back [m/s]."""
 
 
 class Piece(NamedTuple):
@@ -48,7 +50,7 @@ def throw_piece(piece: Piece) -> Rests:
 
 
 def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> NDArray[Any]:
-    """Releases of RELEASE_DTYPE as a player makes them, each with an error of its own."""
+    """Return releases of RELEASE_DTYPE as executed by a player, each with its own error."""
     if skill.is_exact:
         return releases
     # Errors come in opposite pairs; half of twice as many are independent.
@@ -64,13 +66,13 @@ def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> 
 
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
-    """Ices, throws and seeds, of which all combinations are made.
+    """Ices, throws and seeds, in all combinations.
 
     Parameters
     ----------
-    releases : (n,) releases as meant, structured array of RELEASE_DTYPE or `Release`s
+    releases : (n,) intended releases, structured array of RELEASE_DTYPE or `Release`s
     seeds : seeds of the errors; with the same seed every ice sees the same errors
-    skill : how much the throws scatter, a name or a `Skill`
+    skill : scatter of the throws, a name or a `Skill`
     bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the edges of the ice by
         default
 
@@ -88,7 +90,7 @@ class Sweep:
     def __post_init__(self) -> None:
         for name in ("ices", "releases", "seeds"):
             if len(getattr(self, name)) == 0:
-                raise InputError(f"a sweep needs {name}, got none")
+                raise InputError(f"expected at least one of the {name}, got none")
         if min(self.seeds) < 0:
             raise InputError(f"a seed must be at least 0, got {min(self.seeds)}")
         skill_named(self.skill)
@@ -99,7 +101,7 @@ class Sweep:
         return len(self.ices), len(self.seeds), len(self.releases)
 
     def pieces(self) -> Iterator[Piece]:
-        """The pieces of the work, ice by ice and seed by seed."""
+        """Yield the pieces of the work, ice by ice and seed by seed."""
         releases = self.releases
         table = releases if isinstance(releases, np.ndarray) else release_table(releases)
         if table.dtype != RELEASE_DTYPE:
@@ -114,7 +116,7 @@ class Sweep:
 
     @property
     def _seeds_per_piece(self) -> int:
-        """Several where the throws are few, else one."""
+        """Number of seeds per piece: several if the throws are few, otherwise one."""
         return max(1, PIECE_SIZE // len(self.releases))
 
     @property
@@ -149,7 +151,7 @@ def run(
 ) -> Rests:
     """Make all throws of a sweep, in this process or by an executor.
 
-    Progress is told in pieces. The arrays have the sweep's shape (ices, seeds, throws).
+    Progress is reported in pieces. The arrays have the sweep's shape (ices, seeds, throws).
     """
     pieces = (executor or Executor()).map(throw_piece, sweep.pieces())
     done = list(with_progress(pieces, "sweep", progress, sweep.piece_count))

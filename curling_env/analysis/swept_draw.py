@@ -1,4 +1,4 @@
-"""The way that sweeping carries a stone on an ice: the size of that effect as curlers know it."""
+"""Extra distance of a swept stone on an ice: the size of the effect in curlers' terms."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from curling_env.throw import Release, Throw
 from curling_env.typing import Floats
 
 DRAW_SPIN = 1.5
-"""Spin of the draw [rad/s]: two and a half turns on the way."""
+"""Spin of the draw [rad/s]: two and a half turns until rest."""
 SWEPT_PART = 1.0 / 3.0
-"""Part of its way, the last, over which the draw is swept."""
+"""Share of its path, at the end, over which the draw is swept."""
 FACTOR_STEP = 0.005
 """Step of the derivative by the friction factor."""
-LONG_ENOUGH = 600.0
-"""Time for which it is swept [s]: no stone slides so long."""
+SWEEP_DURATION = 600.0
+"""Duration of the sweeping [s]: no stone slides longer."""
 AT_EDGE = 1e-3
-"""Distance from an edge of the ice at which a slide has ended there [m]."""
+"""Distance from an edge of the ice at which a slide counts as ended there [m]."""
 
 
 class SweepingGain(NamedTuple):
-    """Way that a draw gains by being swept over its last third, along the sheet [m]."""
+    """Extra distance of a draw swept over its last third, along the sheet [m]."""
 
     metres: float
     stderr: float
@@ -39,9 +39,9 @@ class SweepingGain(NamedTuple):
 def sweeping_gain(
     ice: Ice, *, clock: float = 0.0, order: int = 0, stone: int = 0
 ) -> SweepingGain | None:
-    """The gain of a draw to the tee; its clock, order and stone matter to some effects.
+    """Return the gain of a draw to the tee; some effects depend on its clock, order and stone.
 
-    None where the ice has no effect `sweeping`, or the draw does not rest on the sheet.
+    None if the ice has no effect `sweeping`, or the draw does not rest on the sheet.
     """
     effect = ice.effect("sweeping")
     if effect is None:
@@ -56,7 +56,7 @@ def sweeping_gain(
     plain = simulate(ice, [draw])[0]
     way: Floats = plain.xy[:, 1] - plain.xy[0, 1]
     begin = float(np.interp((1.0 - SWEPT_PART) * float(way[-1]), way, plain.t))
-    swept = replace(draw, sweep_start=begin, sweep_end=begin + LONG_ENOUGH)
+    swept = replace(draw, sweep_start=begin, sweep_end=begin + SWEEP_DURATION)
 
     def rest(release: Release, friction_factor: float) -> float:
         changed = replace(effect, parameters={**effect.parameters, own.name: friction_factor})

@@ -1,1 +1,1 @@
-"""Measures of `curling bench`, and the throws that they make."""
+"""Measures of `curling bench`, and their throws."""

@@ -28,7 +28,7 @@ REPEAT_TIME = 0.4
 
 @dataclass(frozen=True, kw_only=True)
 class Measure:
-    """One measured speed.
+    """Measured speed.
 
     Parameters
     ----------
@@ -43,11 +43,11 @@ class Measure:
 
 
 def rate(work: Callable[[], int], *, repeats: int = REPEATS) -> float:
-    """Items per second on one core, in processor time.
+    """Return items per second on one core, in processor time.
 
     Parameters
     ----------
-    work : does some items and returns their number
+    work : function that does some items and returns their number
     repeats : number of measurements; the best counts
     """
     work()  # compiles
@@ -62,7 +62,9 @@ def rate(work: Callable[[], int], *, repeats: int = REPEATS) -> float:
 
 
 def import_time() -> float:
-    """Processor time that importing the package takes in a new process, the best of three [ms]."""
+    """Return the processor time of importing the package in a new process, the best of three
+    [ms].
+    """
     program = (
         "import time; begun = time.process_time(); import curling_env; "
         "print(time.process_time() - begun)"
@@ -72,7 +74,7 @@ def import_time() -> float:
 
 
 def first_steps() -> Iterator[Measure]:
-    """Processor time until an environment's first step where nothing was ever compiled [s]."""
+    """Return the processor time until an environment's first step with nothing compiled [s]."""
     program = """
 import sys, time
 import gymnasium, curling_env
@@ -104,7 +106,7 @@ def measures() -> Iterator[Measure]:
 
 
 def batch_rates() -> Iterator[Measure]:
-    """Throws per second in a batch, on an empty sheet and among stones."""
+    """Return throws per second in a batch, on an empty sheet and among stones."""
     from curling_env.benchmarks.throws import draws_and_hits, houses, mapped_ice
     from curling_env.physics.batch import play_batch, throw_batch
     from curling_env.physics.slides import play_bounds
@@ -124,7 +126,7 @@ def batch_rates() -> Iterator[Measure]:
 
 
 def environment_rates() -> Iterator[Measure]:
-    """Throws per second of the environments, and of pymunk alone for comparison."""
+    """Return throws per second of the environments, and of pymunk alone for comparison."""
     import gymnasium
 
     from curling_env.benchmarks.plain_pymunk import throw_in_pymunk
@@ -157,7 +159,7 @@ def vector_steps(sheets: int = 256, **options: Any) -> Callable[[], int]:
     Parameters
     ----------
     sheets : number of sheets
-    options : those of CurlingSheet-v0
+    options : options of CurlingSheet-v0
     """
     import gymnasium
 
@@ -176,7 +178,7 @@ def vector_steps(sheets: int = 256, **options: Any) -> Callable[[], int]:
 
 
 def steps(env: Any, n: int = 20) -> int:
-    """Steps of an environment with random actions, resets included."""
+    """Return steps of an environment with random actions, resets included."""
     env.action_space.seed(0)
     env.reset(seed=0)
     for _ in range(n):

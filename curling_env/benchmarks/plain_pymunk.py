@@ -1,4 +1,4 @@
-"""A throw by pymunk alone, in fixed steps: the baseline of the speed of throws."""
+"""Throw by pymunk alone, in fixed steps: the baseline of the speed of throws."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from curling_env.physics.motion import GRAVITY
 
 
 def throw_in_pymunk(ice: Ice, throw: Any, rate_hz: float = 60.0) -> tuple[float, float]:
-    """Move a stone with pymunk, slow it in a Python callback, and return where it rests [m].
+    """Move a stone with pymunk, slow it in a Python callback, and return its place of rest [m].
 
     Parameters
     ----------

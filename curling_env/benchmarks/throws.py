@@ -1,4 +1,4 @@
-"""Sample ice, throws and positions, to measure and to compare the physics on."""
+"""Sample ice, throws and positions for measuring and comparing the physics."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ from curling_env.typing import Floats
 
 
 def mapped_ice(rng: np.random.Generator) -> Ice:
-    """Standard ice with a different friction in every cell, rougher than any real ice."""
+    """Return standard ice with a different friction in every cell, rougher than any real ice."""
     ice = load_ice("standard")
     mu = ice.friction.mu * np.exp(0.04 * rng.standard_normal(ice.friction.mu.shape))
     return replace(ice, friction=replace(ice.friction, mu=mu))
 
 
 def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
-    """Releases towards the away house; a share `hits` of them at take-out weight."""
+    """Return releases towards the away house; a share `hits` of them at takeout weight."""
     table = np.zeros(n, dtype=RELEASE_DTYPE)
     spin = rng.choice([-1.5, 1.5], n)
     hit = rng.random(n) < hits
     speed = np.where(hit, rng.uniform(2.5, 3.2, n), rng.normal(2.09, 0.02, n))
-    # Aimed off by what the stone curls: 1.4 m for a draw, 0.7 m at take-out weight.
+    # The aim allows for the curl: 1.4 m for a draw, 0.7 m at takeout weight.
     aim = rng.normal(0.0, 0.5, n) + np.sign(spin) * np.where(hit, 0.7, 1.4)
     angle = -aim / (HOG_LINE_Y + TEE_Y)
     table["y"] = -HOG_LINE_Y
@@ -38,7 +38,7 @@ def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any
 
 
 def houses(rng: np.random.Generator, n: int, stones: int = 8) -> Floats:
-    """Positions of stones that lie in the away house, (n, stones, 2) [m]."""
+    """Return positions of stones in the away house, (n, stones, 2) [m]."""
     found = np.empty((n, stones, 2))
     for position in found:
         k = 0

@@ -1,4 +1,4 @@
-"""The `curling` command: it finds a sub-command, runs it and reports its end in one line.
+"""The `curling` command: find a sub-command, run it and report its outcome in one line.
 
 A sub-command is a function with Typer annotations, declared under the entry-point group
 `curling.commands`. So no lower package imports a higher one, and anyone can add a command. Only the
@@ -39,9 +39,9 @@ from curling_env.commands.terminal import (
 )
 from curling_env.errors import CurlingError
 from curling_env.infrastructure.files.writing import CommandFiles, command_files
-from curling_env.infrastructure.plugins import what_hides
+from curling_env.infrastructure.plugins import shadowed_by
 from curling_env.infrastructure.provenance import typed
-from curling_env.infrastructure.streams import only_our_words, open_streams
+from curling_env.infrastructure.streams import open_streams, silenced_libraries
 
 __all__ = [
     "IceOption",
@@ -83,7 +83,7 @@ EXTRAS = {
     "uvicorn": "digital-curling",
     "jinja2": "app",
 }
-"""Extra of the distribution that brings each module."""
+"""Extra of the distribution that installs each module."""
 
 HELP = """From film to throw: measure the friction of curling ice, simulate stones, plan throws.
 
@@ -135,7 +135,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     exit status: 0, or 2 for bad usage or bad input, which stderr then explains in one line
     """
     arguments = list(sys.argv[1:] if arguments is None else arguments) or ["--help"]
-    # OpenCV and FFmpeg would report a bad film on stderr as well, beside our one line.
+    # OpenCV and FFmpeg would report a bad film on stderr too, in addition to our one line.
     os.environ.setdefault("OPENCV_LOG_LEVEL", "SILENT")
     os.environ.setdefault("OPENCV_FFMPEG_LOGLEVEL", "-8")
     threads = os.environ.get("NUMBA_NUM_THREADS", "1").strip()
@@ -144,19 +144,19 @@ def main(arguments: Sequence[str] | None = None) -> int:
     open_streams()
     files = CommandFiles()
     try:
-        with only_our_words():
+        with silenced_libraries():
             return _run(arguments, files)
-    except KeyboardInterrupt:  # a second one, while the first is answered
+    except KeyboardInterrupt:  # a second one, while the first is handled
         return INTERRUPTED
 
 
 def _run(arguments: list[str], files: CommandFiles) -> int:
-    """Run a command and report its end, whatever it is."""
+    """Run a command and report its outcome, whatever it is."""
     try:
         with _orderly_termination(), typed(arguments), command_files(files), remarks_at_the_end():
             status = _app(arguments)(args=arguments, prog_name="curling", standalone_mode=False)
             sys.stdout.flush()  # a full disk behind a redirection is noticed here
-            if status == INTERRUPTED:  # so Typer reports an interrupt
+            if status == INTERRUPTED:  # Typer reports an interrupt like this
                 raise KeyboardInterrupt
             cache: Any = sys.modules.get("curling_env.infrastructure.kernel_cache")
             for text in () if cache is None else cache.remarks():
@@ -168,25 +168,25 @@ def _run(arguments: list[str], files: CommandFiles) -> int:
         return _complain(f"{error.format_message()} (see `{path} --help`)")
     except (KeyboardInterrupt, typer.Abort):
         written = _written(files)
-        left = f"already written: {written}; repeat the command to make the rest"
-        nothing = "nothing was written; repeat the command to begin again"
+        left = f"already written: {written}; repeat the command for the rest"
+        nothing = "nothing was written; repeat the command to start again"
         _remark(f"interrupted; {files.kept or (left if written else nothing)}")
         return INTERRUPTED
     except (BrokenPipeError, SystemExit) as error:
-        # Typer, where it notices first, asks for an end without a word.
+        # Typer, if it notices first, requests an exit without a message.
         if isinstance(error, SystemExit) and not isinstance(error.__context__, BrokenPipeError):
             raise
-        _mute_stdout()
-        reason = "the reader of the result has ended before all of it was written"
-    except Exception as error:  # every other end is one line too
-        reason = _words_for(error)
+        _discard_stdout()
+        reason = "the program that reads the result ended before all of it was written"
+    except Exception as error:  # every other failure is one line too
+        reason = _message_of(error)
     written = _written(files)
-    left = files.kept or (f"written before: {written}" if written else "")
+    left = files.kept or (f"already written: {written}" if written else "")
     return _complain(f"{reason}; {left}" if left else reason)
 
 
-def _words_for(error: Exception) -> str:
-    """Explain an error in words; an internal error is reported as such."""
+def _message_of(error: Exception) -> str:
+    """Return the message for an error; an internal error is reported as such."""
     match error:
         case CurlingError():
             return str(error)
@@ -194,32 +194,32 @@ def _words_for(error: Exception) -> str:
             install = f"pip install 'curling-sheet[{extra}]'"
             return f"this needs {error.name}, which is not installed: {install}"
         case MemoryError():
-            return "this needs more memory than there is: give it less, or smaller files"
+            return "not enough memory: use less data or smaller files"
         case RecursionError():
-            return "the input is nested too deep"
+            return "the input is nested too deeply"
         case OSError():
             if error.errno == errno.ENOSPC:
-                _mute_stdout()
+                _discard_stdout()
             reason = (error.strerror or str(error)).lower()
             return f"{error.filename}: {reason}" if error.filename else reason
         case _ if os.environ.get(TRACEBACK):
             raise error
         case _:
             return (
-                f"a mistake of this program, not of yours: {type(error).__name__}: "
-                f"{str(error)[:120]} (please report it; {TRACEBACK}=1 shows its place)"
+                f"internal error, not a fault of your input: {type(error).__name__}: "
+                f"{str(error)[:120]} (please report it; {TRACEBACK}=1 shows where it was raised)"
             )
 
 
 def _written(files: CommandFiles) -> str:
-    """List the files of a command that have taken their names."""
+    """List the files that a command has completed."""
     written = [path for path in dict.fromkeys(files.written) if path.exists()]
     names = ", ".join(str(path) for path in written[:3])
     return names if len(written) <= 3 else f"{names} and {len(written) - 3} more"
 
 
 def _app(arguments: Sequence[str]) -> typer.Typer:
-    """Return the command asked for, or all of them if it is not found (help, misspelling)."""
+    """Return the requested command, or all of them if it is not found (help, misspelling)."""
     declared = {entry.name: entry for entry in importlib.metadata.entry_points(group=COMMAND_GROUP)}
     app = typer.Typer(
         help=HELP,
@@ -234,9 +234,10 @@ def _app(arguments: Sequence[str]) -> typer.Typer:
         try:
             command = declared[name].load()
         except Exception as error:  # a third party's module may raise anything
-            # Any arguments: that the command is missing matters more than how it was called.
+            # Accept any arguments: the message about the missing command matters more than usage
+            # errors.
             lenient = {"ignore_unknown_options": True, "allow_extra_args": True}
-            reason = shortened(what_hides(declared[name]) or str(error)) or type(error).__name__
+            reason = shortened(shadowed_by(declared[name]) or str(error)) or type(error).__name__
             app.command(name, context_settings=lenient)(_unavailable(name, error, reason))
             continue
         if isinstance(command, typer.Typer):
@@ -276,7 +277,7 @@ def _unavailable(name: str, error: Exception, reason: str) -> Callable[..., NoRe
 
 @contextmanager
 def _orderly_termination() -> Generator[None]:
-    """Let SIGTERM and a closed terminal unwind the stack, so that nothing half-written stays."""
+    """Let SIGTERM and a closed terminal unwind the stack, so that no half-written file remains."""
 
     def stop(signal_number: int, frame: object) -> NoReturn:
         raise SystemExit(128 + signal_number)  # as shells report it
@@ -287,7 +288,7 @@ def _orderly_termination() -> Generator[None]:
             # `nohup` lets a command outlive its terminal, by this handler.
             if signal.getsignal(number) is not signal.SIG_IGN:
                 before[number] = signal.signal(number, stop)
-    except ValueError:  # not in the main thread, where signals belong to others
+    except ValueError:  # not in the main thread, which owns the signals
         pass
     try:
         yield
@@ -311,9 +312,9 @@ def _remark(text: str) -> None:
         print(shortened(f"curling: {text}"), file=sys.stderr, flush=True)
 
 
-def _mute_stdout() -> None:
-    """Discard the rest of the buffer, which would fail again at exit."""
-    with suppress(OSError, ValueError):  # no file behind it
+def _discard_stdout() -> None:
+    """Discard the rest of the buffer, which would raise again at exit."""
+    with suppress(OSError, ValueError):  # stdout has no file descriptor
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 
 

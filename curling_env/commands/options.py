@@ -77,7 +77,7 @@ def option(default: Any, help: str, *names: str, **settings: Any) -> Any:
     Parameters
     ----------
     default, help : default value and text of the help
-    names : names of the option, if others than that of the field
+    names : names of the option, if not that of the field
     settings : further arguments of `typer.Option`
     """
     return field(default=default, metadata={"option": Option(*names, help=help, **settings)})
@@ -96,7 +96,7 @@ def numbers(
     counts: Container[int] = (2,),
     kind: Callable[[str], Number] = float,
 ) -> list[Number]:
-    """Read finite numbers with commas or an x between them.
+    """Parse finite numbers separated by commas or an x.
 
     Parameters
     ----------
@@ -106,7 +106,7 @@ def numbers(
 
     Raises
     ------
-    InputError : the text has another form
+    InputError : the text does not have this form
     """
     values: list[Number] = []
     try:

@@ -1,4 +1,4 @@
-"""Every output of a command is checked before its work begins.
+"""Check of every output of a command before its work begins.
 
 An option that names an output is marked with `Writes` among its annotations. Every other file on
 the command line is an input, and no output may be one of those.
@@ -31,37 +31,40 @@ Command = Callable[..., Any]
 
 MAX_WHOLE = 2**53
 MAX_REAL = 1e12
-"""Largest numbers that an option takes, whatever it means; infinity is left to the command."""
+"""Largest absolute value of a numeric option; infinity is checked by the command."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Writes:
-    """Marks an option as the place of a result.
+    """Mark of an option whose value is the path of a result.
 
     Parameters
     ----------
-    kinds : kinds that the result may replace (`kind_of`); empty for those of its own kind, which is
-        then found out when it is written
-    suffixes : how its name may end, such as .mp4; empty for any
-    folder : whether it is a folder, which is made before the work
-    rewrites : options whose file this may be on purpose, such as the ice that is updated
-    beside : suffixes of files that are written beside it, and then rewritten with it
-    added_by : option with which the result is added to the file instead of replacing it
+    kinds : kinds of files that the result may replace (`kind_of`); empty for its own kind, which is
+        then checked when it is written
+    suffixes : allowed suffixes of its name, such as .mp4; empty for any
+    folder : true for a folder, which is made before the work
+    or_folder : true if it may also be a folder, depending on the input
+    rewrites : options whose file the result may overwrite on purpose, such as the ice that is
+        updated
+    beside : suffixes of files that are written next to it, and overwritten with it
+    added_by : option that appends the result to the file instead of replacing it
     """
 
     kinds: tuple[str, ...] = ()
     suffixes: tuple[str, ...] = ()
     folder: bool = False
+    or_folder: bool = False
     rewrites: tuple[str, ...] = ()
     beside: tuple[str, ...] = ()
     added_by: str | None = None
 
 
 def guarded(command: Command) -> Command:
-    """A command that refuses an impossible or harmful output before it does anything."""
+    """Wrap a command so that it refuses an impossible or harmful output before it does anything."""
     try:
         hints = get_type_hints(command, include_extras=True)
-    except (NameError, TypeError):  # a command of someone else, which Typer may yet understand
+    except (NameError, TypeError):  # a third party's command, which Typer may still understand
         hints = {}
     outputs = {
         name: mark
@@ -73,7 +76,7 @@ def guarded(command: Command) -> Command:
     @functools.wraps(command)
     def run(*args: Any, **options: Any) -> Any:
         given = inspect.signature(command).bind(*args, **options).arguments
-        earlier = _admit(given, outputs)
+        earlier = _checked_outputs(given, outputs)
         try:
             result = command(*args, **options)
         except EOFError as error:  # Typer would take it for an interrupt
@@ -85,18 +88,25 @@ def guarded(command: Command) -> Command:
     return run
 
 
-def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
-    """Refuse what must not be written; the files that are going to be replaced."""
+def _checked_outputs(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
+    """Refuse forbidden outputs, and return the files that will be replaced."""
     inputs: dict[str, list[Path]] = {}
     for name, value in given.items():
         values = [*_each(value)]
-        if any(_is_beyond_measure(one) for one in values):
-            raise InputError("is a number beyond all measure", source=f"--{name.replace('_', '-')}")
+        if any(_is_out_of_range(one) for one in values):
+            raise InputError(
+                f"the number is out of range; expected at most {MAX_REAL:g}",
+                source=f"--{name.replace('_', '-')}",
+            )
         if name not in outputs:
             paths = [Path(one) for one in values if isinstance(one, str | Path) and str(one)]
             inputs[name] = [path for path in paths if identity_of(path) and not path.is_dir()]
     chosen = {name: Path(given[name]) for name in outputs if given.get(name) is not None}
-    files = {name: path for name, path in chosen.items() if not outputs[name].folder}
+    files = {
+        name: path
+        for name, path in chosen.items()
+        if not (outputs[name].folder or (outputs[name].or_folder and path.is_dir()))
+    }
     earlier: list[Path] = []
     for name, path in files.items():
         how = outputs[name]
@@ -112,27 +122,31 @@ def _admit(given: dict[str, Any], outputs: dict[str, Writes]) -> list[Path]:
         how = outputs[name]
         if how.suffixes and path.suffix.lower() not in how.suffixes:
             expected = " or ".join(how.suffixes)
-            raise OutputError(f"{path}: cannot be written: expected a name that ends in {expected}")
+            raise OutputError(f"{path}: cannot be written; expected a name ending in {expected}")
         check_writable(path, kinds=how.kinds)
     places = [os.path.realpath(path) for path in files.values()]
     for place in places:
         if places.count(place) > 1:
-            raise InputError("is named for two results of one command", source=place)
+            raise InputError(
+                "is given for two results of one command; expected different files", source=place
+            )
     for name, path in chosen.items():
         if outputs[name].folder:
             make_directory(path)
     return earlier
 
 
-def _is_beyond_measure(value: Any) -> bool:
-    """Whether something is a number that nothing here can be; the command knows its own bounds."""
+def _is_out_of_range(value: Any) -> bool:
+    """Return whether a value is a number beyond any option's range; the command checks its own
+    bounds.
+    """
     if isinstance(value, float):
         return MAX_REAL < abs(value) < math.inf
     return isinstance(value, int) and abs(value) > MAX_WHOLE
 
 
 def _each(value: Any) -> Iterator[Any]:
-    """All values that were given for an option."""
+    """Yield all values that were given for an option."""
     if isinstance(value, list | tuple):
         for item in cast("list[Any]", value):
             yield from _each(item)

@@ -12,7 +12,7 @@ from curling_env.commands.terminal import progress_bar, say
 
 ReleasesOption = Annotated[
     Path,
-    Option(metavar="R.csv", help="The throws: a table with columns throw,x,y,vx,vy,theta,omega."),
+    Option(metavar="R.csv", help="Table of throws: throw,x,y,vx,vy,theta,omega."),
 ]
 
 

@@ -12,7 +12,9 @@ from curling_env.commands.terminal import progress_bar, say
 from curling_env.errors import InputError
 
 MAX_ENDS = 10**8
-"""Maximum number of throws of one sweep: their ends are held in memory until they are written."""
+"""Maximum number of throws of one sweep: their results are held in memory until they are
+written.
+"""
 
 
 def sweep(
@@ -24,7 +26,7 @@ def sweep(
     skill: SkillOption = "none",
     workers: WorkersOption = "1",
 ) -> None:
-    """Make every throw many times on every ice, and write where the stones end.
+    """Make every throw many times on every ice, and write the places of rest.
 
     \b
     Examples:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from curling_env.ice import Ice
 
 MAX_LINE = 300
-"""Characters of a line that explains a refusal."""
+"""Maximum length of an error message [characters]."""
 SHARE_BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
 
 _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
@@ -26,30 +26,30 @@ _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
 def say(text: str, *, now: bool = False) -> None:
     """Print a remark for the person at the terminal on stderr; stdout is for results.
 
-    Where stderr is no terminal, remarks wait until the command has succeeded; one that is refused
-    says only why.
+    If stderr is no terminal, remarks are held until the command has succeeded; a command that fails
+    reports only the error.
 
     Parameters
     ----------
-    now : print it at once everywhere, because someone waits for it
+    now : print it immediately in any case, because someone is waiting for it
     """
     held = _HELD.get()
     if held is not None and not now and not sys.stderr.isatty():
         held.append(text)
         return
-    tqdm = sys.modules.get("tqdm")  # which keeps a bar that is being drawn out of the way
+    tqdm = sys.modules.get("tqdm")  # moves a progress bar out of the way
     (print if tqdm is None else tqdm.tqdm.write)(text, file=sys.stderr)
 
 
 def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
     """Print the result of a command: its sentences on a terminal, and JSON for programs.
 
-    Where stdout is no terminal it gets the JSON, and the sentences go to stderr.
+    If stdout is no terminal it gets the JSON, and the sentences go to stderr.
 
     Parameters
     ----------
     document : the result as plain numbers, lists and dictionaries
-    sentences : the result for a person, in one sentence or two
+    sentences : the result for people, in one or two sentences
     as_json : print the JSON on a terminal too, and no sentence
     """
     terminal = sys.stdout.isatty()
@@ -60,17 +60,17 @@ def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
 
 
 def print_json(document: Any) -> None:
-    """Print JSON on stdout, in ASCII where its encoding lacks a letter."""
+    """Print JSON on stdout, in ASCII if its encoding lacks a character."""
     text = format_json(document)
     try:
         text.encode(sys.stdout.encoding or "utf-8")
-    except UnicodeEncodeError:  # only texts hold other letters, where JSON can escape them
+    except UnicodeEncodeError:  # only strings contain other characters, which JSON can escape
         text = re.sub(r"[^\x00-\x7f]", lambda letter: json.dumps(letter[0])[1:-1], text)
     print(text)
 
 
 def warn_about(*ices: Ice) -> None:
-    """Report on stderr, once for all of the ices, what they lack of what their tracks show."""
+    """Warn on stderr, once for all ices, about effects that their tracks show and they lack."""
     from curling_env.analysis.ice_remarks import what_is_lacking
 
     for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
@@ -83,11 +83,11 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
 
     Parameters
     ----------
-    unit : what is counted, such as ``frame``; a total of 1 is drawn in per cent
+    unit : unit of the count, such as ``frame``; a total of 1 is drawn in per cent
     """
     from tqdm import tqdm
 
-    # Delayed, so that work that is refused or done at once prints only that.
+    # Delayed, so that work that is refused or finishes at once prints only that.
     with tqdm(unit=unit, leave=False, delay=0.5, miniters=0, disable=None) as bar:
 
         def show(what: str, done: float, total: float = 1.0, /) -> None:
@@ -103,7 +103,7 @@ def progress_bar(unit: str = "") -> Generator[Progress]:
 
 @contextmanager
 def remarks_at_the_end() -> Generator[None]:
-    """Hold remarks back until what is done within it has succeeded; else they are dropped."""
+    """Hold remarks back until the block has succeeded; drop them if it fails."""
     held: list[str] = []
     token = _HELD.set(held)
     try:

@@ -14,7 +14,7 @@ from curling_env.units import short_length
 
 
 class PlayedEnd(StrEnum):
-    """The end played to."""
+    """End that is played to"""
 
     AWAY = "away"
     HOME = "home"
@@ -24,11 +24,11 @@ class PlayedEnd(StrEnum):
 def throw(
     ice: IceOption,
     speed: Annotated[float, Option(help="Speed at the release [m/s], above 0 and at most 6.")],
-    angle: Annotated[float, Option(help="Line of delivery, counter-clockwise [rad].")] = 0.0,
+    angle: Annotated[float, Option(help="Direction, counter-clockwise [rad].")] = 0.0,
     spin: Annotated[float, Option(help="Spin, counter-clockwise positive [rad/s].")] = 0.0,
     x: Annotated[float, Option(help="Offset to the right at the release [m].")] = 0.0,
     delivery: DeliveryOption = "hog-line",
-    direction: Annotated[PlayedEnd, Option(help="The end played to.")] = PlayedEnd.AWAY,
+    direction: Annotated[PlayedEnd, Option(help="End that is played to.")] = PlayedEnd.AWAY,
     *,
     results: Measured,
 ) -> None:
@@ -67,5 +67,5 @@ def throw(
     warn_about(known)
     if sys.stdout.isatty() and not results.as_json:
         print("\n".join(sentences))
-    else:  # programs call it often, and need no sentence on stderr
+    else:  # programs call it often and need no sentence on stderr
         print_json(document)

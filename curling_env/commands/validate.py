@@ -1,4 +1,4 @@
-"""`curling validate`: an ice beside published measurements."""
+"""`curling validate`: an ice compared with published measurements."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def validate(
         curling validate fcv1
         curling validate ice.json --json
 
-    The readings of a watch or a film are compared with measurements and coaches' tables: friction
-    against speed, times, curl and turns, weights, sweeping, level of the ice, collisions. A row
-    agrees if its value lies within the source's own uncertainty. See docs/validation.md.
+    Simulated readings of a watch or a film are compared with measurements and coaches' tables:
+    friction against speed, times, curl and turns, weights, sweeping, level of the ice, collisions.
+    A row agrees if its value lies within the source's own uncertainty. See docs/validation.md.
     """
     from curling_env.ice import load_ice
     from curling_env.validation.table import as_text, compare, counts, in_words, preset_of

@@ -22,6 +22,10 @@ Episodes = TypeVar("Episodes")
 """The episodes of one kind of environment: n of them, as an immutable value."""
 Facts = dict[str, Any]
 """Entries of `info`: by name an array or a list with a row for each episode, or a dictionary."""
+DETAILS = frozenset({"throw", "outcome", "trajectory", "shots"})
+"""Entries of `info` that are objects of the physics and the game; the others have fixed shapes."""
+PART = "reward_"
+"""Beginning of the names of the parts of the reward, where `info` is flat."""
 Part = tuple[Indices, Facts]
 """Entries of `info` of some episodes, by their indices."""
 
@@ -34,6 +38,9 @@ class Core(ABC, Generic[Episodes]):
     observation_space, action_space : of one episode
     render_mode : how one episode is shown; None for not at all
     """
+
+    details: bool = False
+    """Whether `info` has `DETAILS` too."""
 
     def __init__(
         self,
@@ -101,6 +108,14 @@ class Core(ABC, Generic[Episodes]):
         ------
         InputError : an action that is none
         """
+
+    def returned(self, facts: Facts) -> Facts:
+        """The entries of `info` that the caller gets: flat, unless details are asked for."""
+        if self.details:
+            return facts
+        flat = {name: value for name, value in facts.items() if name not in DETAILS}
+        parts: Facts = flat.pop("reward_parts", {})
+        return flat | {f"{PART}{name}": value for name, value in parts.items()}
 
     @abstractmethod
     def are_over(self, episodes: Episodes) -> Flags:

@@ -11,13 +11,19 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, BatchEngine, Positions, throw_batch
+from curling_env.physics.batch import (
+    RELEASE_DTYPE,
+    BatchEngine,
+    IceVariants,
+    Positions,
+    throw_batch,
+)
 from curling_env.physics.engine import Status, is_hogged, left_by_the_side
 from curling_env.physics.slides import SlideEnd, play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
 from curling_env.throw import Delivery, velocity_of
-from curling_env.typing import Floats, Integers
+from curling_env.typing import Floats, Indices, Integers
 
 
 def releases_of(throws: Floats, direction: int | Integers, delivery: Delivery) -> NDArray[Any]:
@@ -46,15 +52,18 @@ class Field:
 
     Parameters
     ----------
-    ice : the ice thrown on
+    ice : the ice thrown on, or the usual one of several
+    variants : where throws are on several ices of a family, these
     """
 
-    def __init__(self, ice: Ice) -> None:
-        self.ice = ice
+    ice: Ice
+
+    def __init__(self, ice: Ice, variants: IceVariants | None = None) -> None:
+        self.ice, self._variants = ice, variants
 
     @cached_property
     def _engine(self) -> BatchEngine:
-        return BatchEngine(self.ice, tolerance=QUICK_TOLERANCE)
+        return BatchEngine(self._variants or self.ice, tolerance=QUICK_TOLERANCE)
 
     @cached_property
     def _bounds(self) -> dict[int, Floats]:
@@ -67,6 +76,7 @@ class Field:
         releases: NDArray[Any],
         direction: int,
         *,
+        which: Indices | None = None,
         alone: bool = False,
     ) -> Positions:
         """The positions after throws.
@@ -77,6 +87,7 @@ class Field:
         identifiers : (k,) of these stones
         releases : (n,) from `releases_of`
         direction : the end played to, 1 or -1
+        which : (n,) index of the ice of each throw, where there are several
         alone : whether no stones lie; what happens among stones need then not be compiled
 
         Raises
@@ -85,9 +96,11 @@ class Field:
         """
         bounds = self._bounds[direction]
         if alone:
-            after = _alone(self.ice, releases, bounds)
+            after = _alone(self._variants or self.ice, releases, bounds, which)
         else:
-            after = self._engine.play(stones, releases, identity=identifiers, bounds=bounds)
+            after = self._engine.play(
+                stones, releases, which=which, identity=identifiers, bounds=bounds
+            )
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         return after
@@ -109,9 +122,11 @@ class Field:
         return status
 
 
-def _alone(ice: Ice, releases: NDArray[Any], bounds: Floats) -> Positions:
+def _alone(
+    ice: Ice | IceVariants, releases: NDArray[Any], bounds: Floats, which: Indices | None
+) -> Positions:
     """The positions after throws on empty ice."""
-    alone = throw_batch(ice, releases, bounds=bounds)
+    alone = throw_batch(ice, releases, bounds=bounds, which=which)
     last = np.stack([alone.x, alone.y], axis=-1)[:, None]
     gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]
     return Positions(

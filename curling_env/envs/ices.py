@@ -2,12 +2,12 @@
 
 `ices` of an environment is a list of ices, a folder of ice files, the fields of `RandomIces`, or a
 distribution of the user's: something with a method ``draw(rng)``, or a function of a random
-generator. Either returns an ice, or an ice and what is known of it.
+generator, itself or as ``module:object``. It returns an ice, or an ice and what is known of it.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Generic, TypeVar, cast
 
@@ -16,9 +16,10 @@ import numpy as np
 from curling_env.analysis.ice_uncertainty import is_uncertain, plausible_ices
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.options import brief, dataclass_from, yes_or_no
-from curling_env.envs.random_ice import RandomIces
+from curling_env.envs.random_ice import DrawnIces, RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
+from curling_env.infrastructure.plugins import load_plugin
 
 IceOption = Ice | str | Path | Mapping[str, Any]
 """An ice, its file, the name of a preset, or the content of a file."""
@@ -29,9 +30,13 @@ GivenIce = tuple[Ice | None, Ice | None]
 Made = TypeVar("Made")
 """What an environment plays on: made of an ice and of what is known of it."""
 
+ICES_GROUP = "curling.ices"
+"""The entry-point group of distributions of ices."""
+BLOCK = 32
+"""Number of ices that are drawn at once: more no longer fit a processor's cache."""
 ACCEPTED = (
     "a list of ices (names, files, Ice), a folder of ice files, 'random', the fields of "
-    "RandomIces, something with draw(rng), or a function of a random generator"
+    "RandomIces, something with draw(rng), a function of a random generator, or module:object"
 )
 
 
@@ -50,6 +55,7 @@ class EpisodeIces(Generic[Made]):
     ices : a distribution of ices, see the module; None for the same one always
     make : what is played on, from an ice and what is known of it; made once for a pair that recurs
     ice_sigma : whether every episode has an ice that the standard errors of `ice` allow
+    make_many : the same of ices drawn at once, where that is faster
     observed : the ice from which observations are made, given the ice as it is known; by default
         that
 
@@ -65,11 +71,13 @@ class EpisodeIces(Generic[Made]):
         ices: Any,
         *,
         make: Callable[[Ice, KnownIce], Made],
+        make_many: Callable[[RandomIces, DrawnIces], list[Made]] | None = None,
         ice_sigma: bool = False,
         observed: Callable[[Ice], Ice] = _as_known,
     ) -> None:
         self._usual = load_ice(ice)
         self._distribution: Any = None
+        self._family: RandomIces | None = None
         self._pairs: tuple[IcePair, ...] = ()
         listed: tuple[Ice, ...] = ()
         if ices is not None:
@@ -81,7 +89,7 @@ class EpisodeIces(Generic[Made]):
         if self.has_sigma and not is_uncertain(self._usual):
             raise InputError("ice_sigma draws ices from standard errors, and this ice has none")
         self._has_ices, self._listed = ices is not None, listed
-        self._make, self._observed = make, observed
+        self._make, self._make_many, self._observed = make, make_many, observed
         self._knowns: dict[int, tuple[Ice, KnownIce]] = {}
         self._made: dict[tuple[int, int], tuple[Ice, Ice, Made]] = {}
 
@@ -90,11 +98,14 @@ class EpisodeIces(Generic[Made]):
         if given == "random" or isinstance(given, Mapping):
             given = dataclass_from(RandomIces, "ices", {} if given == "random" else given)
         if isinstance(given, RandomIces):
-            self._usual, self._distribution = load_ice(given.base), given.draw
+            self._usual, self._distribution = given.family.base, given.draw
+            self._family = None if given.pool else given
             if given.pool:
                 rng = np.random.default_rng(given.pool_seed)
                 self._pairs = tuple(given.draw(rng) for _ in range(given.pool))
             return ()
+        if isinstance(given, str) and ":" in given and not Path(given).exists():
+            given = load_plugin("distribution of ices", ICES_GROUP, given, form="module:object")
         if hasattr(given, "draw") or callable(given):
             self._distribution = getattr(given, "draw", given)
             return ()
@@ -159,6 +170,17 @@ class EpisodeIces(Generic[Made]):
             drawn = self._usual
             ice = plausible_ices(drawn, 1, rng)[0] if self.has_sigma else drawn
         return self.on(ice, known or self.known_ice or drawn)
+
+    def draw_many(
+        self, rngs: Sequence[np.random.Generator], given: GivenIce = (None, None)
+    ) -> list[Made]:
+        """What episodes that begin are played on, as by `draw` with each generator."""
+        family = self._family
+        many = self._make_many
+        if many is None or family is None or given != (None, None) or self.known_ice is not None:
+            return [self.draw(rng, given) for rng in rngs]
+        blocks = (rngs[k : k + BLOCK] for k in range(0, len(rngs), BLOCK))
+        return [one for block in blocks for one in many(family, family.draw_many(block))]
 
     def on(self, ice: Ice, known: Ice) -> Made:
         """What is played on, made of an ice and the ice as it is known."""

@@ -8,6 +8,7 @@ direction of play, so that what is learnt towards one end serves towards the oth
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,7 +16,7 @@ from numpy.typing import ArrayLike
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics.effects import EffectCard, Parameter, catalogue
 from curling_env.physics.effects.card import Values
-from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction, to_sheet
+from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction, Sheet, to_sheet
 from curling_env.typing import Floats, Singles
 
 # The layout and the scales of an observation. A change to any of them makes a new version of the
@@ -137,7 +138,7 @@ class KnownIce:
         """
         if wear is None:
             return np.zeros(BANDS * len(LANES), dtype=np.float32)
-        worn = wear[self.ice.sheet.cell_of(_points(self.ice, direction))]
+        worn = wear[self.ice.sheet.cell_of(_points(self.ice.sheet, direction))]
         return told(_band_means(worn).ravel() / WEAR_SCALE).astype(np.float32)
 
 
@@ -154,14 +155,55 @@ def ice_features(ice: Ice, direction: Direction) -> Singles:
     within ±1, in the order of `ice_names`: the mean μ, the difference from it in each band and
     lane, the parameters of the effects
     """
-    mu = ice.mu_at(_points(ice, direction))
-    mean = float(mu.mean())
-    bands = (_band_means(mu) / mean - 1) / VARIATION_SCALE
-    numbers = [np.log(mean / MU_SCALE) / 2, *bands.ravel()]
+    effects = effect_numbers(ice, direction)[None]
+    return features_of_maps(ice, ice.friction.mu[None], effects, direction)[0]
+
+
+def features_of_maps(ice: Ice, mu: Floats, effects: Floats, direction: Direction) -> Singles:
+    """What agents are told of many ices, (n, m) as `ice_features`.
+
+    Parameters
+    ----------
+    ice : one of them, for its cells
+    mu : (n, rows, columns) friction of each
+    effects : (n, k) numbers of their effects, from `effect_numbers`
+    direction : the end played to
+    """
+    return told(np.hstack([_map_numbers(ice, mu, direction), effects])).astype(np.float32)
+
+
+def _map_numbers(ice: Ice, mu: Floats, direction: Direction) -> Floats:
+    """Mean and differences from it of maps (n, rows, columns) on the cells of an ice, (n, 25)."""
+    weights = _band_weights(ice.sheet, ice.friction.interpolation == "bilinear", direction)
+    bands = mu.reshape(len(mu), -1) @ weights
+    mean = bands.mean(axis=1, keepdims=True)
+    return np.hstack([np.log(mean / MU_SCALE) / 2, (bands / mean - 1) / VARIATION_SCALE])
+
+
+@lru_cache(maxsize=16)
+def _band_weights(sheet: Sheet, bilinear: bool, direction: Direction) -> Floats:
+    """Weight of each cell's friction in the mean of each band and lane, (cells, bands)."""
+    points = _points(sheet, direction)
+    weights = np.zeros((*sheet.shape, BANDS * len(LANES)))
+    band = np.repeat(np.arange(BANDS), _ALONG)[:, None] * len(LANES)
+    band = band + np.repeat(np.arange(len(LANES)), _ACROSS)
+    if not bilinear:
+        np.add.at(weights, (*sheet.cell_of(points), band), 1.0)
+    else:
+        (i, i1), (j, j1), u, v = sheet.cells_around(points)
+        for row, share in ((i, 1 - u), (i1, u)):
+            for column, part in ((j, 1 - v), (j1, v)):
+                np.add.at(weights, (row, column, band), share * part)
+    return weights.reshape(-1, BANDS * len(LANES)) / (_ALONG * _ACROSS)
+
+
+def effect_numbers(ice: Ice, direction: Direction) -> Floats:
+    """The parameters of an ice's effects on the scales of their cards, before they are `told`."""
+    numbers: list[float] = []
     for card in _cards(of_stones=False):
         effects = [effect for effect in ice.effects if effect.name == card.name]
         numbers += _numbers(card, effects, direction)
-    return told(numbers).astype(np.float32)
+    return np.array(numbers)
 
 
 def _cards(*, of_stones: bool) -> list[EffectCard]:
@@ -232,10 +274,10 @@ _ALONG, _ACROSS = 8, 6
 """Points along and across each band and lane over which friction is averaged."""
 
 
-def _points(ice: Ice, direction: Direction) -> Floats:
+def _points(sheet: Sheet, direction: Direction) -> Floats:
     """Points over all bands and lanes, (8 BANDS, 18, 2), sheet frame [m]."""
     along = np.linspace(-HOG_LINE_Y, BACK_LINE_Y, BANDS * _ALONG + 1)
-    half = ice.sheet.width / 2
+    half = sheet.width / 2
     across = np.linspace(-half, half, len(LANES) * _ACROSS + 1)
     y = (along[:-1] + along[1:]) / 2 - TEE_Y
     x = (across[:-1] + across[1:]) / 2

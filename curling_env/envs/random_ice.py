@@ -7,18 +7,42 @@ of a few per cent, and a map estimated from films.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.analysis.ice_uncertainty import smooth_field
+from curling_env.analysis.ice_uncertainty import smooth_factors
+from curling_env.envs.known_ice import effect_numbers, features_of_maps, ice_features
 from curling_env.errors import InputError
-from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
-from curling_env.typing import Floats
+from curling_env.ice import FrictionMap, Ice, load_ice
+from curling_env.physics.batch import IceFamily, IceVariants
+from curling_env.sheet import Direction
+from curling_env.typing import Floats, Singles
 
 KNOWLEDGE = ("map", "mean", "nothing")
 """What an agent may know of an ice: its estimated map, only the mean of that map, or nothing."""
+
+
+class DrawnIces(NamedTuple):
+    """Ices drawn at once, and an estimate of each one's map.
+
+    Parameters
+    ----------
+    ices : the ices that are thrown on
+    estimated : (n, rows, columns) friction of the estimated maps
+    error : standard deviation of their errors, in ln μ
+    """
+
+    ices: IceVariants
+    estimated: Floats
+    error: float
+
+    def estimate(self, k: int) -> Ice:
+        """The k-th ice with its estimated map."""
+        return replace(self.ices.ice(k), friction=_friction(self.estimated[k], self.error))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,25 +112,72 @@ class RandomIces:
         -------
         the ice that is thrown on, and the ice as the agent knows it
         """
-        base = load_ice(self.base)
-        rows, columns = base.sheet.y_centres, base.sheet.x_centres
-        level = self.level * rng.standard_normal()
-        areas = self.areas * smooth_field(rng, rows, columns, self.length, self.breadth)
-        curl = np.exp(self.curl * rng.standard_normal())
-        error = self.error * smooth_field(rng, rows, columns, self.error_length, self.error_length)
-        effects = tuple(
-            _scaled(effect, "strength", curl) if effect.name == "curl" else effect
-            for effect in base.effects
+        drawn = self.draw_many([rng])
+        return drawn.ices.ice(0), self.as_known(drawn.estimate(0), knows or self.knows)
+
+    def draw_many(self, rngs: Sequence[np.random.Generator]) -> DrawnIces:
+        """Draw an ice from each of some generators, all at once."""
+        base = self.family.base
+        (left, right), (rough, narrow) = self._factors
+        areas, errors = (left.shape[1], right.shape[1]), (rough.shape[1], narrow.shape[1])
+        count = areas[0] * areas[1]
+        numbers = np.empty((len(rngs), 2 + count + errors[0] * errors[1]))
+        for rng, row in zip(rngs, numbers, strict=True):
+            rng.standard_normal(out=row)
+        level, curl, *_ = numbers.T
+        # Worked in place: new arrays of this size cost more than the arithmetic.
+        mu = left @ (numbers[:, 2 : 2 + count].reshape(-1, *areas) @ right.T)
+        mu += self.level * level[:, None, None]
+        np.exp(mu, out=mu)
+        mu *= base.friction.mu
+        estimated = rough @ (numbers[:, 2 + count :].reshape(-1, *errors) @ narrow.T)
+        np.exp(estimated, out=estimated)
+        estimated *= mu
+        ices = IceVariants(self.family, mu, np.exp(self.curl * curl))
+        return DrawnIces(ices, estimated, self.error)
+
+    def features(self, drawn: DrawnIces, direction: Direction) -> Singles:
+        """What agents know of ices, (n, m); see `KnownIce.features`."""
+        known_mu = drawn.estimated
+        if self.knows == "nothing":
+            known = ice_features(self.family.base, direction)
+            return np.tile(known, (len(known_mu), 1))
+        if self.knows == "mean":
+            mean = known_mu.mean(axis=(1, 2), keepdims=True)
+            known_mu = np.broadcast_to(mean, known_mu.shape)
+        base, slope = self._told_effects[direction]
+        effects = base + slope * (drawn.ices.factors[:, None] - 1.0)
+        return features_of_maps(self.family.base, known_mu, effects, direction)
+
+    @cached_property
+    def _told_effects(self) -> dict[Direction, tuple[Floats, Floats]]:
+        """Numbers of the effects on the base, and their growth with the strength of the curl."""
+        found: dict[Direction, tuple[Floats, Floats]] = {}
+        for end in Direction:
+            base, half = (effect_numbers(self.family.at(factor), end) for factor in (1.0, 0.5))
+            found[end] = base, 2.0 * (base - half)
+        return found
+
+    @cached_property
+    def family(self) -> IceFamily:
+        """What the ices have in common: all but the map and the strength of the curl."""
+        return IceFamily(load_ice(self.base), "curl")
+
+    @cached_property
+    def _factors(self) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
+        """The factors of the areas and of the map's errors, times their standard deviations."""
+        sheet = self.family.base.sheet
+        places, round_ = (sheet.y_centres, sheet.x_centres), self.error_length
+        areas, errors = (
+            smooth_factors(*places, *lengths)
+            for lengths in ((self.length, self.breadth), (round_, round_))
         )
-        mu = base.friction.mu * np.exp(level + areas)
-        ice = replace(base, effects=effects, friction=_friction(mu, 0.0))
-        estimate = replace(ice, friction=_friction(mu * np.exp(error), self.error))
-        return ice, self.as_known(estimate, knows or self.knows)
+        return (self.areas * areas[0], areas[1]), (self.error * errors[0], errors[1])
 
     def as_known(self, estimate: Ice, knows: str) -> Ice:
         """An estimated ice as it is for an agent that knows one of `KNOWLEDGE`."""
         if knows == "nothing":
-            return load_ice(self.base)
+            return self.family.base
         if knows == "map":
             return estimate
         mean = np.full_like(estimate.friction.mu, estimate.friction.mu.mean())
@@ -120,8 +191,3 @@ def _check_knowledge(knows: str) -> None:
 
 def _friction(mu: Floats, error: float) -> FrictionMap:
     return FrictionMap(mu=mu, sigma=error * mu, observed=np.ones(mu.shape, dtype=np.bool_))
-
-
-def _scaled(effect: ActiveEffect, parameter: str, factor: float) -> ActiveEffect:
-    value = effect.parameters[parameter] * factor
-    return replace(effect, parameters={**effect.parameters, parameter: value})

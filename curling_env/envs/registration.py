@@ -18,7 +18,7 @@ def register() -> None:
             "CurlingEnd-v0",
             "game.end_env:CurlingEndEnv",
             "game.end_vector_env:CurlingEndVectorEnv",
-            1.0,  # points an end against `draw`: as much as `rulebased` scores
+            0.2,  # points an end against `rulebased`: more than it scores against itself
         ),
     ):
         if name not in gymnasium.registry:

@@ -73,7 +73,8 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         self._last = self._episodes, None
         if self.render_mode is not None:
             self._screen.begin(self._clips())
-        return self._observe(), alone([(ROW, self.reported(self._episodes, ROW))])
+        info = alone([(ROW, self.reported(self._episodes, ROW))])
+        return self._observe(), self.returned(info)
 
     def step(self, action: Any) -> tuple[Any, float, bool, bool, dict[str, Any]]:
         """Make a step.
@@ -93,7 +94,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
         if self.render_mode is not None:
             self._screen.add(self._clips())
         over = bool(self.are_over(episodes)[0])
-        return self._observe(), float(rewards[0]), over, False, info
+        return self._observe(), float(rewards[0]), over, False, self.returned(info)
 
     def render(self) -> Any:
         """The sheet from above as an RGB picture, with the paths of the last throw on it.

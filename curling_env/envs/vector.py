@@ -13,10 +13,10 @@ from gymnasium import spaces
 from gymnasium.vector import AutoresetMode, VectorEnv
 from gymnasium.vector.utils import batch_space
 
-from curling_env.envs.core import Core, Episodes, gathered, row_of
+from curling_env.envs.core import Core, Episodes, Part, gathered, row_of
 from curling_env.envs.options import brief, is_whole_number, whole_number
 from curling_env.errors import InputError
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Flags, Floats, Indices
 
 
 class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
@@ -53,7 +53,25 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
         self.action_space = batch_space(action_space, self.num_envs)
         self._episodes = self.blank(self.num_envs)
         self._rngs: list[np.random.Generator] = []
+        self._seeds: list[int | None] = [None] * self.num_envs
         self._all_rows = np.arange(self.num_envs)
+
+    @property
+    def np_random_seed(self) -> tuple[int | None, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """The seed that each environment was last reset with; None where it was given none."""
+        return tuple(self._seeds)
+
+    @property
+    def np_random(self) -> tuple[np.random.Generator, ...]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """The generators of the environments.
+
+        Raises
+        ------
+        InputError : before the first reset
+        """
+        if not self._rngs:
+            raise InputError("call reset() before the first step")
+        return tuple(self._rngs)
 
     def reset(
         self, *, seed: Any = None, options: dict[str, Any] | None = None
@@ -84,8 +102,9 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
         for i in rows.tolist():
             if seeds[i] is not None:
                 self._rngs[i] = np.random.Generator(np.random.PCG64(seeds[i]))
+                self._seeds[i] = seeds[i]
         self._episodes = self.begun(self._episodes, rows, self._rngs, asked)
-        info = gathered([(rows, self.reported(self._episodes, rows))], mask)
+        info = gathered([self._report(rows)], mask)
         return self.observed(self._episodes), info
 
     def step(self, actions: Any) -> tuple[Any, Floats, Flags, Flags, dict[str, Any]]:
@@ -117,7 +136,7 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
         )
         self._episodes = self.begun(episodes, np.flatnonzero(waited), self._rngs)
         over, seen = self.are_over(self._episodes), self.observed(self._episodes)
-        parts = [(rows, self.reported(self._episodes, rows)), *parts]
+        parts = [self._report(rows), *((some, self.returned(facts)) for some, facts in parts)]
         if self.autoreset_mode is not AutoresetMode.SAME_STEP or not over.any():
             return seen, rewards, over, never, gathered(parts, all_rows)
         ended = np.flatnonzero(over)
@@ -127,9 +146,12 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
         info: dict[str, Any] = {"final_obs": final, "_final_obs": over.copy()}
         info |= {"final_info": gathered(parts, over), "_final_info": over.copy()}
         self._episodes = self.begun(self._episodes, ended, self._rngs)
-        parts[0] = (rows, self.reported(self._episodes, rows))
+        parts[0] = self._report(rows)
         info |= gathered(parts[:1], all_rows) | gathered(parts[1:], ~over)
         return self.observed(self._episodes), rewards, over, never, info
+
+    def _report(self, rows: Indices) -> Part:
+        return rows, self.returned(self.reported(self._episodes, rows))
 
 
 def _autoreset_mode(mode: AutoresetMode | str) -> AutoresetMode:

@@ -1,12 +1,11 @@
-"""A game on ice: the rules joined with the physics, the ice that changes, and the players.
+"""Game on ice: the rules joined with the physics, changing ice, and the players.
 
-- `simulator`: plays throws: execution error, sweeping, physics, ruling, wear
-- `state`: all that a game is at one moment, frozen, so that a search can branch from it; the
-  random numbers of every throw
-- `ice_evolution`: how the ice changes during a game: wear along the paths, frost, unequal stones
-- `team_judgement`: how a team reads the ice, and when it sweeps by default
-- `players`: what a player sees and decides, and how players are found by name
-- `opponents`: the environments' own players
+- `simulator`: one throw after another: execution error, sweeping, physics, ruling, wear
+- `state`: the complete, immutable state of a game, from which a search can branch; the random
+numbers of every throw - `ice_evolution`: changes of the ice during a game: wear along the paths,
+frost, unequal stones - `team_judgement`: a team's reading of the ice, and its default sweeping -
+`players`: views and decisions of players, and their lookup by name - `opponents`: the built-in
+players
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""How the ice changes during a game; every change can be switched off."""
+"""Changes of the ice during a game; every change can be switched off."""
 
 from __future__ import annotations
 
@@ -14,25 +14,25 @@ from curling_env.physics.wear import with_wear_in_map
 
 @dataclass(frozen=True, kw_only=True)
 class IceEvolution:
-    """How the ice changes during a game; zeros leave it as it is.
+    """Changes of the ice during a game; zeros mean no change.
 
     Parameters
     ----------
-    wear : relative change of μ where a stone's running band passed, for each pass; negative makes
-        the ice keener. It is `along_path` of the effect `pebble_wear`, and adds to that of the ice
+    wear : relative change of μ under a stone's running band for each pass; negative makes the ice
+        keener. It is `along_path` of the effect `pebble_wear`, and adds to that of the ice
     frost : relative change of μ of the whole sheet in an hour; positive makes the ice heavier
     stone_spread : relative standard deviation of μ from stone to stone
     pace : time from one delivery to the next [s]
 
     Raises
     ------
-    InputError : a change that no ice shows
+    InputError : a change out of range
 
     Source
     ------
-    Nobody measured these. That worn places lose 0.2–0.5 % a pass and about 8 % in a game, and that
-    matched stones differ by 0.5–1 %, is an assumption. A game of 160 stones takes about two hours
-    and three quarters.
+    No measurements exist. Assumptions: worn places lose 0.2–0.5 % a pass and about 8 % in a game,
+    and matched stones differ by 0.5–1 %. A game of 160 stones takes about two hours and three
+    quarters.
     """
 
     wear: float = 0.0
@@ -44,7 +44,7 @@ class IceEvolution:
         limits = {"wear": 0.05, "frost": 1.0, "stone_spread": 0.2}
         for name, limit in limits.items():
             if not abs(getattr(self, name)) <= limit:
-                raise InputError(f"{name} must lie within ±{limit:g}, got {getattr(self, name)}")
+                raise InputError(f"{name} must be within ±{limit:g}, got {getattr(self, name)}")
         if self.stone_spread < 0 or not 0 < self.pace < 3600:
             raise InputError(
                 "stone_spread must be at least 0, and pace must be above 0 and below 3600 s"
@@ -52,20 +52,20 @@ class IceEvolution:
 
 
 NO_EVOLUTION = IceEvolution()
-"""Ice that stays as it is, and stones that are all alike."""
+"""Constant ice, and identical stones."""
 TYPICAL_EVOLUTION = IceEvolution(wear=-0.003, frost=0.02, stone_spread=0.0075)
-"""The changes of a usual game: the middles of the ranges above."""
+"""Changes of a usual game: the middles of the ranges above."""
 
 
 def ice_for_game(ice: Ice, evolution: IceEvolution, seed: int, *, sweeping: bool) -> Ice:
-    """The ice of a game: with the effects of its evolution, and of sweeping if there is any.
+    """Return the ice of a game: with the effects of its evolution, and of sweeping if there is any.
 
     Parameters
     ----------
-    ice : the ice as it is when the game begins
-    evolution : how it changes
+    ice : ice at the start of the game
+    evolution : its changes
     seed : seed of the game; it decides the friction of each stone
-    sweeping : whether stones may be swept; ice without that effect is given the standard one
+    sweeping : allow sweeping; ice without that effect gets the standard one
     """
     effects = list(with_wear_in_map(ice).effects)
     if evolution.wear:

@@ -1,6 +1,6 @@
-"""The environments' own players, which need nothing but this package.
+"""Built-in players, which need nothing but this package.
 
-`AimingPlayer` turns a shot in the sport's words into a throw on the ice as the player knows it.
+`AimingPlayer` converts a shot in the sport's words to a throw on the ice as the player knows it.
 `DrawPlayer` throws every stone to the button. `RuleBasedPlayer` plays as a club skip is taught:
 with the hammer it plays for two and spreads its stones; without it, it keeps the centre covered and
 tries to steal, or to hold the other team to one. Ahead it hits; behind it leaves stones in play.
@@ -29,27 +29,27 @@ PEEL_WEIGHT = 1.6
 
 
 class AimingPlayer(Player):
-    """A player that chooses shots; its methods turn them into throws."""
+    """Player that chooses shots; its methods convert them to throws."""
 
     def __init__(self) -> None:
         self._aims: dict[tuple[Direction, Delivery], Aim] = {}
 
     def aim(self, view: PlayerView) -> Aim:
-        """The aim on the known ice towards the end played to."""
+        """Return the aim on the known ice towards the end played to."""
         key = view.direction, view.delivery
         if key not in self._aims or self._aims[key].ice is not view.ice:
             self._aims[key] = Aim(view.ice, view.direction, delivery=view.delivery)
         return self._aims[key]
 
     def to_button(self, view: PlayerView) -> Throw:
-        """The draw to the button on the empty sheet."""
+        """Return the draw to the button on the empty sheet."""
         spin = view.delivery.spin
         return self.aim(view).draw(0.0, 0.0, spin) or Throw(speed=2.1, spin=spin)
 
     # --- shots ------------------------------------------------------------------------------------
 
     def draw_to(self, view: PlayerView, x: float, y: float, shot: str) -> Call | None:
-        """A draw or guard to (x, y) that touches nothing on its way, with either handle."""
+        """Return a draw or guard to (x, y) with a free path, with either handle."""
         aim, stones = self.aim(view), _centres(view)
         for spin in _sides(x, view.delivery.spin):
             throw = aim.draw(x, y, spin)
@@ -67,15 +67,15 @@ class AimingPlayer(Player):
         off: float = 0.0,
         clear: bool = True,
     ) -> Call | None:
-        """A takeout of a stone, with either handle.
+        """Return a takeout of a stone, with either handle.
 
         Parameters
         ----------
         target : the stone to hit
         shot : name of the shot
         weight : speed over that of a draw to the button
-        off : how far to the right of the stone's centre to aim [m]
-        clear : whether the way must be free; otherwise a stone in the way is driven onto the target
+        off : offset of the aim to the right of the stone's centre [m]
+        clear : require a free path; otherwise a stone in the way is driven onto the target
         """
         aim = self.aim(view)
         speed = min(weight * self.to_button(view).speed, view.delivery.max_speed)
@@ -89,7 +89,7 @@ class AimingPlayer(Player):
         return None
 
     def through(self, view: PlayerView) -> Call:
-        """A stone thrown through the house and away, past everything that lies there."""
+        """Return a throw through the house that touches no stone."""
         aim, stones, spin = self.aim(view), _centres(view), view.delivery.spin
         speed = min(1.4 * self.to_button(view).speed, view.delivery.max_speed)
         for x in (1.6, -1.6, 1.9, -1.9, 1.0, -1.0):
@@ -106,12 +106,14 @@ def _centres(view: PlayerView, but: RestingStone | None = None) -> np.ndarray:
 
 
 def _sides(x: float, spin: float) -> Iterable[float]:
-    """Spins to try; first the one that curls towards the centre, where there is most room."""
+    """Return the spins to try; first the one that curls towards the centre, where there is most
+    room.
+    """
     return (spin, -spin) if x >= 0 else (-spin, spin)
 
 
 class DrawPlayer(AimingPlayer):
-    """Throws the draw to the button of an empty sheet."""
+    """Player that throws the draw to the button of an empty sheet."""
 
     name = "draw"
 
@@ -124,13 +126,13 @@ CENTRE_GUARD_Y = -3.5
 CORNER_GUARD = (1.2, -3.0)
 """Place of a corner guard, on either side [m]."""
 COMFORTABLE_LEAD = 2
-"""Lead from which on the house is kept clean."""
+"""Lead from which the house is kept clean."""
 WORTH_THE_HAMMER = 2
-"""Points for which the hammer is given away while ends remain; for fewer the end is blanked."""
+"""Minimum points for giving up the hammer while ends remain; for fewer the end is blanked."""
 HALF_HIT = 0.12
-"""How far beside its centre a half-hidden stone is hit [m]."""
+"""Offset from the centre at which a half-hidden stone is hit [m]."""
 CONCEDE_BEHIND = 6
-"""Points behind at which it concedes with three ends to play; one less for each end fewer."""
+"""Deficit at which it concedes with three ends to play; one less for each end fewer."""
 
 BUTTON = ((0.0, 0.0), (0.25, 0.1), (-0.25, 0.1), (0.0, 0.45), (0.5, 0.0), (-0.5, 0.0))
 """Places for a stone that should count, the best first [m]."""
@@ -139,12 +141,12 @@ SPREAD = ((1.0, 0.3), (-1.0, 0.3), (0.8, -0.6), (-0.8, -0.6), (0.0, 1.0))
 
 
 def late_power_play(view: PlayerView) -> Side | None:
-    """A power play in the last ends but one, for a team that is not ahead."""
+    """Return a power play in the last ends but one, for a team that is not ahead."""
     return "right" if view.game.ends_left in (2, 3) and view.game.lead(view.team) <= 0 else None
 
 
 class RuleBasedPlayer(AimingPlayer):
-    """Guards early, takes out and draws around guards, by the score and the hammer."""
+    """Player that guards early, takes out and draws around guards, by the score and the hammer."""
 
     name = "rulebased"
 
@@ -216,7 +218,7 @@ class RuleBasedPlayer(AimingPlayer):
     def _hammer(
         self, view: PlayerView, house: tuple[RestingStone, ...], whose: Team | None, points: int
     ) -> Iterator[Call | None]:
-        """The last stone of the end."""
+        """Return the last stone of the end."""
         team, game = view.team, view.game
         more_to_play = game.ends_left > 1
         if whose is team.other:
@@ -249,7 +251,7 @@ class RuleBasedPlayer(AimingPlayer):
         protected: tuple[RestingStone, ...],
         shot: str,
     ) -> Iterator[Call | None]:
-        """Takeouts of the opponent's stones, the nearest first, full or on one side."""
+        """Return takeouts of the opponent's stones, the nearest first, full or on one side."""
         for stone in house:
             if stone.team is not view.team and stone not in protected:
                 for off in (0.0, HALF_HIT, -HALF_HIT):
@@ -267,7 +269,7 @@ class RuleBasedPlayer(AimingPlayer):
 
 
 def _inside(distance: float) -> tuple[tuple[float, float], ...]:
-    """Places nearer to the tee than a stone at a distance [m]."""
+    """Return places nearer to the tee than a stone at a distance [m]."""
     places = tuple(p for p in BUTTON if (p[0] ** 2 + p[1] ** 2) ** 0.5 < distance - 0.05)
     return places or BUTTON[:1]
 

@@ -1,4 +1,4 @@
-"""Players: what they see, what they decide, and how they are found by name."""
+"""Players: their view, their decisions, and their lookup by name."""
 
 from __future__ import annotations
 
@@ -23,14 +23,14 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Skill, Throw
 from curling_env.typing import Floats
 
 PLAYER_GROUP = "curling.players"
-"""The entry-point group of players: classes that can be made without arguments."""
+"""Entry-point group of players: classes that can be made without arguments."""
 PLAYER_FILE_GROUP = "curling.player_files"
-"""The entry-point group of functions that make a player of a file, named by the file's suffix."""
+"""Entry-point group of functions that make a player from a file, named by the file's suffix."""
 OWN_PLAYERS = {
     "draw": "curling_env.game.opponents:DrawPlayer",
     "rulebased": "curling_env.game.opponents:RuleBasedPlayer",
 }
-"""Players that every installation has, whatever becomes of other packages."""
+"""Players of every installation, independent of other packages."""
 
 SweepInterval = tuple[float, float]
 """Times after release at which sweeping begins and ends [s]."""
@@ -38,22 +38,22 @@ SweepInterval = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class PlayerView:
-    """What a player sees before a delivery.
+    """View of a player before a delivery.
 
     Parameters
     ----------
-    game : score, stones (delivery frame) and whose turn it is
+    game : score, stones (delivery frame) and the team to throw
     team : the player's team
-    ice : the ice as the player knows it, which may differ from the true ice
+    ice : ice as the player knows it, which may differ from the true ice
     direction : the end played to
-    skill : execution error of whoever throws for the player's team
+    skill : execution error of the thrower of the player's team
     entropy : seed of the game, number of the throw, and team: the player's random numbers follow
         from them
-    delivery : where throws begin, and which spin and speed they may have
+    delivery : start, spin and maximum speed of throws
     clock : time since the first delivery of the game [s]
-    ice_changes : whether ice and stones may change, or differ, in ways that the player is not told
-    ice_is_estimated : whether `ice` is a measurement of the true ice, with the errors that it tells
-    wear : (rows, columns) logarithm of each cell's friction over what it was when the game began,
+    ice_changes : true if ice and stones may change, or differ, unknown to the player
+    ice_is_estimated : true if `ice` is a measurement of the true ice, with standard errors
+    wear : (rows, columns) logarithm of each cell's friction relative to the start of the game,
         read-only; None while the ice has not worn
     """
 
@@ -71,33 +71,33 @@ class PlayerView:
 
     @property
     def has_hammer(self) -> bool:
-        """Whether the player's team delivers last in this end."""
+        """Return whether the player's team delivers last in this end."""
         return self.game.end is not None and self.game.end.hammer is self.team
 
     @property
     def own_stones_left(self) -> int:
-        """Number of stones that the team has still to deliver in this end."""
+        """Number of stones that the team still has to deliver in this end."""
         end = self.game.end
         return 0 if end is None else self.game.rules.stones - end.number_of_stone
 
     @property
     def seed(self) -> int:
-        """A seed for a player that decides at random; another one before every delivery."""
+        """Return a seed for a player that decides at random, different before every delivery."""
         return int(np.random.SeedSequence(self.entropy).generate_state(1)[0])
 
     def rng(self) -> np.random.Generator:
-        """A random generator for the player; the same before the same delivery."""
+        """Return a random generator for the player; the same before the same delivery."""
         return np.random.default_rng(self.entropy)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Call:
-    """What a player calls for: a throw, and perhaps when it is swept.
+    """Call of a player: a throw, and perhaps the sweeping.
 
     Parameters
     ----------
     throw : the throw without execution error
-    sweep : when it is swept; None leaves that to the sweepers
+    sweep : interval of sweeping; None leaves it to the sweepers
     shot : the shot in the sport's words, for the record
     """
 
@@ -107,40 +107,40 @@ class Call:
 
 
 class Player(ABC):
-    """Plays for a team.
+    """Player of a team.
 
-    A player decides from the view alone: what it keeps between deliveries may only save time.
+    A player decides from the view alone: data kept between deliveries may only save time.
     """
 
     name: str = "player"
 
     @classmethod
     def with_option(cls, option: str) -> Player:
-        """The player that ``name:option`` stands for.
+        """Return the player for ``name:option``.
 
         Raises
         ------
-        InputError : an option that this player does not take
+        InputError : an option that this player does not support
         """
         raise InputError(f"the player {cls.name!r} takes no option, got {option!r}")
 
     @abstractmethod
     def call(self, view: PlayerView) -> Call:
-        """What the player calls for its team's next delivery."""
+        """Return the call for the team's next delivery."""
 
     def concedes(self, view: PlayerView) -> bool:
-        """Whether the player concedes the game; asked where the rules allow it."""
+        """Return whether the player concedes the game; asked only when the rules allow it."""
         return False
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
-        """After the opponent's tick, whether the stones are put back rather than left.
+        """Return whether the stones are put back rather than left after the opponent's tick.
 
-        They are put back, unless the stones as they lie count for more.
+        They are put back, unless the stones as they are count for more.
 
         Parameters
         ----------
         view : the game before the opponent's delivery
-        ruling : the stones as they lie, and as they would lie if put back
+        ruling : the stones as they are, and as they would be if put back
         """
         lines = view.game.lines
 
@@ -151,28 +151,29 @@ class Player(ABC):
         return ruling.option is None or points_for_us(ruling.option) >= points_for_us(ruling.stones)
 
     def power_play(self, view: PlayerView) -> Side | None:
-        """In mixed doubles, the side of a power play in the coming end; None for no power play.
+        """Return the side of a power play in the coming end of mixed doubles; None for none.
 
-        Asked where the rules allow one.
+        Asked only when the rules allow one.
         """
         return None
 
     def throws_first(self, view: PlayerView) -> bool:
-        """In mixed doubles, whether the team throws first in the coming end, without the hammer.
+        """Return whether the team throws first in the coming end of mixed doubles, without the
+        hammer.
 
         The deciding team is asked, unless it takes a power play. If it throws first, the other
-        team's placed stone lies in the house.
+        team's placed stone is in the house.
         """
         return False
 
 
 def player_names() -> list[str]:
-    """Names of the players: the package's own and those that installed packages declare."""
+    """Return names of players: the built-in ones and those that installed packages declare."""
     return sorted({*OWN_PLAYERS, *plugin_names(PLAYER_GROUP)})
 
 
 def player_named(name: str | Path | Player) -> Player:
-    """The player of that name, or in that file; a `Player` is returned as it is.
+    """Return the player of that name, or in that file; a `Player` is returned unchanged.
 
     Parameters
     ----------
@@ -182,8 +183,8 @@ def player_named(name: str | Path | Player) -> Player:
 
     Raises
     ------
-    InputError : an unknown name, an option that the player does not take, something that is no
-        player, or a file that holds none
+    InputError : an unknown name, an unsupported option, an object that is not a player, or a file
+        without one
     """
     if isinstance(name, Player):
         return name
@@ -199,14 +200,18 @@ def player_named(name: str | Path | Player) -> Player:
     else:
         found = load_plugin("player", PLAYER_GROUP, plain, built_in=OWN_PLAYERS)
     if not (isinstance(found, type) and issubclass(found, Player)):
-        raise InputError(f"{plain!r} is no player: expected a subclass of curling_env.game.Player")
+        raise InputError(
+            f"{plain!r} is not a player: expected a subclass of curling_env.game.Player"
+        )
     return found.with_option(option) if colon else found()
 
 
 def _player_in(path: Path) -> Player:
-    """The player of a trained model's file."""
+    """Return the player of a trained model's file."""
     suffixes = plugin_names(PLAYER_FILE_GROUP)
     if path.suffix[1:] not in suffixes:
         known = ", ".join(f".{suffix}" for suffix in suffixes)
-        raise InputError(f"a player's file ends in {known or 'nothing that is known'}", source=path)
+        raise InputError(
+            f"expected a player's file that ends in {known or 'a known suffix'}", source=path
+        )
     return load_plugin("kind of player's file", PLAYER_FILE_GROUP, path.suffix[1:])(path)

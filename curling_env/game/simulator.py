@@ -1,4 +1,4 @@
-"""Simulates games: throws are played under the rules, on ice that changes."""
+"""Simulator of games: throws are played under the rules, on changing ice."""
 
 from __future__ import annotations
 
@@ -36,30 +36,30 @@ from curling_env.typing import Floats
 
 _GONE = (Status.OUT_SIDE, Status.OUT_BACK)
 Place = Sequence[float]
-"""x and y of a stone [m]."""
+"""Position x and y of a stone [m]."""
 
 
 def direction_of(end: int) -> Direction:
-    """The end of the sheet that an end of the game is played to: the away end first."""
+    """Return the direction of play of an end of the game: the away end first."""
     return Direction.HOME if end % 2 else Direction.AWAY
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlayedShot:
-    """A delivery and what followed.
+    """Delivery and its consequences.
 
     Parameters
     ----------
     end, number : number of the end in the game, and of the delivery in the end, from 0
     team : the team that delivered
     stone : identifier of the stone
-    call : what the player called for
-    thrown : the throw as it left the hand, with its execution error
-    sweep : when the stone was swept; equal times if it was not
+    call : the player's call
+    thrown : executed throw, with its execution error
+    sweep : interval of sweeping; equal times if it was not swept
     direction : the end played to
-    outcome : what the physics made of it, sheet frame
-    ruling : what the rules made of it, delivery frame
-    put_back : after a tick, whether the stones were put back
+    outcome : outcome of the physics, sheet frame
+    ruling : ruling of the rules, delivery frame
+    put_back : true if the stones were put back after a tick
     """
 
     end: int
@@ -76,27 +76,27 @@ class PlayedShot:
 
     @property
     def stones_after(self) -> Stones:
-        """The stones on the sheet afterwards, delivery frame."""
+        """Stones on the sheet afterwards, delivery frame."""
         option = self.ruling.option
         return option if self.put_back and option is not None else self.ruling.stones
 
 
 class GameSimulator:
-    """Plays the throws of games; holds no game itself.
+    """Simulator of throws of games; it holds no game.
 
     Parameters
     ----------
-    ice : the ice when a game begins: an `Ice`, a file or a preset
-    known_ice : the ice as the players know it; by default the ice when a game begins
+    ice : ice at the start of a game: an `Ice`, a file or a preset
+    known_ice : ice as the players know it; by default the ice at the start of a game
     rules : a set of rules or its name
     skills : execution errors of the home and the away team, or one for both
-    ice_evolution : how the ice changes during a game
-    sweeping : whether stones may be swept; ice without that effect is given the standard one
-    delivery : where throws begin, and which spin and speed they may have
+    ice_evolution : changes of the ice during a game
+    sweeping : allow sweeping; ice without that effect gets the standard one
+    delivery : start, spin and maximum speed of throws
     throwers : execution errors of the two teams' throwers, for each stone of a team in order of
         delivery; by default `skills` for all
-    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
-    judgement : how far off teams are when they read the ice and sweep
+    tolerance : maximum error of a lone stone's rest on the roughest ice [m]
+    judgement : errors of teams in reading the ice and sweeping
 
     Raises
     ------
@@ -144,13 +144,13 @@ class GameSimulator:
     # --- the course of a game ---------------------------------------------------------------------
 
     def new_game(self, seed: int, *, last_stone: Team = Team.AWAY) -> GameState:
-        """A game before its first end; `last_stone` has the hammer in it."""
+        """Return a game before its first end; `last_stone` has the hammer in it."""
         return GameState(game=new_game(self.rules, self.lines, last_stone=last_stone), seed=seed)
 
     def begin_end(
         self, state: GameState, *, power_play: Side | None = None, throw_first: bool = False
     ) -> GameState:
-        """The game with its next end begun.
+        """Return the game with its next end started.
 
         Parameters
         ----------
@@ -165,7 +165,9 @@ class GameSimulator:
         return replace(state, game=game)
 
     def begin_end_as(self, state: GameState, decider: Player) -> GameState:
-        """The game with its next end begun as the deciding team's player wants it."""
+        """Return the game with its next end started by the decisions of the deciding team's
+        player.
+        """
         game, side, first = state.game, None, False
         view = self.view(state, game.last_stone)
         if game.may_power_play:
@@ -175,7 +177,7 @@ class GameSimulator:
         return self.begin_end(state, power_play=side, throw_first=first)
 
     def view(self, state: GameState, team: Team | None = None) -> PlayerView:
-        """The view of a team, by default of the team to throw."""
+        """Return the view of a team, by default of the team to throw."""
         end = state.game.end
         if team is None:
             team = state.game.last_stone if end is None else end.to_throw
@@ -195,7 +197,7 @@ class GameSimulator:
         )
 
     def ice_as_read(self, seed: int, team: Team, end: int) -> Ice:
-        """The ice as a team takes it in an end; the same object while the end lasts."""
+        """Return the ice as a team reads it in an end; the same object during the end."""
         if not self.judgement.misreads:
             return self.known_ice
         key = seed, team, end
@@ -206,7 +208,7 @@ class GameSimulator:
         return self._read[key]
 
     def skill_of(self, team: Team, number: int) -> Skill:
-        """The execution error of whoever throws that stone of a team, counted from 0."""
+        """Return the execution error of the thrower of that stone of a team, counted from 0."""
         return self.skills[team] if self.throwers is None else self.throwers[team][number]
 
     def play(
@@ -222,9 +224,9 @@ class GameSimulator:
         Parameters
         ----------
         state : a game with an end in play
-        call : what the team to throw calls for
+        call : call of the team to throw
         opponent : the player who decides after a tick; without one the stones are put back
-        paths : whether the stones' paths are kept, 30 samples a second
+        paths : keep the stones' paths, 30 samples a second
 
         Returns
         -------
@@ -288,7 +290,7 @@ class GameSimulator:
         )
 
     def after(self, state: GameState, game: Game, wear: Floats | None = None) -> GameState:
-        """The state after one more delivery."""
+        """Return the state after one more delivery."""
         return GameState(
             game=game,
             seed=state.seed,
@@ -300,7 +302,7 @@ class GameSimulator:
     # --- execution error, sweeping, ice -----------------------------------------------------------
 
     def with_execution_error(self, meant: Throw, skill: Skill, state: GameState) -> Throw:
-        """The throw as it leaves the hand; its error follows from the state's seed and throw."""
+        """Return the executed throw; its error follows from the state's seed and throw."""
         if skill.is_exact:
             return replace(meant, speed=min(meant.speed, self.delivery.max_speed))
         x, speed, angle, spin = self.with_execution_errors([meant], [skill], [state])[0].tolist()
@@ -309,7 +311,7 @@ class GameSimulator:
     def with_execution_errors(
         self, meant: Sequence[Throw], skills: Sequence[Skill], states: Sequence[GameState]
     ) -> Floats:
-        """Many throws as they leave the hand, (n, 4): x [m], speed [m/s], angle, spin [rad/s]."""
+        """Return many executed throws, (n, 4): x [m], speed [m/s], angle, spin [rad/s]."""
         out = np.array([(throw.x, throw.speed, throw.angle, throw.spin) for throw in meant])
         np.minimum(out[:, 1], self.delivery.max_speed, out=out[:, 1])
         at = self._rng.at
@@ -330,14 +332,15 @@ class GameSimulator:
         read: Ice | None = None,
         misjudged: float = 0.0,
     ) -> SweepInterval:
-        """The times of sweeping: as called, else as the sweepers judge; equal times if never.
+        """Return the times of sweeping: as called, else as the sweepers judge; equal times if
+        never.
 
         Parameters
         ----------
-        call, thrown : what was called for, and the throw as it left the hand
+        call, thrown : the call, and the executed throw
         direction : the end played to
-        read : the ice for which the team called the throw; by default the known ice
-        misjudged : how much farther than it would the sweepers expect the stone to go unswept [m]
+        read : ice for which the team called the throw; by default the known ice
+        misjudged : sweepers' error of the unswept stone's distance, positive if too far [m]
         """
         if not self.sweeping:
             return (0.0, 0.0)
@@ -354,7 +357,7 @@ class GameSimulator:
         )
 
     def current_ice(self, state: GameState) -> Ice:
-        """The ice at this moment of a game."""
+        """Return the current ice of a game."""
         ice = ice_for_game(self.ice, self.ice_evolution, state.seed, sweeping=self.sweeping)
         return worn(ice, state.wear)
 
@@ -368,23 +371,22 @@ class GameSimulator:
 
 
 def state_on_sheet(lying: RestingStone, direction: Direction) -> StoneState:
-    """A resting stone in the sheet frame."""
+    """Return a resting stone in the sheet frame."""
     return StoneState(x=direction * lying.x, y=direction * (lying.y + TEE_Y), stone=lying.stone)
 
 
 def result_of_places(
     end: End, moved: Mapping[int, Place | None], thrown: Place | None, struck: bool
 ) -> Result:
-    """The result of a delivery as the rules take it, from where the stones came to rest.
+    """Return the result of a delivery for the rules, from the places of rest of the stones.
 
     Parameters
     ----------
     end : the end before the delivery
-    moved : (x, y) of those of its stones that something touched, by their place among them,
-        delivery frame [m]; None or NaN for a stone that left play. The others keep their exact
-        place
-    thrown : the same of the delivered stone
-    struck : whether the delivered stone touched another
+    moved : (x, y) of its moved stones, by their index, delivery frame [m]; None or NaN for a stone
+        that left play. The others keep their exact place
+    thrown : the same for the delivered stone
+    struck : true if the delivered stone touched another
     """
     after: list[RestingStone | None] = [*end.stones]
     for k, place in moved.items():

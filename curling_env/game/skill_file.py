@@ -1,4 +1,4 @@
-"""The file of an athlete's own execution error (JSON)."""
+"""File of an athlete's execution error (JSON)."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SKILL_FORMAT = FileFormat(name="curling-skill/1", what="a skill file")
 
 
 class SkillDocument(Document):
-    """A skill file."""
+    """Skill file."""
 
     format: Short
     name: Short
@@ -34,25 +34,25 @@ class SkillDocument(Document):
 
 
 def load_skill(source: str | Path | Skill) -> Skill:
-    """A skill by its name, or from a file that `curling athletes` wrote.
+    """Load a skill by its name, or from a file written by `curling athletes`.
 
     Parameters
     ----------
-    source : a name in `SKILLS`, the path of a skill file, or a `Skill`, which is returned as it is
+    source : a name in `SKILLS`, the path of a skill file, or a `Skill`, which is returned unchanged
 
     Raises
     ------
-    InputError : neither a name nor a file, or a file that describes no skill
+    InputError : neither a name nor a file, or a file that does not describe a skill
     """
     if isinstance(source, Skill):
         return source
     if str(source) in SKILLS:
         return SKILLS[str(source)]
-    # Anything may come from Python.
+    # Callers from Python may pass anything.
     a_path = isinstance(source, str | Path)  # pyright: ignore[reportUnnecessaryIsInstance]
-    if not (a_path and os.path.exists(source)):  # unlike a Path's, for any name
+    if not (a_path and os.path.exists(source)):  # accepts any name, unlike a Path's
         raise InputError(
-            f"no skill is named {str(source)[:80]!r}, nor a skill file; there are "
+            f"unknown skill {str(source)[:80]!r}; expected a skill file or one of "
             f"{', '.join(SKILLS)}"
         )
     document = read_json(source)
@@ -66,13 +66,13 @@ def load_skill(source: str | Path | Skill) -> Skill:
 
 
 def save_skill(skill: Skill, path: str | Path, *, provenance: dict[str, Any] | None = None) -> None:
-    """Write a skill file, complete or not at all.
+    """Write a skill file, completely or not at all.
 
     Parameters
     ----------
     skill : an athlete's execution error
     path : file to write
-    provenance : where it comes from
+    provenance : its provenance
     """
     document = {"format": SKILL_FORMAT.name, **asdict(skill)}
     if skill.tails == inf:

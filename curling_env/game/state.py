@@ -1,4 +1,4 @@
-"""All that a game is at one moment, and the random numbers of its throws."""
+"""Complete state of a game at one moment, and the random numbers of its throws."""
 
 from __future__ import annotations
 
@@ -12,20 +12,20 @@ from curling_env.typing import Floats
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class GameState:
-    """A game, its ice, and the seed of what is still to be drawn.
+    """Game with its ice and the seed of its random numbers.
 
-    A state never changes: a throw makes a new one. To save a game is to keep this object, to
-    restore it is to go on from it, and a search may branch from it as often as it likes. `seed`
-    and `throws` determine the execution error of the next throw. A search that should not know it
-    gives its branches other seeds (``dataclasses.replace(state, seed=…)``).
+    A state never changes: a throw makes a new one. Keeping this object saves the game, continuing
+    from it restores it, and a search may branch from it any number of times. `seed` and `throws`
+    determine the execution error of the next throw. A search that should not know it gives its
+    branches other seeds (``dataclasses.replace(state, seed=…)``).
 
     Parameters
     ----------
-    game : score, stones and whose turn it is
-    seed : seed of everything random in the game
-    throws : number of throws delivered in the game so far
+    game : score, stones and the team to throw
+    seed : seed of all randomness in the game
+    throws : number of throws delivered in the game
     clock : time since its first delivery [s]
-    wear : (rows, columns) natural logarithm of each cell's friction over what it was at the start,
+    wear : (rows, columns) natural logarithm of each cell's friction relative to the start,
         read-only; None while the ice has not worn
     """
 
@@ -63,10 +63,10 @@ class ThrowRng:
         self._state = self._bits.state
 
     def at(self, seed: int, throw: int) -> np.random.Generator:
-        """The generator of a throw, from its first number; valid until the next call."""
+        """Return the generator of a throw, from its first number; valid until the next call."""
         state = self._state["state"]
         state["key"][:] = seed & _WORD, (seed >> 64) & _WORD
-        # The lowest word of the counter counts the numbers that were drawn.
+        # The lowest word of the counter counts the drawn numbers.
         state["counter"][:] = 0, throw, 0, 0
         self._bits.state = self._state
         return self._rng

@@ -1,4 +1,4 @@
-"""The judgement of a team, which is not quite right: how it reads the ice, and when it sweeps."""
+"""Imperfect judgement of a team: its reading of the ice, and its sweeping."""
 
 from __future__ import annotations
 
@@ -14,24 +14,24 @@ from curling_env.sheet import Direction
 from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 
 _ICE, _SWEEP = 2**32 - 2, 2**32 - 3
-"""Set the numbers of a judgement apart from others of the same seed."""
+"""Keys that separate the random numbers of a judgement from others of the same seed."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class TeamJudgement:
-    """How far off teams are when they read the ice and judge a stone; zeros are never off.
+    """Errors of teams in reading the ice and judging a stone; zeros mean no error.
 
-    Both teams read the ice anew in every end, from what they saw until then, each for itself.
+    Each team reads the ice again in every end, from its observations up to then.
 
     Parameters
     ----------
-    weight : relative standard deviation of μ as a team reads it
-    curl : relative standard deviation of the strength of the curl as a team reads it
-    sweep : standard deviation of the place at which sweepers expect an unswept stone to stop [m]
+    weight : relative standard deviation of a team's reading of μ
+    curl : relative standard deviation of a team's reading of the curl's strength
+    sweep : standard deviation of the sweepers' prediction of an unswept stone's place of rest [m]
 
     Raises
     ------
-    InputError : a standard deviation that no team has
+    InputError : a standard deviation out of range
     """
 
     weight: float = 0.0
@@ -41,21 +41,21 @@ class TeamJudgement:
     def __post_init__(self) -> None:
         for name, limit in (("weight", 0.2), ("curl", 0.5), ("sweep", 5.0)):
             if not 0 <= getattr(self, name) <= limit:
-                raise InputError(f"{name} must lie within 0 and {limit}, got {getattr(self, name)}")
+                raise InputError(f"{name} must be between 0 and {limit}, got {getattr(self, name)}")
 
     @property
     def misreads(self) -> bool:
-        """Whether teams take the ice for another than it is."""
+        """Return whether teams read the ice with errors."""
         return bool(self.weight or self.curl)
 
     def ice_as_read(self, ice: Ice, seed: int, team: Team, end: int) -> Ice:
-        """The ice as a team takes it in an end.
+        """Return the ice as a team reads it in an end.
 
         Parameters
         ----------
-        ice : the ice as it is known without an error
+        ice : ice as read without errors
         seed : seed of the game
-        team, end : who reads it, and in which end
+        team, end : the team, and number of the end
         """
         if not self.misreads:
             return ice
@@ -66,14 +66,14 @@ class TeamJudgement:
         return replace(ice, friction=friction, effects=effects)
 
     def sweepers_error(self, seed: int, throw: int) -> float:
-        """How much farther than it would, sweepers expect an unswept stone to go [m]."""
+        """Return the sweepers' error of an unswept stone's distance, positive if too far [m]."""
         if not self.sweep:
             return 0.0
         return self.sweep * float(np.random.default_rng((seed, throw, _SWEEP)).standard_normal())
 
 
 NEVER_WRONG = TeamJudgement()
-"""Teams that know the ice as well as their file of it, and sweepers who see where a stone stops."""
+"""Judgement of teams that know the ice as well as their file of it, with perfect sweepers."""
 
 
 def _curling(effect: ActiveEffect, factor: float) -> ActiveEffect:
@@ -84,13 +84,13 @@ def _curling(effect: ActiveEffect, factor: float) -> ActiveEffect:
     return replace(effect, parameters=parameters)
 
 
-# Choices, not measurements.
+# Chosen, not measured.
 SWEEP_START = 4.0
-"""Time after release from which sweepers can tell that a stone is light, and sweep [s]."""
+"""Time after release from which sweepers can see that a stone is light, and sweep [s]."""
 WORTH_SWEEPING = 0.15
-"""Smallest shortfall for which they sweep [m]."""
+"""Minimum shortfall for which they sweep [m]."""
 BISECTIONS = 6
-"""Number of times the range of the sweep's end is halved, to a fraction of a second."""
+"""Number of bisections of the sweep's end, to a fraction of a second."""
 
 
 def sweep_for(
@@ -103,19 +103,19 @@ def sweep_for(
     read: Ice | None = None,
     misjudged: float = 0.0,
 ) -> tuple[float, float]:
-    """When to sweep a stone, so that it goes as far as it was meant to.
+    """Return the interval of sweeping with which a stone reaches its intended distance.
 
     Both throws are simulated on the ice as the sweepers know it, without other stones.
 
     Parameters
     ----------
-    ice : the ice as the sweepers know it
-    meant : the throw that was called
-    thrown : the throw as it left the hand
+    ice : ice as the sweepers know it
+    meant : called throw
+    thrown : executed throw
     direction : the end played to
-    delivery : where throws begin
-    read : the ice for which the throw was called, where it is another one
-    misjudged : how much farther than it would they expect the stone to go unswept [m]
+    delivery : start of the throws
+    read : ice for which the throw was called, if it is another one
+    misjudged : their error of the unswept stone's distance, positive if too far [m]
 
     Returns
     -------

@@ -1,4 +1,4 @@
-"""Files, workers and plug-ins: what all packages stand on, and what knows nothing of curling."""
+"""Files, workers and plug-ins: the base of all packages, independent of curling."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 
@@ -28,10 +28,10 @@ __getattr__, __dir__ = lazy_names(
             "make_directory",
             "note_input",
             "together",
-            "written_so_far",
+            "current_path",
         ),
         "local_server": ("LocalHandler", "LocalServer"),
-        "plugins": ("what_hides",),
+        "plugins": ("shadowed_by",),
         "provenance": ("typed",),
         "web_server": ("Certificate", "listening", "serving"),
         "workers": ("ProcessExecutor", "WorkersLostError"),

@@ -20,12 +20,12 @@ def executor(workers: int | str = 1) -> Generator[Executor]:
     Parameters
     ----------
     workers : number of local processes, 1 for this process alone; ``"ray"`` for the running Ray
-        cluster, or for one that is started on this machine; ``"ray://host:port"`` for the cluster
+        cluster, or for one started on this machine; ``"ray://host:port"`` for the cluster
         at that address. Every machine of a cluster needs this distribution installed.
 
     Raises
     ------
-    InputError : another value, or a cluster that does not answer
+    InputError : any other value, or a cluster that does not answer
     """
     text = str(workers)
     if text == "ray" or text.startswith("ray://"):

@@ -1,7 +1,7 @@
-"""Machine code kept between starts, which may be lost, damaged or forbidden and never stops anyone.
+"""On-disk cache of compiled kernels. A missing, corrupt or unwritable cache is never fatal.
 
-numba keeps it as pickles, which can run code, so a folder that other users can write is not used.
-What was damaged is compiled again; where nothing can be kept, every start compiles.
+numba stores pickles, which can run code, so a folder that other users can write to is not used. A
+corrupt file is compiled again; without a usable folder, every start compiles.
 """
 
 # numba comes without complete types.
@@ -24,33 +24,35 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache
 from numba.core.serialize import dumps
 
 FIRST_COMPILATION = (
-    "curling: compiling the physics for this machine, once: about 10 s of one core now, and a few "
-    "more for what is first used later"
+    "curling: compiling the physics for this machine, once: about 10 s on one core now, and a few "
+    "more at the first use of other functions"
 )
-"""The line on stderr where nothing has been kept yet."""
+"""Message on stderr if nothing is cached yet."""
 _printed: list[str] = []
 _why_not_kept: list[str] = []
 
 
 class KernelCacheWarning(UserWarning):
-    """Kernels cannot be kept; they are compiled again at every start."""
+    """Kernels cannot be cached; they are compiled again at every start."""
 
 
 def remarks() -> list[str]:
-    """Remarks on the cache of this process."""
+    """Return remarks on the cache of this process."""
     return _why_not_kept[:1]
 
 
 def _warn_once(why: str) -> None:
     if not _why_not_kept:
-        remark = f"compiled code is not kept, so that every start compiles again: {why}"
+        remark = f"compiled code is not cached, so every start compiles again: {why}"
         _why_not_kept.append(remark)
         warnings.warn(remark, KernelCacheWarning, stacklevel=3)
 
 
 @cache
 def _objection(folder: Path) -> str:
-    """The reason not to keep code in a folder, which is made if need be; empty if there is none."""
+    """Return the reason not to cache code in a folder, which is made if missing; empty if
+    usable.
+    """
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         found = folder.stat()
@@ -61,7 +63,7 @@ def _objection(folder: Path) -> str:
 
 
 class _Locator:
-    """The place of a function's machine code, in numba's terms."""
+    """Location of a function's machine code, in numba's terms."""
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
@@ -71,7 +73,7 @@ class _Locator:
         return self
 
     def ensure_cache_path(self) -> None:
-        """Nothing to do: `_objection` has made the folder."""
+        """Do nothing: `_objection` has made the folder."""
 
     def get_cache_path(self) -> str:
         return str(self._folder)
@@ -84,7 +86,7 @@ class _Locator:
 
 
 class _Contents(CompileResultCacheImpl):
-    """All that numba keeps of a function, behind a digest of it."""
+    """Everything that numba caches for a function, with a digest of it."""
 
     def __init__(self, function: Any, folder: Path) -> None:
         self._locator_classes = [_Locator(folder)]
@@ -102,12 +104,12 @@ class _Contents(CompileResultCacheImpl):
 
 
 class KernelCache(FunctionCache):
-    """The cache of one function; its troubles stop no kernel.
+    """Cache of one function; its errors never stop a kernel.
 
     Parameters
     ----------
     function : the Python function
-    folder : the folder of its machine code
+    folder : folder of its machine code
     """
 
     def __init__(self, function: Any, folder: Path) -> None:
@@ -116,13 +118,13 @@ class KernelCache(FunctionCache):
         super().__init__(function)
 
     def load_overload(self, sig: Any, target_context: Any) -> Any:
-        """The machine code for a signature; None where it must be compiled."""
+        """Return the machine code for a signature; None if it must be compiled."""
         if why := _objection(self._folder):
             return _warn_once(why)
         kept = None
         try:
             kept = super().load_overload(sig, target_context)
-        except Exception:  # whatever a damaged file may lead numba to
+        except Exception:  # a corrupt file may make numba raise anything
             with suppress(OSError):
                 self.flush()
         if kept is None and not _printed and not any(self._folder.glob("*.nbi")):
@@ -132,7 +134,7 @@ class KernelCache(FunctionCache):
         return kept
 
     def save_overload(self, sig: Any, data: Any) -> None:
-        """Keep the machine code for a signature, where that can be."""
+        """Store the machine code for a signature, if possible."""
         if _objection(self._folder):
             return
         try:

@@ -1,4 +1,4 @@
-"""Errors for unknown keyword arguments, which list the known ones."""
+"""Errors for unknown keyword arguments that list the valid ones."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ from curling_env.errors import UnknownOptionError
 Called = TypeVar("Called", bound=Callable[..., Any])
 
 
-def knows_its_options(name: str) -> Callable[[Called], Called]:
-    """Decorate a function or a class: an unknown keyword is an error that lists the known.
+def rejects_unknown_keywords(name: str) -> Callable[[Called], Called]:
+    """Decorate a function or class to reject unknown keywords with a list of the valid ones.
 
     Parameters
     ----------
-    name : what the message calls it
+    name : name in the message
     """
 
     def decorated(called: Called) -> Called:

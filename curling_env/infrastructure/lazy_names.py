@@ -18,8 +18,7 @@ def lazy_names(
     Parameters
     ----------
     package : its `__name__`
-    modules : module, relative to the package and with a leading dot beside it -> the public names
-        that are defined there
+    modules : module, relative to the package with a leading dot -> public names defined there
     """
     where = {name: module for module, names in modules.items() for name in names}
 

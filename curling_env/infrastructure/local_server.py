@@ -1,8 +1,8 @@
-"""A server for pages on this machine: only for its own page, never longer or wider than it needs.
+"""Server for pages on this machine: it serves only its own page, with bounded time and size.
 
 It answers only requests that name it as their host and come from its own page, so that no other
-page in the same browser can reach it, by whatever name. A connection that stays silent is closed,
-and no number of connections holds more than a few threads.
+page in the same browser can reach it, by whatever name. A silent connection is closed, and any
+number of connections uses only a few threads.
 """
 
 from __future__ import annotations
@@ -16,15 +16,15 @@ from typing import Any
 
 from curling_env.errors import OutputError
 
-PATIENCE = 10.0
-"""Time after which a connection that has not been answered is closed [s]."""
+IDLE_TIMEOUT = 10.0
+"""Timeout of a connection that has not been answered [s]."""
 MAX_CONNECTIONS = 16
-"""Connections at one time; a browser opens six."""
+"""Maximum number of simultaneous connections; a browser opens six."""
 ADDRESS = "127.0.0.1"
 
 
 def network_address() -> str:
-    """The address under which other machines in the same network find this one.
+    """Return the address of this machine for other machines in the same network.
 
     Raises
     ------
@@ -32,11 +32,11 @@ def network_address() -> str:
     """
     try:
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
-            # Nothing is sent: the system only names the address from which it would be.
+            # Nothing is sent: the system only returns the address that it would use.
             probe.connect(("192.0.2.1", 9))
             return str(probe.getsockname()[0])
     except OSError as error:
-        raise OutputError("this machine is in no network in which to share the page") from error
+        raise OutputError("cannot share the page: this machine is in no network") from error
 
 
 class LocalServer(ThreadingHTTPServer):
@@ -46,8 +46,7 @@ class LocalServer(ThreadingHTTPServer):
     ----------
     handler : answers requests; derives from `LocalHandler`
     port : 0 takes any free one
-    host : the address by which it is called; any other than this machine's own opens it to the
-        network
+    host : address of the server; any but this machine's own opens it to the network
 
     Raises
     ------
@@ -71,11 +70,11 @@ class LocalServer(ThreadingHTTPServer):
         self.own_hosts = frozenset(f"{name}:{self.server_address[1]}" for name in names)
 
     def process_request(self, request: Any, client_address: Any) -> None:
-        """Begin a thread, unless too many are busy; one that has idled too long makes room."""
+        """Start a thread, unless too many are busy; the longest idle one may be closed for it."""
         with self._lock:
             full = len(self._open) >= MAX_CONNECTIONS
             oldest = min(self._open, key=self._open.__getitem__) if full else None
-            idled = oldest is None or time.monotonic() - self._open[oldest] >= PATIENCE
+            idled = oldest is None or time.monotonic() - self._open[oldest] >= IDLE_TIMEOUT
             if idled and oldest is not None:
                 _hang_up(oldest)
                 del self._open[oldest]
@@ -84,29 +83,29 @@ class LocalServer(ThreadingHTTPServer):
         if idled:
             super().process_request(request, client_address)
         else:
-            self.shutdown_request(request)  # takes the lock itself
+            self.shutdown_request(request)  # acquires the lock itself
 
     def close_request(self, request: Any) -> None:
-        """Forget a connection that has been answered."""
+        """Remove a connection that has been answered."""
         with self._lock:
             self._open.pop(request, None)
         super().close_request(request)
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """Say nothing: a stranger's broken request is no matter for the terminal."""
+        """Report nothing: a stranger's broken request does not concern the user."""
 
 
 class LocalHandler(BaseHTTPRequestHandler):
-    """Answers requests of the server's own page; a subclass has `answer`."""
+    """Handler of requests from the server's own page; a subclass has `answer`."""
 
-    timeout = PATIENCE
+    timeout = IDLE_TIMEOUT
     max_body = 100_000
-    """Longer requests are refused [bytes]."""
+    """Maximum length of a request [bytes]."""
     policy = "default-src 'none'"
-    """Content security policy of what is served."""
+    """Content security policy of the served page."""
 
     def answer(self, path: str, body: bytes | None) -> tuple[HTTPStatus, str, bytes]:
-        """Status, content type and content for a path; `body` is None for a GET."""
+        """Return status, content type and content for a path; `body` is None for a GET."""
         raise NotImplementedError
 
     def do_GET(self) -> None:
@@ -130,7 +129,7 @@ class LocalHandler(BaseHTTPRequestHandler):
             status, kind, content = self.answer(self.path, body)
         except (OSError, TimeoutError):
             raise
-        except Exception:  # whatever a malformed request may lead to
+        except Exception:  # a malformed request may raise anything
             self.send_error(HTTPStatus.BAD_REQUEST)
             return
         self.send_response(status)
@@ -144,7 +143,7 @@ class LocalHandler(BaseHTTPRequestHandler):
         self.wfile.write(content)
 
     def _is_ours(self) -> bool:
-        """Whether a request names this server, and comes from its own page if from any."""
+        """Return whether a request names this server, and comes from its own page if from any."""
         server = self.server
         assert isinstance(server, LocalServer)
         origin = self.headers.get("Origin")
@@ -159,5 +158,5 @@ class LocalHandler(BaseHTTPRequestHandler):
 def _hang_up(connection: Any) -> None:
     try:
         connection.shutdown(socket.SHUT_RDWR)
-    except OSError:  # it has gone already
+    except OSError:  # the connection is closed already
         return

@@ -1,8 +1,7 @@
-"""What a page that is written or served here may do: nothing but what stands in it.
+"""Content security policy of pages that are written or served here.
 
-A content security policy stops whatever a stranger's file may have brought into a page. Scripts run
-only if they are those of the page itself, which are named by their SHA-256; nothing is loaded from
-anywhere, and nothing can be sent.
+The policy stops anything that a file from a stranger may have brought into a page. Only the page's
+own scripts run, named by their SHA-256; nothing is loaded from anywhere, and nothing can be sent.
 """
 
 from __future__ import annotations
@@ -15,22 +14,22 @@ _SCRIPT = re.compile(r"<script>(.*?)</script>", re.DOTALL)
 
 
 def policy_of(page: str) -> str:
-    """The policy of a page as the element that belongs into its head.
+    """Return the policy of a page as an element for its head.
 
     Parameters
     ----------
-    page : the HTML with its own scripts (``<script>`` without attributes), before anything that
-        comes from files is put into it
+    page : the HTML with its own scripts (``<script>`` without attributes), before any content from
+        files is inserted
     """
     return f'<meta http-equiv="Content-Security-Policy" content="{directives_of(page)}">'
 
 
 def directives_of(page: str, *, connect: bool = False) -> str:
-    """The policy of a page as the header ``Content-Security-Policy`` has it.
+    """Return the policy of a page as the header ``Content-Security-Policy``.
 
     Parameters
     ----------
-    connect : whether its scripts may talk to the server that it came from
+    connect : allow its scripts to contact the server of the page
     """
     digests = (hashlib.sha256(script.encode()).digest() for script in _SCRIPT.findall(page))
     scripts = " ".join(f"'sha256-{base64.b64encode(digest).decode()}'" for digest in digests)

@@ -1,7 +1,7 @@
-"""How tasks, players and trackers of other packages, or of a user's own module, are found by name.
+"""Lookup of tasks, players and trackers by name, in other packages or the user's own modules.
 
-A package declares its objects as entry points of a group, such as `curling.tasks`. What is not
-installed can be given as ``module:object``; the module may lie in the current folder.
+A package declares its objects as entry points of a group, such as `curling.tasks`. Others can be
+given as ``module:object``; the module may be in the current folder.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from curling_env.errors import InputError
 
 
 def plugin_names(group: str) -> list[str]:
-    """Names that installed packages declare in an entry-point group, in alphabetical order."""
+    """Return the names that installed packages declare in an entry-point group, sorted."""
     return sorted({entry.name for entry in importlib.metadata.entry_points(group=group)})
 
 
@@ -30,15 +30,15 @@ def load_plugin(
     built_in: Iterable[str] = (),
     form: str = "module:Class",
 ) -> Any:
-    """The object that a name stands for.
+    """Load the object with a name.
 
     Parameters
     ----------
-    kind : what is looked for, in one word for error messages, such as ``task``
-    group : the entry-point group in which packages declare such objects
+    kind : kind of object in one word for error messages, such as ``task``
+    group : entry-point group of such objects
     name : a declared name, or ``module:object``
-    built_in : further names that the caller knows, to be listed in the message
-    form : how ``module:object`` is written in the message
+    built_in : further names known to the caller, listed in the message
+    form : notation of ``module:object`` in the message
 
     Raises
     ------
@@ -48,23 +48,23 @@ def load_plugin(
     module, colon, attribute = name.partition(":")
     names = ", ".join(sorted({*declared, *built_in}))
     if name not in declared and not (colon and module and attribute):
-        raise InputError(f"no {kind} is named {name[:60]!r}; there are {names}, or give {form}")
+        raise InputError(f"unknown {kind} {name[:60]!r}; expected one of {names}, or {form}")
     try:
         if name in declared:
             return declared[name].load()
-        _let_the_current_folder_be_imported()
+        _allow_imports_from_current_folder()
         return getattr(importlib.import_module(module), attribute)
-    except Exception as error:  # whatever a stranger's module may do
-        hidden = what_hides(declared[name]) if name in declared else None
-        why = hidden or f"{str(error)[:120]} (known by name are {names})"
+    except Exception as error:  # a third-party module may raise anything
+        hidden = shadowed_by(declared[name]) if name in declared else None
+        why = hidden or f"{str(error)[:120]} (known names: {names})"
         raise InputError(f"the {kind} {name[:60]!r} cannot be loaded: {why}") from error
 
 
-def what_hides(entry: importlib.metadata.EntryPoint) -> str | None:
-    """Whether something else stands where an object of this project should be, in one line.
+def shadowed_by(entry: importlib.metadata.EntryPoint) -> str | None:
+    """Return the reason why another object shadows one of this project, in one line.
 
-    A module or folder of the user's may have the name of one of the project's packages, or another
-    distribution may have written its files over it.
+    A module or folder of the user may have the name of one of the project's packages, or another
+    distribution may have overwritten its files.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def what_hides(entry: importlib.metadata.EntryPoint) -> str | None:
 
     Returns
     -------
-    what hides it and what to do; None if nothing does, or if it is not an object of this project
+    the cause and the remedy; None if nothing shadows it, or if it is not an object of this project
     """
     top = entry.module.partition(".")[0]
     ours = _PACKAGES / top
@@ -89,18 +89,20 @@ def what_hides(entry: importlib.metadata.EntryPoint) -> str | None:
     other = next((name for name in writers if name != own), None)
     if other is not None:
         return (
-            f"the distribution {other!r} has a package {top!r} too and was installed over this "
-            "project's; give each an environment of its own"
+            f"the distribution {other!r} also has a package {top!r} and was installed over this "
+            "project's; use separate environments"
         )
     return None
 
 
 _PACKAGES = Path(__file__).parents[2]
-"""Where this project's packages lie side by side, installed or not."""
+"""Folder of this project's packages, installed or not."""
 
 
-def _let_the_current_folder_be_imported() -> None:
-    """Python does so for scripts, but not for an installed command such as `curling`."""
+def _allow_imports_from_current_folder() -> None:
+    """Add the current folder to the import path, as Python does for scripts but not for
+    `curling`.
+    """
     here = str(Path.cwd())
     if here not in sys.path:
-        sys.path.append(here)  # at the end, so that nothing else is hidden
+        sys.path.append(here)  # at the end, so that it shadows nothing

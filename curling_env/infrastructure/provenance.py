@@ -1,7 +1,7 @@
-"""Where a result comes from: the version, the command, its seed, and the files that went in.
+"""Provenance of a result: version, command, seed and input files.
 
-It holds no time and no place: the same inputs and seed give the same bytes, wherever they lie and
-whenever they are asked.
+It has no time and no location: the same inputs and seed give the same bytes anywhere and at any
+time.
 """
 
 from __future__ import annotations
@@ -18,13 +18,13 @@ from typing import Any
 from curling_env.errors import InputError
 
 _TYPED: ContextVar[tuple[str, ...]] = ContextVar("_TYPED", default=())
-_NO_MATTER = ("--output", "--report", "--workers")
-"""Options that change no result: where it goes, and how many processes work on it."""
+_IRRELEVANT_OPTIONS = ("--output", "--report", "--workers")
+"""Options that do not change a result: its destination and the number of processes."""
 
 
 @contextmanager
 def typed(arguments: Sequence[str]) -> Generator[None]:
-    """Remember what was typed after `curling`, for the results of this command."""
+    """Record the words after `curling` for the results of this command."""
     token = _TYPED.set(tuple(arguments))
     try:
         yield
@@ -33,25 +33,25 @@ def typed(arguments: Sequence[str]) -> Generator[None]:
 
 
 def command_name() -> str:
-    """The sub-command that runs; empty where a function was called from Python."""
+    """Return the name of the running sub-command; empty if a function was called from Python."""
     return next((word for word in _TYPED.get() if not word.startswith("-")), "")
 
 
 def provenance(
     inputs: Iterable[str | Path | None] = (), *, seed: int | None = None
 ) -> dict[str, Any]:
-    """Where a result comes from, as ice files and reports hold it.
+    """Return the provenance of a result, as ice files and reports have it.
 
     Parameters
     ----------
-    inputs : files that went in; None, and names that are no files (presets), are passed over
-    seed : seed of all randomness, where there is any
+    inputs : input files; None, and names that are not files (presets), are skipped
+    seed : seed of all randomness, if any
 
     Returns
     -------
-    ``version`` of the package; ``command`` as typed, less the options that change no result and the
-    folders of absolute paths (absent where Python was used); ``seed``; and
-    ``inputs``, each with ``file`` and ``sha256`` (None for what can be read once only, a pipe)
+    ``version`` of the package; ``command`` as typed, without options that do not change the result
+    and without folders of absolute paths (absent if called from Python); ``seed``; and ``inputs``,
+    each with ``file`` and ``sha256`` (None for a pipe, which can be read only once)
 
     Raises
     ------
@@ -60,7 +60,7 @@ def provenance(
     record: dict[str, Any] = {"version": importlib.metadata.version("curling-sheet")}
     arguments = _TYPED.get()
     if arguments:
-        record["command"] = shlex.join(["curling", *_that_matter(arguments)])
+        record["command"] = shlex.join(["curling", *_relevant(arguments)])
     if seed is not None:
         record["seed"] = seed
     files = [Path(name) for name in inputs if name is not None and Path(name).exists()]
@@ -69,7 +69,7 @@ def provenance(
 
 
 def sha256_of(path: Path) -> str | None:
-    """The SHA-256 of a file's bytes; None for a pipe or a device.
+    """Return the SHA-256 of a file's bytes; None for a pipe or a device.
 
     Raises
     ------
@@ -84,17 +84,19 @@ def sha256_of(path: Path) -> str | None:
         raise InputError(f"cannot be read: {error.strerror}", source=path) from error
 
 
-def _that_matter(arguments: Sequence[str]) -> list[str]:
-    """Arguments without the options that change no result, and without absolute folders."""
+def _relevant(arguments: Sequence[str]) -> list[str]:
+    """Return the arguments without options that do not change a result, and without absolute
+    folders.
+    """
     kept: list[str] = []
     left_out = False
     for argument in arguments:
         name, sign, value = argument.partition("=")
         if left_out:
             left_out = False
-        elif argument == "-o" or argument in _NO_MATTER:
+        elif argument == "-o" or argument in _IRRELEVANT_OPTIONS:
             left_out = True
-        elif name in _NO_MATTER or (argument.startswith("-o") and argument[1:2] != "-"):
+        elif name in _IRRELEVANT_OPTIONS or (argument.startswith("-o") and argument[1:2] != "-"):
             continue
         elif sign and name.startswith("--"):
             kept.append(f"{name}={_name_of(value)}")

@@ -8,15 +8,15 @@ import numpy as np
 from curling_env.typing import Flags
 
 QUIET = 2
-"""Empty modules around the code."""
+"""Width of the empty border [modules]."""
 
 
 def qr_code(text: str) -> str:
-    """A QR code in half blocks, dark on light whatever the terminal's colours are.
+    """Return a QR code in half blocks, dark on light for any colours of the terminal.
 
     Parameters
     ----------
-    text : what it says, such as an address
+    text : content, such as an address
     """
     dark = _modules(text)
     if len(dark) % 2:
@@ -30,7 +30,7 @@ def qr_code(text: str) -> str:
 
 
 def qr_outline(text: str) -> tuple[int, str]:
-    """A QR code as an SVG path of unit squares.
+    """Return a QR code as an SVG path of unit squares.
 
     Returns
     -------
@@ -42,5 +42,5 @@ def qr_outline(text: str) -> tuple[int, str]:
 
 
 def _modules(text: str) -> Flags:
-    """One pixel a module, with an empty edge."""
+    """Return one pixel per module, with an empty border."""
     return np.pad(np.asarray(cv2.QRCodeEncoder.create().encode(text)) < 128, QUIET)

@@ -1,4 +1,4 @@
-"""Pieces of work on a Ray cluster; see `curling_env.infrastructure.workers`."""
+"""Execution of independent work on a Ray cluster; see `curling_env.infrastructure.workers`."""
 
 # Ray is optional and comes without complete types.
 # pyright: reportMissingImports=false, reportUnknownMemberType=false, reportMissingTypeStubs=false
@@ -25,13 +25,13 @@ from curling_env.infrastructure.workers import (
     WorkersLostError,
 )
 
-os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # or Ray reports its use to its makers
+os.environ.setdefault("RAY_USAGE_STATS_ENABLED", "0")  # disables Ray's usage reports
 import ray
 from ray.exceptions import NodeDiedError, RayTaskError, WorkerCrashedError
 
 
 class RayExecutor(Executor):
-    """Does pieces on the Ray cluster that this process is connected to."""
+    """Executor on the Ray cluster that this process is connected to."""
 
     def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """See `Executor`."""
@@ -39,15 +39,15 @@ class RayExecutor(Executor):
         ahead = PIECES_PER_WORKER * max(1, int(ray.cluster_resources().get("CPU", 1)))
         source, begun = iter(items), deque[Any]()
         try:
-            # Pieces that have begun when the work is abandoned are left to end by themselves:
-            # cancelling a Ray task that ends at that moment can take this process down.
+            # If the work is abandoned, running pieces are left to finish: cancelling a Ray task
+            # that ends at that moment can crash this process.
             while begun.extend(map(task.remote, islice(source, ahead - len(begun)))) or begun:
                 yield ray.get(begun.popleft())
         except RayTaskError as error:
             raise error.cause from None
         except (WorkerCrashedError, NodeDiedError) as error:
             raise WorkersLostError(
-                f"workers died {MAX_RETRIES + 1} times over the same piece of work"
+                f"workers died {MAX_RETRIES + 1} times on the same piece of work"
             ) from error
 
 
@@ -57,7 +57,7 @@ def cluster(address: str | None) -> Generator[Executor]:
 
     Parameters
     ----------
-    address : of its head; None for the running cluster, or one that is started on this machine
+    address : of its head; None for the running cluster, or one started on this machine
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""The standard streams of the process, made safe to write to."""
+"""Safe standard streams of the process."""
 
 from __future__ import annotations
 
@@ -13,10 +13,11 @@ from contextlib import contextmanager, suppress
 
 
 def open_streams() -> None:
-    """Redirect a closed stdin, stdout or stderr to the null device, and let stdout show any letter.
+    """Redirect a closed stdin, stdout or stderr to the null device, and let stdout show any
+    character.
 
     A shell can close them (``>&-``). The next file that is opened would get their descriptor, and
-    printed text would go into it. A letter that stdout cannot encode is shown as its number.
+    printed text would go into it. A character that stdout cannot encode is shown as its number.
     """
     for number, name in enumerate(("stdin", "stdout", "stderr")):
         try:
@@ -35,7 +36,7 @@ def open_streams() -> None:
 
 
 class _Terminal(io.TextIOWrapper):
-    """A stream for remarks: a full disk behind it stops no work."""
+    """Stream for remarks: a full disk behind it stops no work."""
 
     def write(self, text: str, /) -> int:
         """Write a text, or discard it and all later ones."""
@@ -49,12 +50,12 @@ class _Terminal(io.TextIOWrapper):
 
 
 @contextmanager
-def only_our_words() -> Generator[None]:
+def silenced_libraries() -> Generator[None]:
     """Silence libraries on stderr; `sys.stderr` still reaches the terminal.
 
     libpng, FFmpeg, OpenCV and Ray write to the process's stderr themselves, and NumPy warns. With
-    CURLING_TRACEBACK set all of that is shown. Worker processes inherit the silence, and so hold no
-    pipe to the reader of our stderr.
+    CURLING_TRACEBACK set, all of this is shown. Worker processes inherit the silence, and so hold
+    no pipe to the reader of our stderr.
     """
     try:
         ours = sys.stderr.fileno() == 2 and not os.environ.get("CURLING_TRACEBACK")
@@ -66,7 +67,7 @@ def only_our_words() -> Generator[None]:
         return
     before, was_disabled = sys.stderr, logging.root.manager.disable
     before.flush()
-    # Line by line, and whatever a file's name may hold can be printed.
+    # Line-buffered, and any characters of file names can be printed.
     sys.stderr = _Terminal(
         os.fdopen(terminal, "wb"), encoding=before.encoding, errors="replace", line_buffering=True
     )

@@ -1,4 +1,4 @@
-"""Threads of the libraries for linear algebra, which are many by themselves."""
+"""Threads of linear-algebra libraries, which start many by default."""
 
 # pyright: reportMissingTypeStubs=false
 
@@ -13,10 +13,10 @@ LIMITS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "VECLIB_
 
 
 def one_thread() -> None:
-    """Let linear algebra in this process use one thread, also in libraries that are loaded later.
+    """Limit linear algebra in this process to one thread, also in libraries that are loaded later.
 
-    Our matrices are small: more threads wait for each other longer than they work, and take the
-    cores from the processes beside this one.
+    Our matrices are small: more threads mostly wait for each other, and take the cores from other
+    processes.
     """
     for name in LIMITS:
         os.environ[name] = "1"

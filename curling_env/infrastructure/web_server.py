@@ -1,4 +1,4 @@
-"""Serves a web application in an event loop in which other things go on.
+"""Web server for an application in an event loop that also runs other tasks.
 
 Needs uvicorn and Starlette, of the extras `digital-curling` and `app`; for WebSockets also the
 library of that name, of the first of these.
@@ -21,25 +21,25 @@ from starlette.types import ASGIApp
 from curling_env.errors import InputError
 
 MAX_CONNECTIONS = 64
-"""Connections at one time."""
+"""Maximum number of simultaneous connections."""
 MAX_MESSAGE = 64 * 1024
-"""Longest message over a WebSocket [bytes]."""
-GOODBYE = 3
-"""Time that open answers have when the server ends [s]."""
+"""Maximum length of a message over a WebSocket [bytes]."""
+SHUTDOWN_GRACE = 3
+"""Time for open answers to finish when the server ends [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Certificate:
-    """What a server proves its name with.
+    """Certificate and key of a server.
 
     Parameters
     ----------
-    certificate : file of the certificate and of those that lead to a known authority, PEM
-    key : file of its private key, PEM, without a passphrase; None where the first file has it
+    certificate : file of the certificate and its chain up to a known authority, PEM
+    key : file of its private key, PEM, without a passphrase; None if the first file has it
 
     Raises
     ------
-    InputError : a file that is missing or none, or a key that does not belong to the certificate
+    InputError : a file that is missing or unreadable, or a key that does not match the certificate
     """
 
     certificate: Path
@@ -56,15 +56,15 @@ class Certificate:
 
         def passphrase() -> str:
             questions.append("passphrase")
-            return ""  # without an answer OpenSSL would ask at the terminal
+            return ""  # otherwise OpenSSL would ask at the terminal
 
         context = ssl.SSLContext(ssl.PROTOCOL_TLS_SERVER)
         try:
             context.load_cert_chain(self.certificate, self.key, password=passphrase)
         except (ssl.SSLError, OSError, ValueError) as error:
-            problem = "expected a certificate and its private key, in PEM form"
+            problem = "expected a certificate and its private key in PEM format"
             if questions:
-                problem = "its private key has a passphrase: give a key without one"
+                problem = "its private key has a passphrase; expected a key without one"
             elif "MISMATCH" in (getattr(error, "reason", "") or ""):
                 problem = "does not belong to the private key"
             raise InputError(problem, source=self.certificate) from error
@@ -73,25 +73,25 @@ class Certificate:
 class _Server(uvicorn.Server):
     @contextmanager
     def capture_signals(self) -> Generator[None]:
-        """Leave signals to the command, which ends what goes on and then this server."""
+        """Leave signals to the command, which ends the work and then this server."""
         yield
 
 
 def listening(address: str, port: int) -> socket.socket:
-    """An open port: whoever asks there waits until it is served.
+    """Open a port; clients that connect wait until it is served.
 
     Parameters
     ----------
-    address, port : where; port 0 takes any free one
+    address, port : address to bind; port 0 takes any free one
 
     Raises
     ------
-    InputError : the port is taken, or the address is none of this machine's
+    InputError : the port is taken, or the address is not one of this machine's
     """
     try:
         return socket.create_server((address, port))
     except OSError as error:
-        reason = f"cannot listen there: {(error.strerror or str(error)).lower()}"
+        reason = f"cannot listen on this address: {(error.strerror or str(error)).lower()}"
         raise InputError(reason, source=f"{address}:{port}") from error
 
 
@@ -99,12 +99,12 @@ def listening(address: str, port: int) -> socket.socket:
 async def serving(
     application: ASGIApp, listener: socket.socket, *, certificate: Certificate | None = None
 ) -> AsyncGenerator[int]:
-    """Serve an application while something else goes on; gives the number of its port.
+    """Serve an application while other tasks run, and provide its port number.
 
     Parameters
     ----------
-    application : what is served
-    listener : an open port, see `listening`; it is closed in the end
+    application : the application to serve
+    listener : an open port, see `listening`; it is closed at the end
     certificate : serves https with it; None for http
     """
     server = _Server(
@@ -120,7 +120,7 @@ async def serving(
             access_log=False,
             server_header=False,
             limit_concurrency=MAX_CONNECTIONS,
-            timeout_graceful_shutdown=GOODBYE,
+            timeout_graceful_shutdown=SHUTDOWN_GRACE,
         )
     )
     running = asyncio.create_task(server.serve(sockets=[listener]))

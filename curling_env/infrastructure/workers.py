@@ -1,7 +1,7 @@
 """Independent pieces of work, done in this process or in local processes.
 
-Results come in the order of the items, and a piece whose worker was killed is done again by
-another. Work that depends only on its item gives the same numbers on any number of workers.
+Results come in the order of the items, and a piece whose worker was killed is repeated by another.
+Work that depends only on its item gives the same numbers on any number of workers.
 """
 
 from __future__ import annotations
@@ -24,17 +24,17 @@ Piece = TypeVar("Piece")
 Output = TypeVar("Output")
 
 MAX_RETRIES = 3
-"""Number of times that a piece is done again after its worker was lost."""
+"""Maximum number of repeats of a piece after its worker was lost."""
 PIECES_PER_WORKER = 4
 """Pieces handed out per worker at a time, so that no worker waits."""
 
 
 class WorkersLostError(CurlingError):
-    """Workers died repeatedly over the same piece of work."""
+    """Workers died repeatedly on the same piece of work."""
 
 
 class Executor:
-    """Does one piece after the other in this process."""
+    """Executor that does one piece after the other in this process."""
 
     def map(self, work: Callable[[Piece], Output], items: Iterable[Piece]) -> Iterator[Output]:
         """Return the results of the work on each item, in the order of the items.
@@ -46,16 +46,15 @@ class Executor:
 
         Raises
         ------
-        WorkersLostError : workers died repeatedly over the same piece
+        WorkersLostError : workers died repeatedly on the same piece
         """
         return map(work, items)
 
 
 class ProcessExecutor(Executor):
-    """Does pieces in local processes.
+    """Executor in local processes.
 
-    They are spawned, not forked: a fork of a process that holds numba's and OpenCV's threads may
-    hang.
+    They are spawned, not forked: a fork of a process with numba's and OpenCV's threads may hang.
 
     Parameters
     ----------
@@ -73,7 +72,7 @@ class ProcessExecutor(Executor):
                 self._count, mp_context=get_context("spawn"), initializer=begin_worker
             )
             try:
-                # After a loss these are the pieces that the lost pool had begun.
+                # After a loss these are the pieces that the lost pool had started.
                 results = deque[Future[Output]](pool.submit(work, item) for item in begun)
                 while True:
                     for item in islice(source, PIECES_PER_WORKER * self._count - len(begun)):
@@ -90,16 +89,16 @@ class ProcessExecutor(Executor):
             finally:
                 pool.shutdown(cancel_futures=True)
         raise WorkersLostError(
-            f"workers died {losses} times over the same piece of work; it may need more memory "
-            "than there is"
+            f"workers died {losses} times on the same piece of work; it may need more memory "
+            "than available"
         )
 
 
 def begin_worker() -> None:
-    """Make this worker process end with its parent, take one core, and hold nothing else.
+    """Make this worker process end with its parent, use one core, and hold no other resources.
 
-    A parent that was killed cannot end its workers. They notice that it is gone, also while they
-    work. Their output has no reader: a process that reads the parent's output would wait for their
+    A killed parent cannot end its workers. They notice that it is gone, also while they work. Their
+    output has no reader: a process that reads the parent's output would otherwise wait for their
     end too.
     """
     parent = parent_process()

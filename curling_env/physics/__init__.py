@@ -5,7 +5,7 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        ".analysis.swept_draw": ("sweeping_gain",),  # its documented place before
+        ".analysis.swept_draw": ("sweeping_gain",),  # formerly documented there
         "aim": ("Aim",),
         "batch": (
             "BatchEngine",

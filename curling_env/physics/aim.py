@@ -1,7 +1,7 @@
-"""Aiming: the throw that comes to rest at a point of the empty sheet, or runs over it.
+"""Aiming: the throw that comes to rest at a point of the empty sheet, or passes over it.
 
-A table of straight throws tells how far each speed carries and how much the stone curls on its way.
-A few corrections with the slopes of that table then land within a millimetre.
+A table of straight throws has the distance and the curl for each speed. A few corrections with the
+slopes of that table then reach the point within a millimetre.
 """
 
 from __future__ import annotations
@@ -32,19 +32,20 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
 
 _TEE = np.array([0.0, TEE_Y])
-MOST_DRAWS = 1_000
-"""Number of draws that an aim keeps."""
+MAX_CACHED_DRAWS = 1_000
+"""Number of draws that an aim caches."""
 
 
 class Aim:
-    """Finds throws towards one end of one ice; positions are in the delivery frame.
+    """Search for throws towards one end of one ice; positions are in the delivery frame.
 
     Parameters
     ----------
-    ice : the ice that the thrower believes in
-    clock, order, stone : of the throws in their session, for effects that depend on them
-    tolerance : how far a rest may be off on the roughest ice [m]
-    delivery : where throws begin, and the fastest
+    ice : ice that the thrower believes in
+    clock, order, stone : clock, order and stone of the throws in their session, for effects that
+        depend on them
+    tolerance : maximum error of a rest on the roughest ice [m]
+    delivery : start and maximum speed of throws
 
     Raises
     ------
@@ -82,29 +83,31 @@ class Aim:
         return self._again, ()
 
     def rest(self, throw: Throw) -> tuple[float, float] | None:
-        """Place where a throw comes to rest, delivery frame [m]; None if it never stops."""
+        """Return the place of rest of a throw, delivery frame [m]; None if it never stops."""
         end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, NO_BOUNDS)
         return None if end == NEVER_STOPS else (x, y)
 
     def draw(self, x: float, y: float, spin: float) -> Throw | None:
-        """The throw that comes to rest at (x, y) with this spin, or None if none was found.
+        """Return the throw that comes to rest at (x, y) with this spin, or None if none was found.
 
-        It is kept: players draw to the same places again and again.
+        It is cached: players draw to the same places repeatedly.
         """
         place = x, y, spin
         if place not in self._draws:
-            if len(self._draws) >= MOST_DRAWS:
+            if len(self._draws) >= MAX_CACHED_DRAWS:
                 self._draws.clear()
             self._draws[place] = self._find(x, y, spin)
         return self._draws[place]
 
     def draw_weight(self, spin: float = 0.0, *, y: float = 0.0) -> float | None:
-        """Speed at which a throw straight ahead comes to rest level with y, or None [m/s]."""
+        """Return the speed at which a straight throw comes to rest level with y, or None [m/s]."""
         throw = self._find(None, y, spin, on_target=0.1 * ON_TARGET)
         return None if throw is None else throw.speed
 
     def through(self, x: float, y: float, speed: float, spin: float) -> Throw | None:
-        """The throw of this weight that runs over (x, y), or None if it does not get there."""
+        """Return the throw of this weight that passes over (x, y), or None if it does not reach
+        it.
+        """
         return self._find(x, y, spin, weight=speed)
 
     def _find(
@@ -116,9 +119,10 @@ class Aim:
         weight: float | None = None,
         on_target: float = ON_TARGET,
     ) -> Throw | None:
-        """The throw that rests at (x, y), or runs over it with a given weight; None if none does.
+        """Return the throw that rests at (x, y), or passes over it with a given weight; None if
+        none does.
 
-        Without x it is the throw straight ahead that rests level with y.
+        Without x it is the straight throw that rests level with y.
         """
         distance = y - self._start_y
         if weight is None:
@@ -150,7 +154,7 @@ class Aim:
         return None
 
     def path_clears(self, throw: Throw, stones: Floats, *, until: float) -> bool:
-        """Tell if a throw runs as far as y = until [m], or to rest, without touching a stone.
+        """Return whether a throw reaches y = until [m], or rests, without touching a stone.
 
         The centres of the stones are (k, 2), delivery frame [m].
         """
@@ -159,13 +163,13 @@ class Aim:
         return end != CONTACT
 
     def _bounds_until(self, y: float) -> Floats:
-        """Bounds that a stone leaves once it gets as far as y."""
+        """Return bounds that end a slide at y."""
         bounds = NO_BOUNDS.copy()
         bounds[3 if self._d > 0 else 2] = self._d * (y + TEE_Y)
         return bounds
 
     def _table(self, spin: float) -> Floats:
-        """Rows of speed, distance carried, sideways drift and metres per m/s, by speed."""
+        """Return rows of speed, distance, sideways drift and metres per m/s, by speed."""
         if spin not in self._tables:
             rows: list[tuple[float, float, float]] = []
             speed = 0.05
@@ -191,7 +195,7 @@ class Aim:
         bounds: Floats,
         obstacles: Floats = NO_OBSTACLES,
     ) -> tuple[int, float, float]:
-        """The end of a slide, and its place in the delivery frame [m]."""
+        """Return the end of a slide, and its place in the delivery frame [m]."""
         d, work = self._d, self._work
         along, left = d * speed * cos(angle), d * speed * sin(angle)
         state = work.states[2]

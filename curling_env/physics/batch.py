@@ -1,37 +1,37 @@
-"""Very many throws: lone stones by the thousand, or throws into positions of up to 16 stones.
+"""Batches of throws: lone stones by the thousand, or throws into positions of up to 16 stones.
 
 The law and the steps are those of a single stone, called from compiled loops. Throws do not depend
-on each other, so the result is the same to the last bit on any number of threads.
+on each other, so the result is the same bit for bit on any number of threads.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass
-from functools import partial
-from typing import Any
+from dataclasses import dataclass, replace
+from functools import cached_property, partial
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from curling_env.errors import InputError
-from curling_env.ice import Ice
+from curling_env.ice import FrictionMap, Ice
 from curling_env.physics.compiled import compiled, inlined
 from curling_env.physics.contacts import GONE, ContactLaw, contact_law
 from curling_env.physics.events import MOVING, REST, PlayWorkspace, new_play_workspace, play
 from curling_env.physics.integrator import ThrowTimes, integrate
-from curling_env.physics.law import Law, compile_law
+from curling_env.physics.law import Law, Laws, compile_law, law_among
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.refusals import refuse_impossible
+from curling_env.physics.refusals import refuse_impossible_positions
 from curling_env.physics.slides import USUAL_NODES, edge_bounds
 from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import Workspace, new_workspace
 from curling_env.physics.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.tuning import MAX_TIME, QUICK_TOLERANCE
 from curling_env.throw import Release
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats
 
 RELEASE_FIELDS = (
     *("x", "y", "vx", "vy", "theta", "omega", "stone", "clock", "order"),
@@ -42,8 +42,80 @@ RELEASE_DTYPE = np.dtype([(name, np.float64) for name in RELEASE_FIELDS])
 """One release as an element of a structured array, numbers only."""
 _STONE, _CLOCK, _ORDER, _SWEEP, _SWEEP_END = range(6, 11)
 MIN_CHUNK = 256
-"""Least number of throws that a thread takes at a time."""
+"""Minimum number of throws per thread and turn."""
 MOST_STONES = 16
+
+
+class IceFamily:
+    """Ices like one of them, with separate maps and an effect of another strength.
+
+    Parameters
+    ----------
+    base : ice with everything in common
+    effect : name of the effect; if the base lacks it, only maps differ
+    """
+
+    def __init__(self, base: Ice, effect: str) -> None:
+        self.base, self.effect = base, effect
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        # The law contains addresses of this process.
+        return IceFamily, (self.base, self.effect)
+
+    def at(self, factor: float) -> Ice:
+        """Return the base with the effect's strength multiplied by a factor."""
+        effects = tuple(
+            replace(one, parameters={**one.parameters, "strength": factor * strength})
+            if one.name == self.effect and (strength := one.parameters.get("strength"))
+            else one
+            for one in self.base.effects
+        )
+        return replace(self.base, effects=effects)
+
+    @cached_property
+    def law(self) -> Law:
+        """Return the law of the base."""
+        return compile_law(self.base)
+
+    @cached_property
+    def of_effect(self) -> Flags:
+        """Return the mask of the law's parameters that are strengths of the effect."""
+        return compile_law(self.at(0.5)).theta != self.law.theta
+
+
+class IceVariants(NamedTuple):
+    """Ices of one family, on which throws are simulated together.
+
+    Parameters
+    ----------
+    family : their common family
+    mu : (n, rows, columns) friction of each
+    factors : (n,) strength of the effect on each, over that on the base
+    """
+
+    family: IceFamily
+    mu: Floats
+    factors: Floats
+
+    def ice(self, k: int) -> Ice:
+        """Return the k-th ice."""
+        mu = self.mu[k].copy()
+        observed = np.ones(mu.shape, dtype=np.bool_)
+        friction = FrictionMap(mu=mu, sigma=np.zeros_like(mu), observed=observed)
+        return replace(self.family.at(float(self.factors[k])), friction=friction)
+
+    @property
+    def laws(self) -> Laws:
+        """Return the law of each."""
+        law, mu = self.family.law, self.mu
+        patterned = bool((mu != mu[:, :1, :1]).any())
+        theta = np.where(self.family.of_effect, law.theta * self.factors[:, None], law.theta)
+        return Laws(law._replace(patterned=patterned, bilinear=True), mu, theta)
+
+
+def _laws_of(ice: Ice, *, tabulated: bool = False) -> Laws:
+    law = compile_law(ice, tabulated=tabulated)
+    return Laws(law, law.mu[None], law.theta[None])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,11 +145,11 @@ class Positions:
     Parameters
     ----------
     xy : (n, k + 1, 2) centres afterwards, the thrown stone last; NaN for a stone that left play or
-        was never there [m]
+        was absent [m]
     last : (n, k + 1, 2) the same, but with the place where a stone left play [m]
     theta : (n, k + 1) headings [rad]
     time : (n,) time from release until all rest [s]
-    collisions : (n,) number of contacts that pushed; -1 where the stones do not come to rest
+    collisions : (n,) number of contacts that pushed; -1 if the stones do not come to rest
     """
 
     xy: Floats
@@ -88,13 +160,15 @@ class Positions:
 
 
 def release_table(releases: Sequence[Release]) -> NDArray[Any]:
-    """Releases as a structured array of RELEASE_DTYPE, (n,)."""
+    """Return releases as a structured array of RELEASE_DTYPE, (n,)."""
     rows = [tuple(getattr(release, name) for name in RELEASE_FIELDS) for release in releases]
     return np.array(rows, dtype=RELEASE_DTYPE)
 
 
 def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
-    """(n, 11) view of a table of releases; refuses other dtypes and numbers that are not finite."""
+    """Return an (n, 11) view of a table of releases; refuse other dtypes and infinite numbers or
+    NaN.
+    """
     table = releases if isinstance(releases, np.ndarray) else release_table(releases)
     if table.dtype != RELEASE_DTYPE or table.ndim != 1:
         raise InputError(
@@ -104,13 +178,13 @@ def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
     rows = np.ascontiguousarray(table).view(np.float64).reshape(-1, len(RELEASE_FIELDS))
     if not np.isfinite(rows).all():
         bad = int(np.flatnonzero(~np.isfinite(rows).all(axis=1))[0])
-        raise InputError("a release must hold finite numbers", where=f"release {bad}")
+        raise InputError("a release must have finite numbers", where=f"release {bad}")
     return rows
 
 
 @inlined
 def _release(row: Any, state: Any, motion: Any) -> ThrowTimes:
-    """Give a stone the state and the order of a release; return the times of the throw."""
+    """Set the state and the order of a stone from a release; return the times of the throw."""
     for c in range(6):
         state[c] = row[c]
     motion[ORDER] = row[_ORDER]
@@ -119,7 +193,8 @@ def _release(row: Any, state: Any, motion: Any) -> ThrowTimes:
 
 @compiled
 def _slide_all(
-    law: Law,
+    laws: Laws,
+    which: Any,
     rows: Any,
     chosen: Any,
     limits: Limits,
@@ -129,11 +204,11 @@ def _slide_all(
     nodes: Any,
     work: Workspace,
 ) -> int:
-    """Slide a stone for each chosen row; fill in its place in the arrays of `Rests`.
+    """Slide a stone for each chosen row, by law `which`; fill in its place in `Rests`' arrays.
 
     Returns
     -------
-    most nodes of a path: more than there is room for in `nodes` where paths are to be filled again
+    largest number of nodes of a path; if it exceeds `nodes`, the paths must be filled again
     """
     most = 0
     x, y, theta, time, end, paths = rests
@@ -141,6 +216,7 @@ def _slide_all(
     for i in chosen:
         delivery = _release(rows[i], state, motion)
         motion[STONE] = rows[i, _STONE]
+        law = law_among(laws, which[i])
         end[i], time[i], length = integrate(law, motion, delivery, limits, nodes, 0.0, work)
         x[i] = state[State.X]
         y[i] = state[State.Y]
@@ -157,7 +233,7 @@ def _slide_all(
 
 
 def throw_batch(
-    ice: Ice | Sequence[Ice],
+    ice: Ice | IceVariants | Sequence[Ice],
     releases: NDArray[Any] | Sequence[Release],
     *,
     which: NDArray[np.intp] | None = None,
@@ -167,41 +243,49 @@ def throw_batch(
     tolerance: float = QUICK_TOLERANCE,
     workers: int = 1,
 ) -> Rests:
-    """Slide very many lone stones.
+    """Slide many lone stones.
 
     Parameters
     ----------
-    ice : one ice for all throws, or several
+    ice : one ice for all throws, or several; `IceVariants` are simulated together
     releases : structured array of RELEASE_DTYPE, or `Release`s
-    which : (n,) index of the ice of each throw, where several are given. To throw all on every ice,
+    which : (n,) index of the ice of each throw, if several are given. To throw all on every ice,
         give ``np.repeat(np.arange(len(ices)), n)`` and tiled releases
     bounds : (4,) x_min, x_max, y_min, y_max of centres that end a throw; the edges of the ice by
         default
     fps : samples per second of the paths; without it no paths are kept
-    longest : length of the paths that are kept [s]
-    tolerance : how far a rest may be off on the roughest ice, as in `slide` [m]
+    longest : maximum duration of the kept paths [s]
+    tolerance : maximum error of a rest on the roughest ice, as in `slide` [m]
     workers : number of threads
 
     Raises
     ------
-    InputError : releases that are none, or an index without an ice
+    InputError : invalid releases, or an index without an ice
     """
     rows = _as_rows(releases)
     n = len(rows)
-    ices = [ice] if isinstance(ice, Ice) else list(ice)
+    ices = [ice] if isinstance(ice, Ice) else ice
+    count = len(ices.mu) if isinstance(ices, IceVariants) else len(ices)
     index = np.zeros(n, dtype=np.intp) if which is None else np.asarray(which)
-    if index.shape != (n,) or (n and not 0 <= index.min() <= index.max() < len(ices)):
-        raise InputError(f"expected for each of {n} releases the index of one of {len(ices)} ices")
+    if index.shape != (n,) or (n and not 0 <= index.min() <= index.max() < count):
+        raise InputError(f"expected the index of one of {count} ices for each of {n} releases")
     x, y, theta, time = (np.empty(n) for _ in range(4))
     end = np.empty(n, dtype=np.int8)
     paths = np.empty((n, int(min(longest, MAX_TIME) * fps) + 1 if fps else 0, 3))
 
-    def slide_some(law: Law, limits: Limits, chosen: NDArray[np.intp], part: slice) -> None:
+    def slide_some(
+        laws: Laws,
+        of_law: NDArray[np.intp],
+        limits: Limits,
+        chosen: NDArray[np.intp],
+        part: slice,
+    ) -> None:
         room, most = -1, USUAL_NODES if fps else 0
         while most > room:
             room = most
             most = _slide_all(
-                law,
+                laws,
+                of_law,
                 rows,
                 chosen[part],
                 limits,
@@ -212,15 +296,20 @@ def throw_batch(
                 new_workspace(tolerance),
             )
 
-    for k, surface in enumerate(ices):
-        limits = Limits(edge_bounds(surface) if bounds is None else bounds, NO_OBSTACLES, 0.0)
-        chosen = np.flatnonzero(index == k)
-        _share(partial(slide_some, compile_law(surface), limits, chosen), len(chosen), workers)
+    def slide(base: Ice, laws: Laws, of_law: NDArray[np.intp], chosen: NDArray[np.intp]) -> None:
+        limits = Limits(edge_bounds(base) if bounds is None else bounds, NO_OBSTACLES, 0.0)
+        _share(partial(slide_some, laws, of_law, limits, chosen), len(chosen), workers)
+
+    if isinstance(ices, IceVariants):
+        slide(ices.family.base, ices.laws, index, np.arange(n))
+    else:
+        for k, surface in enumerate(ices):
+            slide(surface, _laws_of(surface), np.zeros_like(index), np.flatnonzero(index == k))
     return Rests(x=x, y=y, theta=theta, time=time, end=end, paths=paths if fps else None)
 
 
 def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
-    """Do the work on slices that cover n items, on a number of threads."""
+    """Run the work on slices that cover n items, on a number of threads."""
     if workers <= 1:
         if n:
             work(slice(0, n))
@@ -232,7 +321,8 @@ def _share(work: Callable[[slice], None], n: int, workers: int) -> None:
 
 @compiled
 def _play_all(
-    law: Law,
+    laws: Laws,
+    which: Any,
     contact: ContactLaw,
     rows: Any,
     before: Any,
@@ -252,6 +342,7 @@ def _play_all(
         delivery = _release(rows[i], position.stones[k], position.motion)
         position.status[k] = MOVING
         position.identity[k] = rows[i, _STONE]
+        law = law_among(laws, which[i])
         time[i], collisions[i] = play(law, contact, position, usual, approach, delivery, bounds)
         for s in range(k + 1):
             stone, here = position.stones[s], position.status[s] != GONE
@@ -262,13 +353,13 @@ def _play_all(
 
 
 class BatchEngine:
-    """Throws a stone into each of many positions on one ice. Each thread needs one of its own.
+    """Engine that throws a stone into each of many positions. Each thread needs its own.
 
     Parameters
     ----------
-    ice : the ice of all throws
-    tolerance : how far the rest of a lone stone may be off on the roughest ice [m]
-    tabulated : whether the law is read from a table, for thousands of throws on one ice; see
+    ice : the ice of all throws, or `IceVariants`
+    tolerance : maximum error of a lone stone's rest on the roughest ice [m]
+    tabulated : read the law from a table, for thousands of throws on one ice; see
         `physics.law_table`
 
     Raises
@@ -277,29 +368,41 @@ class BatchEngine:
     """
 
     def __init__(
-        self, ice: Ice, *, tolerance: float = QUICK_TOLERANCE, tabulated: bool = False
+        self,
+        ice: Ice | IceVariants,
+        *,
+        tolerance: float = QUICK_TOLERANCE,
+        tabulated: bool = False,
     ) -> None:
-        self.ice = ice
+        varied = isinstance(ice, IceVariants)
+        self.ice, self._given = ice.family.base if varied else ice, ice
         self._settings = {"tolerance": tolerance, "tabulated": tabulated}
-        self._law = compile_law(ice, tabulated=tabulated)
-        self._contact = contact_law(ice.stone)
+        self._laws = ice.laws if varied else _laws_of(ice, tabulated=tabulated)
+        self._contact = contact_law(self.ice.stone)
         self._workspaces: dict[int, tuple[PlayWorkspace, Workspace, Workspace]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The law holds addresses of this process.
-        return partial(BatchEngine, self.ice, **self._settings), ()
+        # The law contains addresses of this process.
+        return partial(BatchEngine, self._given, **self._settings), ()
 
     def play(
         self,
         stones: Floats,
         releases: NDArray[Any] | Sequence[Release],
         *,
+        which: NDArray[np.intp] | None = None,
         identity: Sequence[int] | None = None,
         bounds: Floats | None = None,
         workers: int = 1,
     ) -> Positions:
-        """Throw a stone into each of many positions; parameters and errors as in `play_batch`."""
+        """Throw a stone into each of many positions; parameters and errors as in `play_batch`.
+
+        Parameters
+        ----------
+        which : (n,) index of the ice of each throw among `IceVariants`
+        """
         rows = _as_rows(releases)
+        of_law = np.zeros(len(rows), dtype=np.intp) if which is None else np.asarray(which)
         stones = np.ascontiguousarray(stones, dtype=np.float64)
         n = len(rows)
         if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
@@ -307,23 +410,24 @@ class BatchEngine:
         k = stones.shape[1]
         if k + 1 > MOST_STONES:
             raise InputError(
-                f"a position holds at most {MOST_STONES} stones, got {k} and the thrown"
+                f"expected at most {MOST_STONES} stones in a position, got {k} and the thrown one"
             )
         limits = edge_bounds(self.ice) if bounds is None else bounds
         all_stones = np.concatenate([stones, rows[:, None, : State.Y + 1]], axis=1)
         inside = "the bounds of the ice"
-        refuse_impossible(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
+        refuse_impossible_positions(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
         after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
         time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 
         def play_some(part: slice) -> None:
-            # A thread that finds the kept arrays taken makes its own.
+            # A thread that finds the cached arrays in use makes its own.
             kept = self._workspaces.pop(k + 1, None)
             if kept is None:
                 kept = new_play_workspace(self.ice, k + 1, self._settings["tolerance"])
             kept[0].identity[:k] = 0.0 if identity is None else identity
             _play_all(
-                self._law,
+                self._laws,
+                of_law[part],
                 self._contact,
                 rows[part],
                 stones[part],
@@ -348,12 +452,12 @@ def play_batch(
     tabulated: bool = False,
     workers: int = 1,
 ) -> Positions:
-    """Throw a stone into each of many positions, once; `BatchEngine` does so again and again.
+    """Throw a stone into each of many positions, once; use `BatchEngine` for repeated calls.
 
     Parameters
     ----------
     ice, tolerance, tabulated : as in `BatchEngine`
-    stones : (n, k, 2) centres of resting stones, sheet frame; NaN where a position has fewer [m]
+    stones : (n, k, 2) centres of resting stones, sheet frame; NaN if a position has fewer [m]
     releases : n releases, as in `throw_batch`
     identity : (k,) identifiers of the resting stones, for effects that depend on them; 0 by default
     bounds : (4,) x_min, x_max, y_min, y_max of centres in play; the edges of the ice by default
@@ -361,8 +465,8 @@ def play_batch(
 
     Raises
     ------
-    InputError : shapes that do not fit, more than sixteen stones, stones outside the bounds or that
-        overlap, a release that is not finite or within a stone
+    InputError : shapes that do not fit, more than sixteen stones, stones outside the bounds or
+        overlapping, a release that is not finite or within a stone
     """
     engine = BatchEngine(ice, tolerance=tolerance, tabulated=tabulated)
     return engine.play(stones, releases, identity=identity, bounds=bounds, workers=workers)

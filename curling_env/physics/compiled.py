@@ -1,7 +1,7 @@
-"""The compilation of kernels, the place of their machine code, and a logarithm and exponential.
+"""Compilation of kernels, the location of their machine code, and a logarithm and exponential.
 
-numba compiles them and keeps the machine code on disk (`infrastructure.kernel_cache`), so that a
-second start compiles nothing. A kernel may call others of the physics and of its own folder. The
+numba compiles them and stores the machine code on disk (`infrastructure.kernel_cache`), so that a
+second start compiles nothing. A kernel may call others of the physics and of its folder. The
 name of its cache folder is therefore a digest of all those sources, so that a change in any of them
 compiles it again.
 
@@ -41,10 +41,10 @@ _PHYSICS = Path(__file__).parent
 
 @cache
 def _cache_folder(folder: Path) -> Path:
-    """The folder for the machine code of kernels whose source stands in a given folder.
+    """Return the folder for the machine code of kernels with sources in a given folder.
 
-    Its name is a digest of all sources that such a kernel may be made of: the physics, its own
-    folder, and whatever else of its package holds kernels.
+    Its name is a digest of all sources of such a kernel: the physics, its own folder, and other
+    kernels of its package.
     """
     sources = set(_PHYSICS.rglob("*.py"))
     if not folder.is_relative_to(_PHYSICS):
@@ -62,23 +62,25 @@ def _cache_folder(folder: Path) -> Path:
     try:
         home = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache")
     except RuntimeError:  # a user without a home
-        home = Path(os.devnull)  # in which nothing can be kept
+        home = Path(os.devnull)  # not writable
     chosen = os.environ.get("NUMBA_CACHE_DIR")
     return (Path(chosen) if chosen else home / "curling-sheet") / content.hexdigest()[:16]
 
 
 CACHE_FOLDER = _cache_folder(_PHYSICS)
-"""The folder for the machine code of the physics' own kernels."""
+"""Folder for the machine code of the physics' own kernels."""
 
 
 def _cache_of(function: Callable[..., Any]) -> Any:
-    """The cache of what is compiled from a function; a function without a file is not kept."""
+    """Return the cache of a compiled function; a function without a file is not cached."""
     file = Path(function.__code__.co_filename)
     return KernelCache(function, _cache_folder(file.parent)) if file.exists() else NullCache()
 
 
 class _Compilation(event.Listener):
-    """No search for garbage while numba compiles, which makes many objects and little garbage."""
+    """Pause of garbage collection while numba compiles, which makes many objects and little
+    garbage.
+    """
 
     def __init__(self) -> None:
         self._depth = 0
@@ -106,7 +108,7 @@ def _njit(function: Callable[..., Any], fastmath: bool | Set[str], **options: An
 
 
 FUSED = frozenset({"contract"})
-"""Arithmetic in the written order, in which a product and a sum may be rounded once."""
+"""Flags for arithmetic in the written order, in which a product and a sum may be rounded once."""
 
 
 def compiled(
@@ -115,29 +117,28 @@ def compiled(
     allocates: bool = False,
     fastmath: bool | Set[str] = FUSED,
 ) -> Any:
-    """Compile a pure numeric function at its first call and keep the machine code.
+    """Compile a pure numeric function at its first call and cache the machine code.
 
-    It may call compiled functions of the physics and of the folder it stands in. Results have the
-    same bits on one machine, whatever its load. The interpreter lock is released while the function
-    runs.
+    It may call compiled functions of the physics and of its folder. Results have the same bits
+    on one machine under any load. The interpreter lock is released while the function runs.
 
     Parameters
     ----------
     function : the function; without it, a decorator with these options is returned
-    allocates : whether it makes arrays of its own. One that works only in arrays of its caller
-        runs several times as fast, because numba then counts no references
+    allocates : true if it makes arrays. A function that works only in its caller's arrays runs
+        several times as fast, because numba then counts no references
     fastmath : numba's flags for arithmetic; False rounds every operation
     """
     if function is None:
         return partial(compiled, allocates=allocates, fastmath=fastmath)
     made = _njit(function, fastmath, _nrt=allocates)
-    if made is not function:  # which it is where numba is switched off
+    if made is not function:  # true if numba is switched off
         made._cache = _cache_of(function)
     return made
 
 
 class _Part:
-    """A function without an entry for Python, which takes as long to compile as the function.
+    """Function without an entry point for Python, which would double the compile time.
 
     Kernels call its machine code; Python runs it as it is written.
     """
@@ -146,7 +147,7 @@ class _Part:
         self.py_func = compiled.py_func
         self._compiled = compiled
         self._numba_type_ = compiled._numba_type_
-        # One version for all whole numbers, not one for each constant that is passed.
+        # One version for all whole numbers, not one for each constant.
         find: Any = compiled.get_call_template
 
         def find_widened(args: Any, kws: Any) -> Any:
@@ -164,13 +165,13 @@ def part(
     fastmath: bool | Set[str] = FUSED,
     **options: Any,
 ) -> Any:
-    """Like `compiled`, for a function that only compiled functions call; compiles in less time.
+    """Compile a function that only compiled functions call, like `compiled` but faster.
 
     Parameters
     ----------
-    function : pure and numeric, without arrays of its own
-    fastmath : as of `compiled`
-    options : further ones of `numba.njit`
+    function : pure numeric function that makes no arrays
+    fastmath : as in `compiled`
+    options : further options of `numba.njit`
     """
     if function is None:
         return partial(part, fastmath=fastmath, **options)
@@ -179,14 +180,14 @@ def part(
 
 
 inlined = partial(part, forceinline=True)
-"""Like `part`, for a small function in an inner loop: its code goes to each place of a call.
+"""Decorator like `part`, for a small function in an inner loop: its code is inlined at each call.
 
 Passing a `Law` by value costs more than the arithmetic of a small function.
 """
 
 
 class EffectKernel:
-    """The kernel of an effect, compiled when its address is first asked for.
+    """Kernel of an effect, compiled when its address is first requested.
 
     Parameters
     ----------
@@ -206,12 +207,12 @@ class EffectKernel:
 
     @property
     def address(self) -> int:
-        """Address of its machine code in memory."""
+        """Return the address of its machine code in memory."""
         return self._compiled.address
 
 
 effect_kernel = EffectKernel
-"""Make an effect's kernel of a function: the decorator."""
+"""Decorator that makes an effect's kernel from a function."""
 
 
 @cast("Any", intrinsic)
@@ -233,10 +234,9 @@ def call_kernel(_context: Any, address: Any, motion: Any, theta: Any, offset: An
 
 
 # --- logarithm and exponential for inner loops -------------------------------------------------
-#
-# Those of the C library are exact to the last bit but cost a call. These are exact to 1e-13 and
-# become part of the loop they stand in, where the processor works on several at once; they also
-# give the same bits on every machine.
+# Those of the C library are exact to the last bit but cost a call. These are exact to 1e-13 and are
+# inlined into their loop, where the processor works on several at once; they also give the same
+# bits on every machine.
 
 _MANTISSA = np.int64(0x000FFFFFFFFFFFFF)
 _ONE = np.int64(0x3FF0000000000000)
@@ -244,13 +244,13 @@ _LN2_HIGH = 6.93147180369123816490e-01
 _LN2_LOW = 1.90821492927058770002e-10
 _LOG2_E = 1.4426950408889634
 _ROUNDER = 6755399441055744.0
-"""1.5·2^52: adding it rounds a small number to a whole one, which then stands in its last bits."""
+"""Rounding constant 1.5·2^52: adding it rounds a small number to a whole one in the last bits."""
 _SMALLEST, _LARGEST = -700.0, 700.0
 
 
 @inlined
 def quick_log(x: float) -> float:
-    """Natural logarithm of a positive, normal number."""
+    """Return the natural logarithm of a positive, normal number."""
     bits = np.float64(x).view(np.int64)
     exponent = float((bits >> 52) - 1023)
     m = np.int64((bits & _MANTISSA) | _ONE).view(np.float64)
@@ -260,7 +260,7 @@ def quick_log(x: float) -> float:
     # 2·artanh(t) with |t| < 0.172, as a series to t^17.
     t = (m - 1.0) / (m + 1.0)
     w = t * t
-    # In pairs, whose sums do not wait for each other.
+    # In pairs, whose sums are independent.
     w2 = w * w
     low = (1 / 3 + w * (1 / 5)) + w2 * (1 / 7 + w * (1 / 9))
     high = (1 / 11 + w * (1 / 13)) + w2 * (1 / 15 + w * (1 / 17))
@@ -270,12 +270,12 @@ def quick_log(x: float) -> float:
 
 @inlined
 def quick_exp(x: float) -> float:
-    """Exponential; beyond ±700 that of ±700."""
+    """Return the exponential; beyond ±700 that of ±700."""
     x = min(max(x, _SMALLEST), _LARGEST)
     shifted = x * _LOG2_E + _ROUNDER
     whole = shifted - _ROUNDER
     r = (x - whole * _LN2_HIGH) - whole * _LN2_LOW
-    # Taylor to r^11 with |r| < 0.347, in pairs, whose sums do not wait for each other.
+    # Taylor to r^11 with |r| < 0.347, in pairs, whose sums are independent.
     r2 = r * r
     r4 = r2 * r2
     low = (1.0 + r) + r2 * (1 / 2 + r * (1 / 6))

@@ -1,14 +1,14 @@
-"""The law of contacts: which stones touch, how they part, and the joint solution of all contacts.
+"""Law of contacts: contacts of stones, their separation, and the joint solution of all contacts.
 
-Stones that touch and do not part form a group. When two of a group close on each other, all
-contacts of the group are solved together: those that close part with their restitution, those that
-only touch do not close, no push pulls, and friction at the rims acts against the slip, at most in
-proportion to the push. These are Newton's restitution and Coulomb's friction as constraints on the
-velocities. The batch engine solves them here, by Gauss-Seidel sweeps; the other engine has pymunk
-solve the same contacts (`pymunk_contacts`), so that each checks the other. Both impulses of a
-contact act at one point, so that momentum and angular momentum are kept. Should friction and
-restitution of several contacts add energy together, all impulses are scaled down to where they do
-not.
+Stones that touch and do not separate form a group. When two of a group approach each other, all
+contacts of the group are solved together: those that approach separate with their restitution,
+those that only touch do not approach, no push pulls, and friction at the rims acts against the
+slip, at most in proportion to the push. These are Newton's restitution and Coulomb's friction as
+constraints on the velocities. The batch engine solves them here, by Gauss-Seidel sweeps; the other
+engine uses pymunk for the same contacts (`pymunk_contacts`), so that each checks the other. Both
+impulses of a contact act at one point, so that momentum and angular momentum are conserved. If
+friction and restitution of several contacts together add energy, all impulses are scaled down until
+they do not.
 
 Impulses are per mass. A push acts along the line of centres, a rub along the rims.
 
@@ -18,7 +18,7 @@ J. J. Moreau, "Unilateral contact and dry friction in finite freedom dynamics" (
 which Digital Curling's server plays, solves the contacts of a time step in the same way.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -45,11 +45,11 @@ from curling_env.sheet import Stone
 from curling_env.typing import Floats, Integers
 
 GONE = 2
-"""The status of a stone that has left play, in both engines."""
+"""Status of a stone that has left play, in both engines."""
 
 
 class ContactLaw(NamedTuple):
-    """The numbers that the contacts of stones depend on."""
+    """Parameters of the contacts of stones."""
 
     reach: float
     """Distance between two centres in contact [m]."""
@@ -59,11 +59,11 @@ class ContactLaw(NamedTuple):
     turning: float
     """Mass over moment of inertia [1/m²]."""
     touching: float
-    """Gap up to which stones touch [m]."""
+    """Gap below which stones touch [m]."""
 
 
 def contact_law(stone: Stone, *, touching: float = TOUCHING) -> ContactLaw:
-    """The law for stones of this kind, which touch at a gap of up to `touching` [m]."""
+    """Return the law for stones of this kind, which touch at a gap of up to `touching` [m]."""
     return ContactLaw(
         touching=touching,
         reach=2 * stone.radius,
@@ -82,9 +82,9 @@ class _Entries(NamedTuple):
     LEVER: int = 2
     """Distance of the point of contact from both centres [m]."""
     CLOSING: int = 3
-    """Speed at which the stones near each other [m/s]."""
+    """Approach speed of the stones [m/s]."""
     X: int = 4
-    """Twice the place of the contact [m]."""
+    """Position of the contact, doubled [m]."""
     Y: int = 5
     PUSH: int = 6
     """Impulse along the line of centres, per mass [m/s]."""
@@ -96,15 +96,15 @@ Entry = _Entries()
 
 
 class Contacts(NamedTuple):
-    """Contacts among n stones, and the arrays in which they are found and solved.
+    """Contacts among n stones, and the arrays for finding and solving them.
 
     Parameters
     ----------
-    pairs : (m, 2) indices of two stones that touch
+    pairs : (m, 2) indices of two touching stones
     table : (m, 8) as in `Entry`
-    order : (m,) rows of the contacts to be solved, the nearest to the home end first, so that
-        nothing depends on how the stones are numbered
-    joined : (n,) whether a stone belongs to a group in which two stones close
+    order : (m,) rows of the contacts to be solved, the nearest to the home end first, so that the
+        result does not depend on the numbering of the stones
+    joined : (n,) true if a stone belongs to a group in which two stones approach
     before : (n, 6) states before a solution
     """
 
@@ -116,7 +116,7 @@ class Contacts(NamedTuple):
 
 
 def new_contacts(stones: int) -> Contacts:
-    """Room for the contacts among so many stones."""
+    """Allocate the contacts among a number of stones."""
     pairs = max(stones * (stones - 1) // 2, 1)
     return Contacts(
         pairs=np.zeros((pairs, 2), dtype=np.int64),
@@ -129,26 +129,26 @@ def new_contacts(stones: int) -> Contacts:
 
 @inlined
 def collides(gap: float, closing: float) -> bool:
-    """True if stones that touch close too fast to be left alone [m, m/s]."""
+    """Return whether touching stones approach too fast to be ignored [m, m/s]."""
     return closing > (CREEP if gap > -CREEP_OVERLAP else OVERLAPPING_CREEP)
 
 
 @compiled
 def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts) -> int:
-    """Find the contacts of every group of touching stones in which two close on each other.
+    """Find the contacts of every group of touching stones in which two approach each other.
 
-    Stones that touch and part are in no contact. Should the push of others make them close, they
+    Touching stones that separate are in no contact. If the push of others makes them approach, they
     are found the next time.
 
     Parameters
     ----------
     stones : (n, 6) states
-    status : (n,) whether each is GONE
+    status : (n,) status of each stone, GONE if out of play
     contacts : filled in
 
     Returns
     -------
-    how many there are; their rows come first in `order`
+    number of contacts; their rows come first in `order`
     """
     pairs, table, order, joined = contacts.pairs, contacts.table, contacts.order, contacts.joined
     n = stones.shape[0]
@@ -181,7 +181,7 @@ def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts)
             row[Entry.PUSH] = row[Entry.RUB] = 0.0
             pairs[found, 0], pairs[found, 1] = a, b
             found += 1
-            # Less than makes stones collide, so that whatever collided is found here.
+            # A lower speed than makes stones collide, so that every collision is found here.
             if closing > 0.5 * OVERLAPPING_CREEP:
                 joined[a] = joined[b] = 1
     grows = True
@@ -211,7 +211,7 @@ def find_contacts(law: ContactLaw, stones: Any, status: Any, contacts: Contacts)
 
 @compiled
 def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> None:
-    """Give stones (n, 6) the velocities and spins they have after contacts that were found."""
+    """Set the velocities and spins of stones (n, 6) after the contacts that were found."""
     pairs, table, order, before = contacts.pairs, contacts.table, contacts.order, contacts.before
     fastest = 0.0
     for s in range(stones.shape[0]):
@@ -253,9 +253,9 @@ def solve_contacts(law: ContactLaw, stones: Any, contacts: Contacts, count: int)
 
 @compiled
 def set_apart(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> None:
-    """Set stones that creep along each other a few micrometres apart, those of them that move.
+    """Move creeping stones a few micrometres apart, those of them that move.
 
-    Friction may press them together for seconds. They would meet again at once, without end.
+    Friction may press them together for seconds. They would meet again immediately, without end.
     """
     for place in range(count):
         k = contacts.order[place]
@@ -276,10 +276,10 @@ def set_apart(law: ContactLaw, stones: Any, contacts: Contacts, count: int) -> N
 
 @compiled
 def add_no_energy(law: ContactLaw, before: Any, after: Any) -> None:
-    """Scale the change from `before` to `after`, both (n, 6), down to where it adds no energy.
+    """Scale the change from `before` to `after`, both (n, 6), until it adds no energy.
 
-    The energy is a parabola in the share of all impulses that acts. Stones that part after all of
-    them may still close after a smaller share; they then collide once more.
+    The energy is a parabola in the share of all impulses that acts. Stones that separate after all
+    of them may still approach after a smaller share; they then collide once more.
     """
     first = second = energy = 0.0
     for s in range(after.shape[0]):

@@ -1,8 +1,8 @@
 """One throw among other stones, whose contacts pymunk resolves.
 
 Stones slide as in the batch, by the same integrator and the same loop of events (`advance`). At a
-contact a pymunk space of the stones that touch solves all contacts together in a step of no length,
-and hands back the velocities. It never moves anything.
+contact a pymunk space of the touching stones solves all contacts together in a step of zero length,
+and returns the velocities. It never moves anything.
 """
 
 from __future__ import annotations
@@ -24,13 +24,13 @@ from curling_env.physics.events import (
     REST,
     PlayWorkspace,
     advance_and_sample,
-    go_on,
     new_play_workspace,
+    update_after_contacts,
 )
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import ORDER
 from curling_env.physics.pymunk_contacts import Push, resolve_contacts
-from curling_env.physics.refusals import refuse_impossible
+from curling_env.physics.refusals import refuse_impossible_positions
 from curling_env.physics.slides import SlideEnd, delivery_of, play_bounds, state_of
 from curling_env.physics.state import State
 from curling_env.physics.step import Workspace
@@ -42,7 +42,7 @@ from curling_env.typing import Floats, Integers
 
 
 class Status(StrEnum):
-    """The fate of a stone."""
+    """Fate of a stone."""
 
     REST = "rest"
     OUT_SIDE = "out_side"
@@ -54,13 +54,13 @@ class Status(StrEnum):
 
     @property
     def in_play(self) -> bool:
-        """True where the stone stays on the sheet."""
+        """True if the stone stays on the sheet."""
         return self is Status.REST
 
 
 @dataclass(frozen=True, kw_only=True)
 class StoneState:
-    """Place and motion of a stone, sheet frame.
+    """Position and motion of a stone, sheet frame.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ class StoneState:
 
 @dataclass(frozen=True, kw_only=True)
 class Contact:
-    """Two stones that met.
+    """Contact of two stones.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ class Contact:
 
 @dataclass(frozen=True, kw_only=True)
 class Outcome:
-    """All that a throw led to.
+    """Outcome of a throw.
 
     Parameters
     ----------
@@ -118,7 +118,7 @@ class Outcome:
     time : time from release until the last stone rested or left [s]
     ends : time at which each stone came to rest or left [s]; 0 for one that never moved
     contacts : contacts in the order of time
-    trajectories : paths of the stones that moved, in the order of `stones`, if asked for
+    trajectories : paths of the stones that moved, in the order of `stones`, if requested
     """
 
     stones: tuple[StoneState, ...]
@@ -130,12 +130,12 @@ class Outcome:
 
     @property
     def delivered(self) -> StoneState:
-        """The stone that was thrown."""
+        """Thrown stone."""
         return self.stones[-1]
 
     @property
     def delivered_status(self) -> Status:
-        """The status of the stone that was thrown."""
+        """Status of the thrown stone."""
         return self.status[-1]
 
     @property
@@ -145,19 +145,19 @@ class Outcome:
 
     @property
     def in_play(self) -> tuple[StoneState, ...]:
-        """The stones that are on the sheet afterwards."""
+        """Stones on the sheet afterwards."""
         return tuple(
             stone for stone, status in zip(self.stones, self.status, strict=True) if status.in_play
         )
 
 
 class Engine:
-    """Plays throws on one ice among other stones. Each thread needs an engine of its own.
+    """Engine for throws on one ice among other stones. Each thread needs its own.
 
     Parameters
     ----------
     ice : map, effects and stone
-    tolerance : how far the rest of a lone stone may be off on the roughest ice, as in `slide` [m]
+    tolerance : maximum error of a lone stone's rest on the roughest ice, as in `slide` [m]
 
     Raises
     ------
@@ -173,7 +173,7 @@ class Engine:
         self._bounds = {direction: play_bounds(ice, direction) for direction in Direction}
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The law holds addresses of this process.
+        # The law contains addresses of this process.
         return partial(Engine, self.ice, tolerance=self._tolerance), ()
 
     def play(
@@ -189,7 +189,7 @@ class Engine:
         Parameters
         ----------
         release : release of the delivered stone
-        stones : the stones on the sheet before, which may already move
+        stones : stones on the sheet before, which may already move
         fps : samples per second of the trajectories; without it none are kept
         throw : number of the throw in the trajectories
 
@@ -242,14 +242,14 @@ class Engine:
         )
 
     def _begin(self, release: Release, stones: Sequence[StoneState]) -> PlayWorkspace:
-        """The position before the throw, in the arrays kept for that number of stones."""
+        """Return the position before the throw, in the arrays cached for that number of stones."""
         n = len(stones) + 1
         if n not in self._workspaces:
             self._workspaces[n] = new_play_workspace(self.ice, n, self._tolerance)
         position, _, _ = self._workspaces[n]
         position.stones[:] = [state_of(stone) for stone in (*stones, release)]
         position.identity[:] = [stone.stone for stone in (*stones, release)]
-        refuse_impossible(
+        refuse_impossible_positions(
             position.stones[None],
             self.ice.stone.radius,
             self._bounds[release.direction],
@@ -303,13 +303,15 @@ class Engine:
             for first, second, _ in pushes:
                 position.lengths[[first, second]] = 0
             all_pushes += pushes
-        go_on(position.stones, position.status, position.lengths, position.ends, position.finished)
+        update_after_contacts(
+            position.stones, position.status, position.lengths, position.ends, position.finished
+        )
         return all_pushes
 
     def _status(
         self, stones: Sequence[StoneState], phases: Integers, direction: Direction, *, struck: bool
     ) -> tuple[Status, ...]:
-        """The status of each stone; `struck`: whether the delivered one touched another."""
+        """Return the status of each stone; `struck`: true if the delivered one touched another."""
         status = [Status.REST] * len(stones)
         for k in np.flatnonzero(phases == GONE).tolist():
             by_side = left_by_the_side(stones[k].x, stones[k].y, self._bounds[direction])
@@ -321,11 +323,11 @@ class Engine:
 
 
 def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
-    """True where stones that left play did so over a side line.
+    """Return true for stones that left play over a side line.
 
     Parameters
     ----------
-    x, y : where they left; numbers or arrays [m]
+    x, y : places where they left; numbers or arrays [m]
     bounds : x_min, x_max, y_min, y_max of centres in play [m]
     """
     side = np.minimum(x - bounds[0], bounds[1] - x)
@@ -334,5 +336,7 @@ def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
 
 
 def is_hogged(y: Any, direction: Any, radius: float) -> Any:
-    """True where delivered stones that rest at y have not wholly cleared the far hog line [m]."""
+    """Return true for delivered stones at rest at y that have not wholly cleared the far hog line
+    [m].
+    """
     return direction * y <= HOG_LINE_Y + radius

@@ -1,13 +1,12 @@
-"""A throw among other stones, from event to event.
+"""Throw among other stones, from event to event.
 
 Every moving stone slides as if alone until it rests, leaves the bounds or meets a resting stone;
-the first time at which two moving stones meet is found on their paths. The contacts that are there
-at the earliest of these times are solved together (`contacts`), and the moving stones slide on. So
-a resting stone costs nothing until something comes near it, and no time step limits how exactly a
-hit stands.
+the first time at which two moving stones meet is found on their paths. The contacts at the earliest
+of these times are solved together (`contacts`), and the moving stones slide on. So a resting stone
+costs nothing until a stone approaches it, and no time step limits the accuracy of a hit.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -51,21 +50,21 @@ from curling_env.physics.tuning import (
 from curling_env.typing import Floats, Integers
 
 REST, MOVING = 0, 1
-"""Values of a stone's status; or it is GONE."""
+"""Values of a stone's status, in addition to GONE."""
 
 
 class PlayWorkspace(NamedTuple):
-    """The arrays in which one throw among n stones, the thrown one last, is played.
+    """Work arrays for one throw among n stones, the thrown one last.
 
     Parameters
     ----------
     stones : (n, 6) states
     status : (n,) REST, MOVING or GONE
     identity : (n,) identifiers of the stones, for effects that depend on them
-    contacts : in which contacts are found and solved
+    contacts : arrays for finding and solving contacts
     resting : (n, 2) centres of the stones at rest
     paths : (n, nodes, NODE_SIZE) of the moving stones
-    lengths : (n,) number of nodes of each path; 0 for one that is not known
+    lengths : (n,) number of nodes of each path; 0 for an unknown one
     ends : (n,) `SlideEnd` of each path
     accelerations : (n,) bounds of the acceleration on each path [m/s²]
     finished : (n,) times at which stones came to rest or left play [s]; 0 for one that never moved
@@ -88,16 +87,17 @@ class PlayWorkspace(NamedTuple):
 def new_play_workspace(
     ice: Ice, stones: int, tolerance: float = QUICK_TOLERANCE
 ) -> tuple[PlayWorkspace, Workspace, Workspace]:
-    """The arrays for one thread; the rest of a lone stone is right within the tolerance [m].
+    """Allocate the arrays for one thread; the rest of a lone stone is accurate to the tolerance
+    [m].
 
     Returns
     -------
-    those of a throw, those of a slide, and the same with finer steps: for the delivered stone among
-    others, up to its first contact
+    the arrays of a throw, those of a slide, and the same with finer steps for the delivered stone
+    among others, up to its first contact
     """
     nodes = 512 + 4 * sum(ice.friction.mu.shape)
     usual = step_control(tolerance)
-    # Finer on the way, but not where the stone comes to rest by itself.
+    # Finer along the path, but not where the stone comes to rest undisturbed.
     fine = step_control(APPROACH * tolerance)._replace(
         target_error=APPROACH * usual.target_error, rest_speed=usual.rest_speed
     )
@@ -120,7 +120,9 @@ def new_play_workspace(
 
 @inlined
 def _place(path: Any, length: int, k: int, t: float) -> Any:
-    """Node before time t, from k on, and place and velocity then; at rest after the path's end."""
+    """Return the node before time t, from k on, and position and velocity then; at rest after the
+    path's end.
+    """
     while k < length - 2 and path[k + 1, Node.T] <= t:
         k += 1
     last = path[length - 1]
@@ -136,7 +138,9 @@ def _place(path: Any, length: int, k: int, t: float) -> Any:
 
 @inlined
 def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> Any:
-    """Place and velocity at share u of the time h between nodes: friction hardly changes there."""
+    """Return position and velocity at share u of the time h between nodes, with nearly constant
+    friction.
+    """
     d = p1 - p0 - h * v0
     e = h * (v1 - v0)
     c2 = 3.0 * d - e
@@ -146,12 +150,13 @@ def _cubic(p0: float, v0: float, p1: float, v1: float, h: float, u: float) -> An
 
 @inlined
 def _meeting_time(one: Any, other: Any, most: float, reach: float, within: Any) -> float:
-    """Time within two at which moving stones first touch and approach; infinite if never [s].
+    """Return the time within two limits at which moving stones first touch and approach; infinite
+    if never [s].
 
     Parameters
     ----------
     one, other : path, its number of nodes, and its `SlideEnd`
-    most : bound of their accelerations together [m/s²]
+    most : bound of the sum of their accelerations [m/s²]
     """
     t, until = within
     first, n, end = one
@@ -181,7 +186,7 @@ def _meeting_time(one: Any, other: Any, most: float, reach: float, within: Any) 
 
 @inlined
 def _advance(stone: Any, path: Any, n: int, end: int, t: float) -> int:
-    """Take a moving stone to time t on its path of n nodes; return its status then."""
+    """Move a stone to time t on its path of n nodes; return its status then."""
     if t >= path[n - 1, Node.T]:
         for c in range(6):
             stone[c] = path[n - 1, Node.X + c]
@@ -212,13 +217,13 @@ def advance(
 ) -> Any:
     """Let stones slide until two of them touch, or all are at rest or out of play.
 
-    Each moving stone has a path of its own, as if alone among the resting ones. A path that
-    nothing has disturbed since the last contact goes on.
+    Each moving stone has a separate path, as if alone among the resting ones. A path that is
+    undisturbed since the last contact continues.
 
     Parameters
     ----------
     start : time since release [s]
-    traced : whether the path of a stone that moves alone is kept as well
+    traced : keep the path of a stone that moves alone as well
 
     Returns
     -------
@@ -281,10 +286,10 @@ def advance(
 
 
 @part
-def go_on(stones: Any, status: Any, lengths: Any, ends: Any, finished: Any) -> None:
-    """Note after contacts which stones move, and which paths do not go on as they were.
+def update_after_contacts(stones: Any, status: Any, lengths: Any, ends: Any, finished: Any) -> None:
+    """Update after contacts which stones move, and which paths have changed.
 
-    The path of a stone that nothing pushes goes on, unless what it would meet is other now. The
+    The path of a stone that is not pushed continues, unless its next obstacle has changed. The
     parameters are those of `PlayWorkspace`.
     """
     rested = False
@@ -313,12 +318,12 @@ def advance_and_sample(
     count: int,
     samples: Any,
 ) -> Any:
-    """Do what `advance` does, and sample the paths; return as well how many samples there are.
+    """Run `advance`, and sample the paths; also return the number of samples.
 
     Parameters
     ----------
     dt : time between samples [s]
-    count : number of samples that are filled in already
+    count : number of samples already filled in
     samples : (stones, m, 3) filled in with x, y and heading at the times k·dt; m = 0 for none
     """
     traced, first = samples.shape[1] > 0, count
@@ -340,7 +345,7 @@ def advance_and_sample(
 def _resolve(
     contact: ContactLaw, stones: Any, status: Any, lengths: Any, contacts: Contacts
 ) -> int:
-    """Solve the contacts of touching stones until none closes; return how many pushed."""
+    """Solve the contacts of touching stones until none approaches; return the number of pushes."""
     pushes = 0
     for _ in range(MAX_ROUNDS):
         count = find_contacts(contact, stones, status, contacts)
@@ -367,7 +372,7 @@ def play(
     delivery: ThrowTimes,
     bounds: Any,
 ) -> Any:
-    """Let a throw among other stones run until all are at rest.
+    """Run a throw among other stones until all are at rest.
 
     Parameters
     ----------
@@ -379,7 +384,7 @@ def play(
 
     Returns
     -------
-    time : until the last stone rests [s]
+    time : time until the last stone rests [s]
     collisions : their number; -1 if they never ended or a stone never stops
     """
     stones, status, lengths = position.stones, position.status, position.lengths
@@ -396,6 +401,6 @@ def play(
         if pause == SlideEnd.NEVER_STOPS:
             break
         collisions += max(_resolve(contact, stones, status, lengths, position.contacts), 1)
-        go_on(stones, status, lengths, position.ends, position.finished)
+        update_after_contacts(stones, status, lengths, position.ends, position.finished)
         work = usual
     return t, -1

@@ -1,11 +1,11 @@
-"""The path of one stone, step by step, until something ends it.
+"""Path of one stone, step by step, until something ends it.
 
 A draw takes about twenty steps (see `take_step`). A step ends where an effect is not smooth, at the
 edge of a patch or when a sweep begins or ends. Near a bound or an obstacle its path is followed
 from node to node. The last few mm/s are one parabola.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -46,7 +46,7 @@ from curling_env.physics.tuning import (
 
 
 class ThrowTimes(NamedTuple):
-    """The times that belong to a throw besides its state.
+    """Times of a throw in addition to its state.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class ThrowTimes(NamedTuple):
 
 
 class SlideEnd(IntEnum):
-    """The end of a slide; a stone that slides for longer than it is followed never stops."""
+    """End of a slide; a stone that slides longer than the time limit never stops."""
 
     REST = 0
     LEFT_BOUNDS = 1
@@ -69,12 +69,12 @@ class SlideEnd(IntEnum):
 
 
 REST, LEFT_BOUNDS, CONTACT, NEVER_STOPS = map(int, SlideEnd)
-"""The same as numbers: what a kernel returns as an enum, Python has to look up each time."""
+"""The same as numbers: Python has to look up every enum that a kernel returns."""
 
 
 @inlined
 def _ahead(breaks: Any, position: float, velocity: float) -> float:
-    """Distance to the next break in the direction of motion, infinite if there is none [m]."""
+    """Return the distance to the next break in the direction of motion, infinite if none [m]."""
     nearest = np.inf
     for k in range(breaks.shape[0]):
         distance = breaks[k] - position if velocity > 0.0 else position - breaks[k]
@@ -85,7 +85,7 @@ def _ahead(breaks: Any, position: float, velocity: float) -> float:
 
 @inlined
 def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
-    """Tell whether a step crosses a break, there and back included."""
+    """Return whether a step crosses a break, even there and back."""
     if breaks.shape[0] == 0:
         return False
     low = min(states[0, axis], min(states[1, axis], states[2, axis]))
@@ -105,9 +105,10 @@ def _crosses(breaks: Any, axis: int, states: Any, h: float) -> bool:
 
 @inlined
 def _time_short_of(distance: float, velocity: float, acceleration: float) -> float:
-    """Time to come close to the edge of an effect; 0 at it, infinite if it is not reached [s].
+    """Return the time to come close to the edge of an effect; 0 at it, infinite if it is not
+    reached [s].
 
-    The further off, the less certain the time: so short of it at first, then closer.
+    The further away, the less certain the time: therefore well short of it at first, then closer.
     """
     speed = math.fabs(velocity)
     if distance == np.inf or speed == 0.0:
@@ -121,17 +122,19 @@ def _time_short_of(distance: float, velocity: float, acceleration: float) -> flo
 
 @inlined
 def _way_to_rest(speed: float, rate: float, tail: float) -> float:
-    """Way over the speed [s], along a parabola that begins at this rate and rests at `tail`."""
+    """Return distance over speed [s], along a parabola that begins at this rate and rests at
+    `tail`.
+    """
     return tail * (2.0 / 3.0 - rate * tail / (6.0 * max(speed, MIN_SPEED)))
 
 
 @inlined
 def _come_to_rest(now: Any, speed: float, rim: float, rate: float, turn: float) -> float:
-    """Bring centre and band to rest together; returns the time that it takes [s].
+    """Bring centre and band to rest together; return the time that it takes [s].
 
     Parameters
     ----------
-    speed, rim : of the centre and of the band [m/s]
+    speed, rim : speeds of the centre and of the band [m/s]
     rate, turn : their accelerations [m/s²]
     """
     both = max(math.sqrt(speed * speed + rim * rim), MIN_SPEED)
@@ -146,7 +149,7 @@ def _come_to_rest(now: Any, speed: float, rim: float, rate: float, turn: float) 
 
 @inlined
 def _hop_over_edge(now: Any, ax: float, ay: float, at: float, x_ahead: float) -> float:
-    """Move a stone across the edge of an effect; returns the time that it takes [s]."""
+    """Move a stone across the edge of an effect; return the time that it takes [s]."""
     vx, vy, spin = now[State.VX], now[State.VY], now[State.OMEGA]
     across = math.fabs(vx if x_ahead < EDGE_MARGIN else vy)
     hop = 2.0 * EDGE_MARGIN / max(across, 1e-3)
@@ -161,7 +164,9 @@ def _hop_over_edge(now: Any, ax: float, ay: float, at: float, x_ahead: float) ->
 
 @inlined
 def _acceleration_between(a: Any, b: Any, tau: float) -> Any:
-    """Acceleration a time tau after node a, before node b: along x, along y and of the spin."""
+    """Return the acceleration a time tau after node a, before node b: along x, along y and of the
+    spin.
+    """
     u = tau / (b[Node.T] - a[Node.T])
     return (
         a[Node.AX] + u * (b[Node.AX] - a[Node.AX]),
@@ -172,7 +177,7 @@ def _acceleration_between(a: Any, b: Any, tau: float) -> Any:
 
 @inlined
 def append_node(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
-    """Copy a node of the step that began at t to the path; returns the path's length then."""
+    """Copy a node of the step that began at t to the path; return the new length of the path."""
     node = nodes[k]
     acceleration = (node[Node.AX], node[Node.AY], node[Node.ALPHA])
     return append_state(path, m, node[Node.X :], t + node[Node.T], acceleration)
@@ -180,7 +185,7 @@ def append_node(path: Any, m: int, nodes: Any, k: int, t: float) -> int:
 
 @inlined
 def append_state(path: Any, m: int, state: Any, t: float, acceleration: Any) -> int:
-    """Add a state to the path; returns the path's length then."""
+    """Add a state to the path; return the new length of the path."""
     if path.shape[0] == 0:
         return 0
     if m < path.shape[0]:
@@ -208,7 +213,7 @@ def integrate(
     law : the ice
     motion : (MOTION_SIZE,) with ORDER and STONE set
     delivery : clock and sweep
-    limits : what ends the slide before the stone rests
+    limits : limits that end the slide before the stone rests
     path : (m, NODE_SIZE) filled in with the nodes of the path, at times since release; m = 0 for
         none
     start : time since release at which the stone is in that state [s]
@@ -218,7 +223,7 @@ def integrate(
     -------
     end : number of a `SlideEnd`
     t : time of the end [s]
-    length : number of nodes of the path; more than m if it had no room for them
+    length : number of nodes of the path; more than m if they did not fit
     """
     states, terms, control = work.states, work.terms, work.control
     x_breaks, y_breaks = law.x_breaks, law.y_breaks
@@ -243,7 +248,7 @@ def integrate(
         ax = ay = at = 0.0
         mu = work.moments[4]
         if fresh:
-            # P and Q are not known yet: the map's friction alone tells the scale of time.
+            # P and Q are not known yet: the map's friction alone gives the scale of time.
             rate = GRAVITY * mu_of_map(law, now[State.X], now[State.Y])
             turn = rate
         else:
@@ -257,7 +262,7 @@ def integrate(
                 length = append_state(path, length, now, t, (ax, ay, at))
             t += _come_to_rest(now, speed, rim, rate, turn)
             length = append_state(path, length, now, t, (0.0, 0.0, 0.0))
-            # The last millimetres to rest are not watched.
+            # The last millimetres to rest are not checked.
             end = REST if room(now, limits.bounds) >= 0.0 else LEFT_BOUNDS
             break
         if t >= limits.until:
@@ -309,7 +314,7 @@ def integrate(
         watch = near != 0 or may_leave(states, bulge, limits.bounds)
         if watch or watched:
             nodes = work.nodes
-            if watch:  # and so, that what ends a slide does not depend on who watches it
+            if watch:  # and so the end of a slide does not depend on who samples it
                 for k in range(6):
                     work.retraced[0, k] = states[0, k]
                 n = follow_map(

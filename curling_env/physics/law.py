@@ -1,6 +1,6 @@
-"""The one force law: a running band on per-cell friction, and a sum of effects.
+"""Force law: a running band on per-cell friction, and a sum of effects.
 
-The running band (the paper's equations 5–8). J contacts stand on a ring of radius r, contact q at
+The running band (the paper's equations 5–8). J contacts are on a ring of radius r, contact q at
 the angle φ_q from the direction of travel, each carrying mg/J. Its velocity over the ice is
 
     u_q = (v − ω r sin φ_q, ω r cos φ_q)    (along travel, to its left),    s_q = |u_q|
@@ -14,12 +14,12 @@ not the weight; both components carry the minus sign (8a lacks it); γ = atan2(u
 quadrant of the slip; and the torque of equation 6 sums r_q × F_q over the contacts.
 
 Contacts at φ and π − φ slip equally fast, so a symmetric band's sideways forces cancel exactly and
-half the ring is summed. `running_band` sums it. Where stones have worn tracks, each contact has the
-friction of the ice that it stands on.
+half the ring is summed. `running_band` sums it. On worn tracks, each contact has the friction of
+the ice under it.
 
 The law is linear in the friction of the map: acceleration = μ(x, y)·P + Q, where P and Q change
-smoothly along a path whatever the map looks like. `law_terms` gives P and Q, so that engines can
-follow every cell of a map without evaluating the effects again.
+smoothly along a path on any map. `law_terms` gives P and Q, so that engines can follow every cell
+of a map without evaluating the effects again.
 """
 
 from __future__ import annotations
@@ -74,33 +74,34 @@ from curling_env.typing import Floats, Integers
 from curling_env.worn_tracks import WornTracks
 
 _Kernels = tuple[tuple[int, tuple[float, ...]], ...]
-"""The address of each kernel, and its parameters."""
+"""Address of each kernel, and its parameters."""
 EVEN = np.ones((1, 1))
-"""The map of a law of which only P and Q are asked for."""
+"""Placeholder map of a law for which only P and Q are needed."""
 NO_BREAKS = np.empty(0)
 NO_TRACKS = np.zeros((1, 1, 1))
 
 
 class Law(NamedTuple):
-    """An ice as the compiled kernels read it.
+    """Ice in the form that compiled kernels read.
 
     Parameters
     ----------
     band_radius : radius of the running band [m]
-    turning : g·m·r/I, by which the sum over the band becomes an angular acceleration [1/s²]
+    turning : g·m·r/I, the factor from the sum over the band to an angular acceleration [1/s²]
     kernels : addresses of the effects' kernels: those per contact, then friction, then motion
-    offsets : where the parameters of each kernel begin in theta
+    offsets : start of each kernel's parameters in theta
     theta : parameters of all effects
     per_contact : number of kernels that act per contact
     mu : (rows, columns) friction of the map
-    patterned : whether the friction of the map varies
-    bilinear : whether it is interpolated between the centres of cells
-    origin_x, origin_y : first line of the map: the centre of a cell if bilinear, else its edge [m]
+    patterned : true if the friction of the map varies
+    bilinear : true if it is interpolated between the centres of cells
+    origin_x, origin_y : first line of the map: the centre of a cell if bilinear, otherwise its edge
+        [m]
     cell : distance between lines [m]
     x_breaks, y_breaks : sorted coordinates at which an effect is not smooth [m]
-    table : what the band and the first kernels come to, see `law_table`; or `NO_TABLE`
+    table : sum of the band and the first kernels, see `law_table`; or `NO_TABLE`
     tabled : number of kernels that are in the table
-    wear : change of ln μ under a contact by one pass of a stone; 0 where none is felt so
+    wear : change of ln μ under a contact by one pass of a stone; 0 without this effect
     tracks : (layers, rows, columns) passes over each cell; the layer is RAN of the motion
     track_x, track_y : centre of the first of these cells [m]
     track_width, track_length : their sides along x and y [m]
@@ -130,14 +131,59 @@ class Law(NamedTuple):
     track_length: float = 1.0
 
 
+class Laws(NamedTuple):
+    """Laws that differ in the map and in parameters of effects only.
+
+    Parameters
+    ----------
+    common : the common law
+    mu : (n, rows, columns) friction of each one's map
+    theta : (n, m) parameters of each one's effects
+    """
+
+    common: Law
+    mu: Floats
+    theta: Floats
+
+
+@inlined
+def law_among(laws: Laws, k: int) -> Law:
+    """Return the k-th of some laws."""
+    one = laws.common
+    return Law(
+        one.band_radius,
+        one.turning,
+        one.kernels,
+        one.offsets,
+        laws.theta[k],
+        one.per_contact,
+        laws.mu[k],
+        one.patterned,
+        one.bilinear,
+        one.origin_x,
+        one.origin_y,
+        one.cell,
+        one.x_breaks,
+        one.y_breaks,
+        one.table,
+        one.tabled,
+        one.wear,
+        one.tracks,
+        one.track_x,
+        one.track_y,
+        one.track_width,
+        one.track_length,
+    )
+
+
 def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
-    """The force law of an ice, ready for the engines. This compiles no code.
+    """Return the force law of an ice, ready for the engines. This compiles no code.
 
     Parameters
     ----------
     ice : map, effects and stone
-    tabulated : whether the law is read from a table where that can be. Making the table takes as
-        long as some hundred throws, the first time that these effects are met
+    tabulated : read the law from a table if possible. Making the table takes as long as some
+        hundred throws, the first time that these effects occur
 
     Raises
     ------
@@ -150,7 +196,7 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
     for effect in ice.effects:
         card = cards.get(effect.name)
         if card is None:
-            raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(cards)}")
+            raise InputError(f"unknown effect {effect.name!r}; expected one of {', '.join(cards)}")
         if not card.is_physical:
             continue
         kernel = (card.kernel.address, tuple(card.theta(effect.parameters)))
@@ -191,7 +237,9 @@ def compile_law(ice: Ice, *, tabulated: bool = False) -> Law:
 
 
 def _side_by_side(kernels: _Kernels) -> dict[str, Any]:
-    """The kernels of a `Law`, their parameters, and where those of each begin."""
+    """Return the kernels of a `Law`, their parameters, and the start of each kernel's
+    parameters.
+    """
     sizes = [len(theta) for _, theta in kernels]
     return {
         "kernels": np.array([address for address, _ in kernels], dtype=np.int64),
@@ -201,11 +249,11 @@ def _side_by_side(kernels: _Kernels) -> dict[str, Any]:
 
 
 def on_tracks(law: Law, tracks: WornTracks, layers: Floats, wear: float) -> Law:
-    """A law where contacts feel the tracks of earlier stones.
+    """Return a law in which earlier stones' tracks act on contacts.
 
     Parameters
     ----------
-    law : law of the ice without them
+    law : law of the ice without tracks
     tracks : the cells
     layers : (layers, rows, columns) passes over each cell
     wear : change of ln μ by one pass
@@ -218,7 +266,7 @@ def on_tracks(law: Law, tracks: WornTracks, layers: Floats, wear: float) -> Law:
 
 @inlined
 def patch_of(law: Law, i: int, j: int) -> Any:
-    """Friction between line i and i + 1 across rows, j and j + 1 across columns.
+    """Return the friction between line i and i + 1 across rows, j and j + 1 across columns.
 
     Beyond the map the friction of the nearest cell holds.
 
@@ -242,14 +290,16 @@ def patch_of(law: Law, i: int, j: int) -> Any:
 
 @inlined
 def mu_in(patch: Any, u: float, v: float) -> float:
-    """Friction in a `patch_of` the map, at the fractions u along and v across it."""
+    """Return the friction in a `patch_of` the map, at the fractions u along and v across it."""
     base, across, along, twist = patch
     return base + across * v + along * u + twist * u * v
 
 
 @inlined
 def mu_of_map(law: Law, x: float, y: float) -> float:
-    """Friction of the map at a point of the sheet frame; the nearest cell beyond its edges."""
+    """Return the friction of the map at a point of the sheet frame; the nearest cell beyond its
+    edges.
+    """
     u = (y - law.origin_y) / law.cell
     v = (x - law.origin_x) / law.cell
     i, j = math.floor(u), math.floor(v)
@@ -268,7 +318,7 @@ def law_terms(
     spin: float,
     terms: Any,
 ) -> None:
-    """The law at one state, apart from the map: P and Q of acceleration = μ·P + Q.
+    """Return the law at one state, apart from the map: P and Q of acceleration = μ·P + Q.
 
     Parameters
     ----------
@@ -326,7 +376,7 @@ def accelerate(
     vy: float,
     spin: float,
 ) -> Any:
-    """Acceleration of a stone under the law; parameters as in `law_terms`.
+    """Return the acceleration of a stone under the law; parameters as in `law_terms`.
 
     Returns
     -------
@@ -342,7 +392,7 @@ def accelerate(
 def _tabulate(
     law: Law, speeds: Any, spins: Any, motion: Any, push: Any, terms: Any, out: Any
 ) -> Any:
-    """Fill in the table's columns at every node; whether no kernel acts in another way."""
+    """Fill in the table's columns at every node; return whether no kernel acts in another way."""
     plain = True
     for i in range(speeds.shape[0]):
         for j in range(spins.shape[0]):
@@ -356,7 +406,7 @@ def _tabulate(
 
 @lru_cache(maxsize=16)
 def _table_of(band_radius: float, turning: float, per_contact: int, kernels: _Kernels) -> Floats:
-    """The table of these kernels; `NO_TABLE` if one of them does what a table does not hold."""
+    """Return the table of these kernels; `NO_TABLE` if one of them has other outputs."""
     law = Law(
         band_radius=band_radius,
         turning=turning,
@@ -388,13 +438,13 @@ def acceleration(
     stone: int = 0,
     swept: bool = False,
 ) -> Floats:
-    """Acceleration under the law for given states, to plot or test the law.
+    """Return the acceleration under the law for given states, to plot or test the law.
 
     Parameters
     ----------
     ice : map, effects and stone
     states : (n, 5) x, y, vx, vy, spin in the sheet frame [m, m/s, rad/s]
-    heading, t, clock, order, stone, swept : what else effects read, the same for every state
+    heading, t, clock, order, stone, swept : further inputs of effects, the same for every state
 
     Returns
     -------

@@ -1,13 +1,13 @@
-"""The law as a table over speed and spin, from which very many throws on one ice read it.
+"""Law as a table over speed and spin, for large numbers of throws on one ice.
 
-Most effects depend on nothing but the stone's speed and spin. What they come to together takes a
-dozen logarithms and exponentials, or a few multiplications from a table. Its bins grow with the
-speed and the spin, a quarter of an octave each; in a bin the table is a cubic in the speed and a
-parabola in the spin. It follows the law to a few parts in a million; where the rim is about as fast
-as the centre, which a stone is for its last centimetres, to a few per cent. A rest is 0.02 mm off.
+Most effects depend on nothing but the stone's speed and spin. Their sum takes a dozen logarithms
+and exponentials, or a few multiplications from a table. Its bins grow with the speed and the spin,
+a quarter of an octave each; in a bin the table is a cubic in the speed and a parabola in the spin.
+It follows the law to a few parts in a million, or to a few per cent if the rim is about as fast as
+the centre, as in a stone's last centimetres. A rest is 0.02 mm off.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -21,33 +21,38 @@ from curling_env.physics.compiled import inlined
 from curling_env.typing import Floats
 
 COLUMNS = 5
-"""Numbers of the table for each state: drag and torque as `running_band` gives them, times the
-effects' factors, acceleration along the travel and to its left, angular acceleration."""
+"""Numbers of the table for each state: drag and torque from `running_band`, times the effects'
+factors, acceleration along the travel and to its left, angular acceleration.
+"""
 SLOWEST, FASTEST = 2.0**-11, 8.0
 """Speeds of the table [m/s]; whole powers of two."""
 SPIN_OFFSET = 2.0**-7
-"""Added to the spin, so that bins are narrow where the sign of the rotation fades out [rad/s]."""
+"""Offset added to the spin, so that bins are narrow where the sign of the rotation fades out
+[rad/s].
+"""
 MAX_SPIN = 8.0
-"""Spin plus offset up to which the table goes [rad/s]; a whole power of two."""
+"""Maximum spin plus offset of the table [rad/s]; a whole power of two."""
 NO_TABLE: Floats = np.zeros(0)
-"""For a law that is evaluated."""
+"""Empty table of a law that is evaluated."""
 
 _BIN_BITS = 50
-"""A double's bits below this one say how far into a quarter of an octave the number lies."""
+"""Number of bits of a double that give the position within a quarter of an octave."""
 _REST = np.int64((1 << _BIN_BITS) - 1)
 _PER_BIN = 1.0 / (1 << _BIN_BITS)
 _FIRST_SPEED_BIN = int(np.float64(SLOWEST).view(np.int64)) >> _BIN_BITS
 _FIRST_SPIN_BIN = int(np.float64(SPIN_OFFSET).view(np.int64)) >> _BIN_BITS
 SPEED_NODES, SPIN_NODES = 3, 2
-"""Nodes of the table that each bin adds."""
+"""Number of nodes of the table in each bin."""
 _ROWS = 4 * SPEED_NODES * round(math.log2(FASTEST / SLOWEST)) + 1
 _ROW_SIZE = COLUMNS * (4 * SPIN_NODES * round(math.log2(MAX_SPIN / SPIN_OFFSET)) + 1)
-"""The rows of positive spins come first, then those of negative ones."""
+"""Length of a row of the table; the rows of positive spins come first, then those of negative
+ones.
+"""
 _STEP, _COLUMNS = np.uint64(_ROW_SIZE), np.uint64(COLUMNS)
 
 
 def _nodes(low: float, high: float, per_bin: int) -> Floats:
-    """Places of the nodes from `low` to `high`."""
+    """Return the places of the nodes from `low` to `high`."""
     octaves = round(math.log2(high / low))
     quarters = low * 2.0 ** np.arange(octaves)[:, None] * (1 + np.arange(4) / 4)
     width = low * 2.0 ** np.arange(octaves)[:, None] / 4
@@ -56,19 +61,19 @@ def _nodes(low: float, high: float, per_bin: int) -> Floats:
 
 
 def table_states() -> tuple[Floats, Floats]:
-    """Speeds (rows,) and spins (2 · columns,) of the nodes, the positive spins first."""
+    """Return speeds (rows,) and spins (2 · columns,) of the nodes, the positive spins first."""
     spins = _nodes(SPIN_OFFSET, MAX_SPIN, SPIN_NODES) - SPIN_OFFSET
     return _nodes(SLOWEST, FASTEST, SPEED_NODES), np.concatenate([spins, -spins])
 
 
 def as_table(values: Floats) -> Floats:
-    """The table of values (rows, 2 · columns, COLUMNS) at `table_states`, row after row."""
+    """Return the table of values (rows, 2 · columns, COLUMNS) at `table_states`, row after row."""
     return np.ascontiguousarray(values.reshape(_ROWS, 2, -1).swapaxes(0, 1)).ravel()
 
 
 @inlined
 def in_table(table: Any, speed: float, spin: float) -> bool:
-    """Tell whether a speed and a spin lie within a table; nothing lies within `NO_TABLE`."""
+    """Return whether a speed and a spin are within a table; never for `NO_TABLE`."""
     return (
         table.shape[0] > 0
         and SLOWEST <= speed < FASTEST
@@ -78,7 +83,9 @@ def in_table(table: Any, speed: float, spin: float) -> bool:
 
 @inlined
 def _column(table: Any, rows: Any, k: Any, speed_weights: Any, spin_weights: Any) -> float:
-    """One column at a state: the nodes' values weighted, the rows from their places in `table`."""
+    """Return one column at a state: the nodes' values weighted, the rows from their places in
+    `table`.
+    """
     r0, r1, r2, r3 = rows
     w0, w1, w2, w3 = speed_weights
     s0, s1, s2 = spin_weights
@@ -91,7 +98,7 @@ def _column(table: Any, rows: Any, k: Any, speed_weights: Any, spin_weights: Any
 
 @inlined
 def look_up(table: Any, speed: float, spin: float) -> Any:
-    """The five columns of the table at a state within it."""
+    """Return the five columns of the table at a state within it."""
     bits = np.float64(speed).view(np.int64)
     row = SPEED_NODES * ((bits >> _BIN_BITS) - _FIRST_SPEED_BIN)
     u = float(bits & _REST) * _PER_BIN
@@ -100,7 +107,7 @@ def look_up(table: Any, speed: float, spin: float) -> Any:
     w = float(bits & _REST) * _PER_BIN
     if spin < 0.0:
         row += _ROWS
-    # An index without sign saves asking whether it counts from the end.
+    # An unsigned index saves a check for counting from the end.
     r0 = np.uint64(row * _ROW_SIZE + at)
     r1 = r0 + _STEP
     r2 = r1 + _STEP

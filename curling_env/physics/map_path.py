@@ -1,10 +1,10 @@
-"""The path of a stone through the cells of the map, while P and Q of the law are given curves.
+"""Path of a stone through the cells of the map, while P and Q of the law are given curves.
 
 See `step` for these curves. The nodes of the path hold its state and acceleration; between nodes
 the path is a quintic.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -21,7 +21,9 @@ from curling_env.physics.state import Node, State
 
 @inlined
 def _time_to(distance: float, velocity: float, gain: float, within: float) -> float:
-    """Time to cover a distance at speed `velocity` changing at `gain`; infinite if not `within`."""
+    """Return the time to cover a distance at speed `velocity` changing at `gain`; infinite if not
+    `within`.
+    """
     if velocity * within + 0.5 * max(gain, 0.0) * within * within < distance:
         return np.inf
     root = velocity * velocity + 2.0 * gain * distance
@@ -32,19 +34,19 @@ def _time_to(distance: float, velocity: float, gain: float, within: float) -> fl
 
 @inlined
 def curve_at(curves: Any, k: int, u: float, speed: float) -> float:
-    """P along x or y at the fraction u of a step, at a speed."""
+    """Return P along x or y at the fraction u of a step, at a speed."""
     return curves[0, k] + u * (curves[1, k] + u * curves[2, k]) + speed * curves[3, k]
 
 
 @inlined
 def parabola_at(curves: Any, k: int, u: float) -> float:
-    """The spin's P, or Q, at the fraction u of a step."""
+    """Return the spin's P, or Q, at the fraction u of a step."""
     return curves[0, k] + u * (curves[1, k] + u * curves[2, k])
 
 
 @inlined
 def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
-    """Angle that a stone has turned by up to the fraction u of a step, and its spin then.
+    """Return the angle of rotation up to the fraction u of a step, and the spin then.
 
     The spin does not steer the stone, so both follow from the moments ∫ μ·u^k dt up to there.
     """
@@ -62,9 +64,9 @@ def _turn(curves: Any, spin: float, h: float, u: float, moments: Any) -> Any:
 def _follow_even_ice(
     mu: float, curves: Any, h: float, states: Any, moments: Any, nodes: Any
 ) -> int:
-    """Do as `follow_map` where friction is the same everywhere: a polynomial in time.
+    """Run `follow_map` on uniform friction: a polynomial in time.
 
-    P does not follow the speed.
+    P does not depend on the speed.
     """
     traced = nodes.shape[0] > 0
     for row in range(0 if traced else 1, 3):
@@ -146,7 +148,7 @@ def follow_map(
         dt = target - begun
         line = 0
         step_i = step_j = 0
-        # The next line ahead on each axis; one already passed is taken at once.
+        # The next line ahead on each axis; one already passed is used immediately.
         if vy != 0.0:
             step_i = 1 if vy > 0.0 else -1
             ahead = low_y + cell - y if vy > 0.0 else y - low_y
@@ -181,7 +183,7 @@ def follow_map(
             end_ax = mu_end * px + parabola_at(curves, 3, f1)
             end_ay = mu_end * py + parabola_at(curves, 4, f1)
             # The speed halfway was guessed from the beginning alone. Now that the end is known as
-            # well, the error of that guess, times how P follows the speed, is corrected.
+            # well, the error of that guess, times the derivative of P by the speed, is corrected.
             along_x = 8.0 * mid_ax - 7.0 * ax - end_ax
             along_y = 8.0 * mid_ay - 7.0 * ay - end_ay
             late = sixth * sixth * mu_mid * (along_x * tx + along_y * ty)
@@ -251,12 +253,12 @@ def _write_node(
 
 @inlined
 def _quintic(begin: Any, end: Any, places: Any, tau: float) -> Any:
-    """Position and velocity a time tau after the first of two nodes.
+    """Return position and velocity a time tau after the first of two nodes.
 
     Parameters
     ----------
     begin, end : the nodes
-    places : of position, velocity and acceleration in a node
+    places : places of position, velocity and acceleration in a node
     """
     x, v, a = places
     p0, v0, a0 = begin[x], begin[v], begin[a]
@@ -276,7 +278,7 @@ def _quintic(begin: Any, end: Any, places: Any, tau: float) -> Any:
 
 @inlined
 def place_between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
-    """Position and velocity of a state (6,) a time tau after node k, before node k + 1."""
+    """Return position and velocity of a state (6,) a time tau after node k, before node k + 1."""
     a, b = nodes[k], nodes[k + 1]
     out[State.X], out[State.VX] = _quintic(a, b, (Node.X, Node.VX, Node.AX), tau)
     out[State.Y], out[State.VY] = _quintic(a, b, (Node.Y, Node.VY, Node.AY), tau)
@@ -284,7 +286,7 @@ def place_between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
 
 @inlined
 def between_nodes(nodes: Any, k: int, tau: float, out: Any) -> None:
-    """State (6,) a time tau after node k, before node k + 1."""
+    """Return the state (6,) a time tau after node k, before node k + 1."""
     place_between_nodes(nodes, k, tau, out)
     places = (Node.THETA, Node.OMEGA, Node.ALPHA)
     out[State.THETA], out[State.OMEGA] = _quintic(nodes[k], nodes[k + 1], places, tau)
@@ -299,7 +301,7 @@ def sample_path(
     Parameters
     ----------
     path : (m, NODE_SIZE), of which `length` nodes are given
-    until : last time [s]; beyond its end the path stays where it ended
+    until : last time [s]; beyond its end the path stays at its last position
     probe : (6,) work array
     rows : (samples, 3) filled in
 

@@ -1,8 +1,8 @@
-"""The numbers that an effect's kernel reads and writes.
+"""Inputs and outputs of an effect's kernel.
 
-A kernel is a small pure function ``kernel(motion, theta, push)``: it reads how the stone moves
-from `motion`, its own parameters from `theta` in the order of its card, and adds to `push`.
-The names below are the places in `motion` and `push`.
+A kernel is a small pure function ``kernel(motion, theta, push)``: it reads the motion of the stone
+from `motion`, its own parameters from `theta` in the order of its card, and adds to `push`. The
+names below are the places in `motion` and `push`.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ X, Y = 0, 1
 SPEED = 2
 """Speed of the centre [m/s]."""
 LOG_SPEED = 3
-"""Natural logarithm of the speed in m/s, already taken: exp(p·LOG_SPEED) is speed^p."""
+"""Natural logarithm of the speed in m/s, precomputed: exp(p·LOG_SPEED) is speed^p."""
 TRAVEL_X, TRAVEL_Y = 4, 5
 """Direction of travel, a unit vector in the sheet frame."""
 HEADING = 6
@@ -35,15 +35,15 @@ STONE = 11
 SWEPT = 12
 """1 while the stone is swept, else 0."""
 CONTACTS = 13
-"""Contacts of the band that are asked about: friction kernels that act per contact only."""
-MOST_CONTACTS = 16
-"""Most contacts a kernel is asked about at once."""
+"""Number of contacts of the band in this call: friction kernels that act per contact only."""
+MAX_CONTACTS = 16
+"""Maximum number of contacts in one call of a kernel."""
 SLIP = 14
 """Sliding speed of contact q over the ice at SLIP + q [m/s]: kernels that act per contact only."""
-LOG_SLIP = SLIP + MOST_CONTACTS
+LOG_SLIP = SLIP + MAX_CONTACTS
 """Natural logarithm of the slip in m/s of contact q at LOG_SLIP + q."""
-RAN = LOG_SLIP + MOST_CONTACTS
-"""Which layer of the law's tracks is felt: as many stones of them had run before."""
+RAN = LOG_SLIP + MAX_CONTACTS
+"""Layer of the law's tracks: the number of stones that had run before."""
 MOTION_SIZE = RAN + 1
 
 # --- push: what the effect does to it ---------------------------------------------------------
@@ -61,7 +61,7 @@ PUSH_X, PUSH_Y = 5, 6
 """Acceleration along the sheet frame's x and y [m/s²]; add to it."""
 CONTACT_FRICTION = 7
 """Factor on the friction of contact q at CONTACT_FRICTION + q; multiply it."""
-PUSH_SIZE = CONTACT_FRICTION + MOST_CONTACTS
+PUSH_SIZE = CONTACT_FRICTION + MAX_CONTACTS
 
 GRAVITY = 9.80665
 """Standard gravity [m/s²] (ISO 80000-3)."""
@@ -72,5 +72,7 @@ SLOW_SPIN = 0.01
 
 @part
 def spin_sign(spin: float) -> float:
-    """Sign of the spin, smooth through zero so that a stone that stops turning stays at rest."""
+    """Return the sign of the spin, smooth through zero so that a stone that stops turning stays at
+    rest.
+    """
     return spin / math.sqrt(spin * spin + SLOW_SPIN * SLOW_SPIN)

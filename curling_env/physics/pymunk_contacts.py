@@ -1,12 +1,12 @@
-"""The contacts of touching stones, solved by pymunk.
+"""Contacts of touching stones, solved by pymunk.
 
-Which contacts there are and what they do is the law of `contacts`, whose own solver the batch
-engine uses; a solver of other people's making checks it.
+The contacts and their law are those of `contacts`, whose own solver the batch engine uses; an
+independent solver checks it.
 """
 
-# pymunk's stubs leave vectors partly untyped; this is the one file that talks to it.
-# pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
-# pyright: reportUnknownArgumentType=false
+# pymunk's stubs leave vectors partly untyped; this is the only file that uses it. pyright:
+# reportUnknownMemberType=false, reportUnknownVariableType=false pyright:
+# reportUnknownArgumentType=false
 
 from __future__ import annotations
 
@@ -27,16 +27,16 @@ from curling_env.physics.tuning import CREEP, ITERATIONS
 from curling_env.typing import Floats, Integers
 
 NO_TIME = 1e-15
-"""Too short for a stone to move [s]."""
+"""Duration too short for a stone to move [s]."""
 
 Push = tuple[int, int, float]
-"""Two stones that pushed each other, and their closing speed before [m/s]."""
+"""Two stones that pushed each other, and their approach speed before [m/s]."""
 
 
 def resolve_contacts(
     law: ContactLaw, states: Floats, phases: Integers, contacts: Contacts
 ) -> list[Push]:
-    """Let pymunk solve the contacts of touching stones; return those that pushed.
+    """Solve the contacts of touching stones with pymunk; return those that pushed.
 
     Parameters
     ----------
@@ -59,9 +59,9 @@ def resolve_contacts(
 def _space_of(
     law: ContactLaw, states: Floats, stones: list[int], radius: float
 ) -> tuple[pymunk.Space, dict[Any, int]]:
-    """A space of stones as circles, and whose its bodies are.
+    """Return a space of stones as circles, and the stone of each body.
 
-    Two elasticities and frictions multiply to the law's. How stones are numbered does not matter.
+    Two elasticities and frictions multiply to the law's. The numbering of stones does not matter.
     """
     space = pymunk.Space()
     bodies: dict[Any, int] = {}
@@ -77,7 +77,7 @@ def _space_of(
 
 
 def _push(space: pymunk.Space, bodies: dict[Any, int], states: Floats, iterations: int) -> None:
-    """Let the stones of a space push each other, and take their velocities over."""
+    """Let the stones of a space push each other, and read their velocities."""
     space.iterations = iterations
     space.step(NO_TIME)
     for body, k in bodies.items():
@@ -86,7 +86,7 @@ def _push(space: pymunk.Space, bodies: dict[Any, int], states: Floats, iteration
 
 
 def _resolve_one(law: ContactLaw, states: Floats, contacts: Contacts) -> Push:
-    """One contact: circles that reach its point push each other there, whatever the gap."""
+    """Solve one contact: circles that reach its point push each other there, at any gap."""
     row = contacts.order[0]
     first, second = contacts.pairs[row].tolist()
     radius = float(contacts.table[row, Entry.LEVER]) + 1e-12
@@ -96,11 +96,11 @@ def _resolve_one(law: ContactLaw, states: Floats, contacts: Contacts) -> Push:
 
 
 def _resolve_many(law: ContactLaw, states: Floats, contacts: Contacts, count: int) -> list[Push]:
-    """Several contacts at once, each told how it parts."""
+    """Solve several contacts at once, each with its own separation."""
     rows = contacts.order[:count]
     pairs = contacts.pairs[rows]
     found = dict(zip(map(frozenset, pairs.tolist()), contacts.table[rows], strict=True))
-    # As much larger as touching stones may be apart.
+    # Enlarged by the maximum gap of touching stones.
     radius = 0.5 * (law.reach + law.touching)
     space, bodies = _space_of(law, states, pairs.ravel().tolist(), radius)
     pushes: list[Push] = []
@@ -108,12 +108,12 @@ def _resolve_many(law: ContactLaw, states: Floats, contacts: Contacts, count: in
     def prepare(arbiter: pymunk.Arbiter, _space: pymunk.Space, _data: Any) -> None:
         a, b = arbiter.bodies
         entry = found.get(frozenset((bodies[a], bodies[b])))
-        if entry is None:  # they touch, but part
+        if entry is None:  # they touch, but separate
             arbiter.process_collision = False
             return
         if entry[Entry.CLOSING] <= 0.0:
             arbiter.restitution = 0.0
-        # Both impulses act at one point, or angular momentum would not be kept.
+        # Both impulses act at one point, or angular momentum would not be conserved.
         points = arbiter.contact_point_set
         middle = 0.5 * (a.position + b.position)
         points.points[0].point_a = points.points[0].point_b = middle

@@ -1,4 +1,4 @@
-"""Positions into which no stone is thrown: they cannot be, or the throw would begin in a stone."""
+"""Refusal of positions that are impossible or in which the throw would begin in a stone."""
 
 from __future__ import annotations
 
@@ -11,40 +11,42 @@ from curling_env.physics.tuning import OVERLAP_ALLOWED, ROUNDING
 from curling_env.typing import Floats
 
 
-def refuse_impossible(
+def refuse_impossible_positions(
     stones: Floats, radius: float, bounds: Floats, inside: str, *, bounded: int
 ) -> None:
-    """Refuse places that are none, and two stones in one place; NaN twice stands for no stone.
+    """Refuse invalid places, and two stones in one place; NaN twice means no stone.
 
     Parameters
     ----------
     stones : (n, k, 2) centres or (n, k, 6) states, sheet frame
-    radius : of a stone [m]
+    radius : radius of a stone [m]
     bounds : (4,) x_min, x_max, y_min, y_max of centres [m]
     inside : the bounds in words
-    bounded : number of stones of each position that must lie within the bounds, the first ones
+    bounded : number of stones of each position, from the first, that must be within the bounds
 
     Raises
     ------
     InputError : a stone beyond the bounds, one with one number only, or centres nearer to each
         other than those of stones in contact
     """
-    i, a, b = _first_impossible(stones, bounded, bounds, (2 * radius - OVERLAP_ALLOWED) ** 2)
+    i, a, b = _first_impossible_position(
+        stones, bounded, bounds, (2 * radius - OVERLAP_ALLOWED) ** 2
+    )
     if i >= 0:
         first, second = (f"({x:g}, {y:g})" for x, y in stones[i, [a, b], :2])
         raise InputError(
-            f"a stone must lie inside {inside}, got one at {first} m"
+            f"a stone must be inside {inside}, got one at {first} m"
             if a == b
-            else f"two stones cannot lie in one place: {first} and {second} m",
+            else f"two stones cannot be in one place: {first} and {second} m",
             where=f"position {i}" if len(stones) > 1 else None,
         )
 
 
 @compiled
-def _first_impossible(stones: Any, bounded: int, bounds: Any, least: float) -> Any:
-    """Position and numbers of two stones in one place; twice that of one beyond; or -1.
+def _first_impossible_position(stones: Any, bounded: int, bounds: Any, least: float) -> Any:
+    """Return position and numbers of two stones in one place; twice that of one beyond; or -1.
 
-    Bounds are exact to what numbers are rounded to; `least` is a squared distance.
+    Bounds are exact to the rounding of numbers; `least` is a squared distance.
     """
     for i in range(stones.shape[0]):
         for a in range(stones.shape[1]):

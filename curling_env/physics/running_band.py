@@ -1,16 +1,14 @@
-"""The running band of a stone: the sum of friction over its contacts.
+"""Running band of a stone: the sum of friction over its contacts.
 
-The band is summed as a continuous ring, which the paper's J contacts approach: a periodic trapezoid
-rule whose points crowd where the rim stands nearly still on the ice, within 7e-5 of the elliptic
-integrals where the rim is nearly as fast as the centre, within 2e-6 everywhere else, with 8 to 32
-contacts.
+The band is summed as a continuous ring, the limit of the paper's J contacts: a periodic trapezoid
+rule whose points crowd where the rim is nearly at rest on the ice, within 7e-5 of the elliptic
+integrals if the rim is nearly as fast as the centre, within 2e-6 otherwise, with 8 to 32 contacts.
 
-Where earlier stones have worn tracks, each contact has the friction of the ice that it stands on.
-More friction on the left than on the right then turns the stone, and more in front than behind
-pushes a turning stone aside.
+On worn tracks, each contact has the friction of the ice under it. More friction on the left than on
+the right then turns the stone, and more in front than behind pushes a turning stone aside.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -35,11 +33,11 @@ from curling_env.physics.motion import (
 from curling_env.typing import Floats
 
 MIN_SPEED = 1e-9
-"""Directions and logarithms take lower speeds for this one [m/s]."""
+"""Minimum speed for directions and logarithms; lower speeds are replaced by it [m/s]."""
 
 
 def _front_half(pairs: int, crowding: float) -> Floats:
-    """Contacts ahead of the centre: sine and cosine of φ and weight, (pairs, 3).
+    """Return contacts ahead of the centre: sine and cosine of φ and weight, (pairs, 3).
 
     φ = π/2 + u − crowding·sin u: equal steps of u crowd the points where φ = π/2, the place of a
     rim that moves against the travel.
@@ -59,7 +57,7 @@ _WORN = _front_half(8, 0.4)
 def _slips_and_factors(
     law: Any, front: Any, speed: float, rim: float, motion: Any, push: Any
 ) -> None:
-    """Fill in the slips of a band's contacts, and the factors on their μ that follow from them."""
+    """Fill in the slips of a band's contacts, and the resulting factors on their μ."""
     contacts = front.shape[0]
     for q in range(contacts):
         along = speed - rim * front[q, 0]
@@ -77,13 +75,13 @@ def _slips_and_factors(
 
 @inlined
 def running_band(law: Any, speed: float, spin: float, motion: Any, push: Any) -> Any:
-    """Mean drag and torque of the band's contacts, per unit μ and load.
+    """Return mean drag and torque of the band's contacts, per unit μ and load.
 
     Parameters
     ----------
     law : the ice, a `Law`
-    speed : of the centre [m/s]
-    spin : counter-clockwise positive [rad/s]
+    speed : speed of the centre [m/s]
+    spin : spin, counter-clockwise positive [rad/s]
     motion, push : work arrays of MOTION_SIZE and PUSH_SIZE
 
     Returns
@@ -102,7 +100,7 @@ def running_band(law: Any, speed: float, spin: float, motion: Any, push: Any) ->
             front = _SIXTEEN
     else:
         rim = 0.0
-    # Contacts at φ and π − φ slip equally fast: each stands for both.
+    # Contacts at φ and π − φ slip equally fast: each represents both.
     _slips_and_factors(law, front, speed, rim, motion, push)
     drag = torque = 0.0
     for q in range(front.shape[0]):
@@ -114,7 +112,7 @@ def running_band(law: Any, speed: float, spin: float, motion: Any, push: Any) ->
 
 @inlined
 def _worn(law: Any, layer: int, x: float, y: float) -> float:
-    """Factor on the friction at a point by the bands that passed over it."""
+    """Return the factor on the friction at a point from the passes of bands over it."""
     rows, columns = law.tracks.shape[1], law.tracks.shape[2]
     u = min(max((y - law.track_y) / law.track_length, 0.0), rows - 1.0)
     v = min(max((x - law.track_x) / law.track_width, 0.0), columns - 1.0)
@@ -128,12 +126,12 @@ def _worn(law: Any, layer: int, x: float, y: float) -> float:
 
 @inlined
 def band_on_tracks(law: Any, speed: float, spin: float, motion: Any, push: Any) -> Any:
-    """The same as `running_band` where each contact has the friction of the ice under it.
+    """Return the same as `running_band`, with the friction of the ice under each contact.
 
     Parameters
     ----------
-    law, speed, spin, push : as of `running_band`
-    motion : with X, Y, TRAVEL_X, TRAVEL_Y and RAN set
+    law, speed, spin, push : as in `running_band`
+    motion : motion with X, Y, TRAVEL_X, TRAVEL_Y and RAN set
 
     Returns
     -------
@@ -153,7 +151,8 @@ def band_on_tracks(law: Any, speed: float, spin: float, motion: Any, push: Any) 
     forward_x, forward_y = radius * motion[TRAVEL_X], radius * motion[TRAVEL_Y]
     drag = left = torque = 0.0
     for q in range(front.shape[0]):
-        # The contacts at φ and π − φ: beside the centre by as much, ahead of it and behind.
+        # The contacts at φ and π − φ: at the same distance to the side, ahead of the centre and
+        # behind.
         aside = side * front[q, 0]
         x = motion[X] - aside * forward_y
         y = motion[Y] + aside * forward_x

@@ -1,4 +1,4 @@
-"""Lone throws one after the other, each on the ice as those before it have left it."""
+"""Lone throws one after the other, each on the ice as the previous ones have left it."""
 
 from __future__ import annotations
 
@@ -23,10 +23,10 @@ def simulate(
     fps: float = 30.0,
     progress: Progress = no_progress,
 ) -> list[Trajectory]:
-    """Throw stones one after the other, each alone on the sheet, and follow their true paths.
+    """Throw stones one after the other, each alone on the sheet, and return their true paths.
 
-    Ice that wears, drifts or remembers where stones ran does so from throw to throw. An effect of
-    the measurement in the ice file changes what a camera would report, not these paths.
+    Ice that wears, drifts or has tracks changes from throw to throw. An effect of the measurement
+    in the ice file changes what a camera would report, not these paths.
 
     Parameters
     ----------
@@ -57,16 +57,16 @@ def simulate(
             samples += len(run.trajectory)
         if samples > limits.MAX_ROWS:
             raise InputError(
-                f"{len(releases)} throws are more than {limits.MAX_ROWS} rows of tracks at {fps:g} "
-                "samples a second: give fewer throws, or fewer samples"
+                f"{len(releases)} throws at {fps:g} samples a second exceed {limits.MAX_ROWS} "
+                "rows of tracks: use fewer throws, or fewer samples"
             )
     return tracks
 
 
 def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iterator[Slide]:
-    """Slide stones one after the other, each on the ice as those before it have left it.
+    """Slide stones one after the other, each on the ice as the previous ones have left it.
 
-    The wear does not depend on fps, the samples per second of the paths that are kept.
+    The wear does not depend on fps, the samples per second of the kept paths.
 
     Raises
     ------

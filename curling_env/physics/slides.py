@@ -24,19 +24,19 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 
 USUAL_NODES = 1024
-"""Room for the nodes of a path; the few longer ones are followed a second time."""
+"""Capacity for the nodes of a path; the few longer ones are computed a second time."""
 
 
 @dataclass(frozen=True)
 class Slide:
-    """The course of one stone that slid alone.
+    """Course of one stone that slid alone.
 
     Parameters
     ----------
-    end : why it ended
+    end : reason for its end
     x, y, vx, vy, theta, omega : final state, sheet frame [m, m/s, rad, rad/s]
     time : time from release to the end [s]
-    trajectory : samples at the rate that was asked for, and the final state; or None
+    trajectory : samples at the requested rate, and the final state; or None
     """
 
     end: SlideEnd
@@ -51,14 +51,14 @@ class Slide:
 
 
 def edge_bounds(ice: Ice) -> Floats:
-    """Bounds of a stone's centre while the whole stone is on the ice, (4,) [m]."""
+    """Return bounds of a stone's centre while the whole stone is on the ice, (4,) [m]."""
     x = ice.sheet.width / 2 - ice.stone.radius
     y = ice.sheet.length / 2 - ice.stone.radius
     return np.array([-x, x, -y, y])
 
 
 def play_bounds(ice: Ice, direction: Direction) -> Floats:
-    """Bounds of a stone's centre while it is in play or on its way there, (4,) [m].
+    """Return bounds of a stone's centre while it is in play or before play, (4,) [m].
 
     Within them the stone touches neither side line and is not wholly past the far back line.
     """
@@ -69,12 +69,12 @@ def play_bounds(ice: Ice, direction: Direction) -> Floats:
 
 
 def state_of(stone: Any) -> Floats:
-    """The state (6,) of a `Release`, or of anything else with the same fields."""
+    """Return the state (6,) of a `Release`, or of any object with the same fields."""
     return np.array([stone.x, stone.y, stone.vx, stone.vy, stone.theta, stone.omega])
 
 
 def delivery_of(release: Release) -> ThrowTimes:
-    """Clock and sweep of a release."""
+    """Return clock and sweep of a release."""
     return ThrowTimes(release.clock, release.sweep_start, release.sweep_end)
 
 
@@ -87,7 +87,7 @@ def slide(
     throw: int = 0,
     tolerance: float = FINE_TOLERANCE,
 ) -> Slide:
-    """Path of a lone stone on an ice from its release.
+    """Return the path of a lone stone on an ice from its release.
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def slide(
         by default
     fps : samples per second of the trajectory; without it none is kept
     throw : number of the throw in the trajectory
-    tolerance : how far the rest may be off on the roughest ice; on smooth ice a tenth of it [m]
+    tolerance : maximum error of the rest on the roughest ice; a tenth of it on smooth ice [m]
 
     Raises
     ------

@@ -1,7 +1,7 @@
-"""The order in which arrays hold the state of a stone, and the nodes of its path.
+"""Layout of arrays with the state of a stone, and the nodes of its path.
 
 The order of a state is that of the columns in a file of releases. The places are tuples of whole
-numbers, which every numba takes for constants.
+numbers, which every version of numba treats as constants.
 """
 
 from __future__ import annotations

@@ -1,14 +1,14 @@
-"""One step of a sliding stone: a second or so of motion that still follows every cell of the map.
+"""Step of a sliding stone: a second or so of motion that still follows every cell of the map.
 
 The law is acceleration = μ(x, y)·P + Q. P and Q, which take exponentials and logarithms, change
 smoothly along a path; μ, which takes four table entries, may change in every cell. A step
 therefore describes P and Q by parabolas in time through its beginning, middle and end, and follows
 the map from line to line with them. The parabolas of the step before, extrapolated, predict; the
 law at the predicted middle and end corrects (collocation at the Lobatto points, order four). The
-size of the correction tells how long the next step may be.
+size of the correction sets the length of the next step.
 """
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -36,23 +36,23 @@ from curling_env.typing import Floats
 
 
 class Workspace(NamedTuple):
-    """The arrays in which one stone slides, and how fine its steps are.
+    """Work arrays of one sliding stone, and the fineness of its steps.
 
     Parameters
     ----------
-    control : how long steps may be
+    control : limits on the length of steps
     push : (PUSH_SIZE,) the effects' output
     states : (3, 6) at the beginning, middle and end of a step
     retraced : (3, 6) the same for following the map a second time
     terms : (3, 6) P and Q there
-    curves : (4, 6) P and Q as parabolas of the fraction of the step, and how much more P changes
+    curves : (4, 6) P and Q as parabolas of the fraction of the step, and the further change of P
         with the speed, which a rough map makes uneven
-    changes : (3, 4) by how much the last pass changed the parabolas: u and u² of P, then of Q
+    changes : (3, 4) changes of the parabolas by the last pass: u and u² of P, then of Q
     last_curves : (3, 6) parabolas through P and Q of the step before
     last_velocity : (3, 2) parabola through the velocity of the step before
-    direction : (2,) of travel at the beginning of a step, a unit vector
+    direction : (2,) direction of travel at the beginning of a step, a unit vector
     moments : (5,) ∫ μ·u^k dt for k = 0 to 3, where u is the fraction of the step, and μ at the end
-    nodes : (MAX_NODES, NODE_SIZE) of the path within a step
+    nodes : (MAX_NODES, NODE_SIZE) nodes of the path within a step
     probe : (6,) a state between nodes
     """
 
@@ -72,7 +72,7 @@ class Workspace(NamedTuple):
 
 
 def new_workspace(tolerance: float = QUICK_TOLERANCE) -> Workspace:
-    """The arrays for one thread that slides stones within a tolerance [m]."""
+    """Allocate the arrays for one thread that slides stones within a tolerance [m]."""
     return Workspace(
         control=step_control(tolerance),
         push=np.zeros(PUSH_SIZE),
@@ -92,7 +92,9 @@ def new_workspace(tolerance: float = QUICK_TOLERANCE) -> Workspace:
 
 @inlined
 def _parabola(begin: float, middle: float, end: float) -> Any:
-    """Coefficients of the parabola through values at the fractions 0, 1/2 and 1 of a step."""
+    """Return coefficients of the parabola through values at the fractions 0, 1/2 and 1 of a
+    step.
+    """
     return begin, 4.0 * middle - end - 3.0 * begin, 2.0 * (end - 2.0 * middle + begin)
 
 
@@ -109,7 +111,7 @@ def _predict(work: Workspace, ratio: float, patterned: bool) -> None:
     b0 = velocity[0, 0] * tx + velocity[0, 1] * ty
     b1 = velocity[1, 0] * tx + velocity[1, 1] * ty
     b2 = velocity[2, 0] * tx + velocity[2, 1] * ty
-    # How P and Q followed the speed late in the step before; they do so more as the stone slows.
+    # Dependence of P and Q on the speed late in the step before; it grows as the stone slows.
     slowing = b1 + 1.5 * b2
     then = b0 + 0.75 * (b1 + 0.75 * b2)
     u = 1.0 + 0.5 * ratio
@@ -131,7 +133,7 @@ def _predict(work: Workspace, ratio: float, patterned: bool) -> None:
 
 @inlined
 def _follow_speed(work: Workspace, s0: float, s1: float, s2: float) -> None:
-    """Let P of a step that has none before it follow the speed as its beginning and end show."""
+    """Let P of a first step follow the speed as at its beginning and end."""
     curves = work.curves
     if s2 - s0 > -MIN_SPEED_LOSS * s0:
         return
@@ -147,7 +149,7 @@ def _follow_speed(work: Workspace, s0: float, s1: float, s2: float) -> None:
 
 @inlined
 def store_curves(work: Workspace) -> None:
-    """Keep the parabolas through P, Q and the velocity for the step that follows."""
+    """Store the parabolas through P, Q and the velocity for the next step."""
     states, terms = work.states, work.terms
     curves, velocity = work.last_curves, work.last_velocity
     for k in range(6):
@@ -178,9 +180,9 @@ def take_step(
     motion : (MOTION_SIZE,) with ORDER, STONE and SWEPT set
     work : states[0] is the state at t; if ratio > 0, last_curves are those of the step before
     times : time t since release, session time of the release, length h of the step [s]
-    ratio : h over the length of the step before; 0 if there is none to go on from
-    time_left : about how long the stone will go on [s]
-    accepted : correction small enough to need no further pass [m]
+    ratio : h over the length of the step before; 0 for a first step
+    time_left : approximate time until the stone rests [s]
+    accepted : correction that needs no further pass [m]
     nodes : (n, NODE_SIZE) filled in with the path within the step; n = 0 for none
 
     Returns
@@ -224,7 +226,7 @@ def take_step(
         m1, m2, m3 = moments[1], moments[2], moments[3]
         last = 0.0
         for k in range(3):
-            # The parabolas through the new P and Q at middle and end, less those used so far.
+            # The parabolas through the new P and Q at middle and end, minus those used before.
             p1 = terms[1, k] - curve_at(curves, k, 0.5, s1)
             p2 = terms[2, k] - curve_at(curves, k, 1.0, s2)
             q1 = terms[1, k + 3] - parabola_at(curves, k + 3, 0.5)
@@ -257,9 +259,9 @@ def take_step(
 
 @inlined
 def _correct_nodes(work: Workspace, nodes: Any, n: int, h: float) -> None:
-    """Add to the nodes of a step what its last pass corrected, as if on even friction.
+    """Add the correction of a step's last pass to its nodes, as if on uniform friction.
 
-    The correction is so small that what the friction varies within a step does not count.
+    The correction is so small that the variation of the friction within a step does not matter.
     """
     mu = work.moments[0] / h
     for i in range(1, n):

@@ -1,6 +1,6 @@
-"""Obstacles of a sliding stone: bounds and resting stones, and when it reaches them."""
+"""Obstacles of a sliding stone: bounds and resting stones, and the time until it reaches them."""
 
-# Work arrays come untyped through compiled code: what is read from them is unknown, not wrong.
+# Work arrays come untyped through compiled code: values read from them are unknown, not wrong.
 # pyright: reportUnknownVariableType=false, reportUnknownArgumentType=false
 
 from __future__ import annotations
@@ -14,30 +14,30 @@ from curling_env.physics.compiled import inlined
 from curling_env.physics.contacts import collides
 from curling_env.physics.map_path import between_nodes, place_between_nodes
 from curling_env.physics.state import Node, State
-from curling_env.physics.tuning import CONTACT_GAP, CREEP_TIME, MAX_TIME, MORE_THAN_AT_NODES
+from curling_env.physics.tuning import ACCELERATION_MARGIN, CONTACT_GAP, CREEP_TIME, MAX_TIME
 from curling_env.typing import Floats
 
 NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
-"""Bounds of a slide that ends only where the stone rests. Copy them before changing one."""
+"""Bounds of a slide that ends only at rest. Copy them before changing one."""
 NO_OBSTACLES = np.empty((0, 2))
-"""The obstacles of a slide on an empty sheet."""
+"""Obstacles of a slide on an empty sheet."""
 _FAR = 1e3
-"""Further than any stone slides [m]; stands for no bound."""
+"""Distance beyond any slide, instead of a bound [m]."""
 _LAST_BIT = 62
-"""The bit that stands for all obstacles from this one on."""
+"""Bit that represents all obstacles from this one on."""
 ALL = -1
-"""All obstacles."""
+"""Mask of all obstacles."""
 
 
 class Limits(NamedTuple):
-    """The limits of a slide, which end it before the stone rests.
+    """Limits of a slide, which end it before the stone rests.
 
     Parameters
     ----------
     bounds : (4,) x_min, x_max, y_min, y_max of the centre [m]
     obstacles : (k, 2) centres of resting stones [m]
     reach : distance between two centres in contact [m]
-    until : time since release after which a stone that still slides is followed no further [s]
+    until : maximum time since release [s]
     """
 
     bounds: Floats
@@ -48,24 +48,25 @@ class Limits(NamedTuple):
 
 @inlined
 def room(s: Any, bounds: Any) -> float:
-    """Distance of a state from its nearest bound [m]; negative outside."""
+    """Return the distance of a state from its nearest bound [m]; negative outside."""
     x, y = s[State.X], s[State.Y]
     return min(min(x - bounds[0], bounds[1] - x), min(y - bounds[2], bounds[3] - y))
 
 
 @inlined
 def greatest_acceleration(nodes: Any, n: int) -> float:
-    """A bound of the acceleration on a path of n nodes [m/s²]."""
+    """Return a bound of the acceleration on a path of n nodes [m/s²]."""
     most = 0.0
     for k in range(n):
         ax, ay = nodes[k, Node.AX], nodes[k, Node.AY]
         most = max(most, ax * ax + ay * ay)
-    return MORE_THAN_AT_NODES * math.sqrt(most) + 1e-3
+    return ACCELERATION_MARGIN * math.sqrt(most) + 1e-3
 
 
 @inlined
 def free_time(gap: float, closing: float, most: float) -> float:
-    """For how long a gap stays open that closes at a speed, at an acceleration of up to `most` [s].
+    """Return the minimum time until a gap closes, at a speed and an acceleration of up to `most`
+    [s].
 
     The distance of a moving centre from a point bends towards it no more than the centre's path.
     """
@@ -75,21 +76,21 @@ def free_time(gap: float, closing: float, most: float) -> float:
 
 @inlined
 def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
-    """Find what a stone comes to next.
+    """Find the next obstacle of a stone.
 
     Parameters
     ----------
     s : its state
     limits : bounds and obstacles
-    near : the obstacles to look at, see `nearby`
-    most : its greatest acceleration [m/s²]
+    near : candidate obstacles, see `nearby`
+    most : its maximum acceleration [m/s²]
 
     Returns
     -------
-    gap : distance to the nearest bound or obstacle that it approaches [m]. Of an obstacle to which
-        it creeps, touching it, the way that it may slide before it looks again
-    contact : whether that is an obstacle
-    free : for how long it certainly reaches nothing [s]
+    gap : distance to the nearest bound or obstacle that it approaches [m]. For an obstacle that it
+        touches and creeps towards, the distance before the next check
+    contact : true if that is an obstacle
+    free : time in which it certainly reaches nothing [s]
     """
     gap = room(s, limits.bounds)
     contact = False
@@ -120,7 +121,7 @@ def look_around(s: Any, limits: Limits, near: int, most: float) -> Any:
 
 @inlined
 def is_stuck(s: Any, limits: Limits) -> bool:
-    """Tell whether a stone lies beyond a bound or within reach of an obstacle."""
+    """Return whether a stone is beyond a bound or within reach of an obstacle."""
     stuck = room(s, limits.bounds) < 0.0
     obstacles = limits.obstacles
     for k in range(obstacles.shape[0]):
@@ -131,7 +132,9 @@ def is_stuck(s: Any, limits: Limits) -> bool:
 
 @inlined
 def _square_from(x: float, y: float, a: Any, b: Any) -> float:
-    """Square of the distance of a point from the straight line between two states [m²]."""
+    """Return the square of the distance of a point from the straight line between two states
+    [m²].
+    """
     ax, ay = x - a[State.X], y - a[State.Y]
     bx, by = b[State.X] - a[State.X], b[State.Y] - a[State.Y]
     along = ax * bx + ay * by
@@ -143,9 +146,9 @@ def _square_from(x: float, y: float, a: Any, b: Any) -> float:
 
 @inlined
 def nearby(states: Any, bulge: float, limits: Limits) -> int:
-    """The obstacles that a step may come within reach of: bit k for obstacle k.
+    """Return the obstacles that a step may come within reach of: bit k for obstacle k.
 
-    Its path lies within `bulge` of the straight lines between beginning, middle and end.
+    Its path is within `bulge` of the straight lines between beginning, middle and end.
     """
     far = limits.reach + bulge
     x0, x1, x2 = states[0, State.X], states[1, State.X], states[2, State.X]
@@ -166,7 +169,7 @@ def nearby(states: Any, bulge: float, limits: Limits) -> int:
 
 @inlined
 def may_leave(states: Any, bulge: float, bounds: Any) -> bool:
-    """Tell whether a step may cross a bound; `bulge` as in `nearby`."""
+    """Return whether a step may cross a bound; `bulge` as in `nearby`."""
     return room(states[1], bounds) < bulge or room(states[2], bounds) < bulge
 
 
@@ -174,13 +177,13 @@ def may_leave(states: Any, bulge: float, bounds: Any) -> bool:
 def first_touch(nodes: Any, n: int, probe: Any, limits: Limits, near: int) -> Any:
     """Find where the path of a step first crosses a bound or comes within reach of an obstacle.
 
-    From each place the stone goes on for no longer than it certainly touches nothing, so that
-    nothing is passed however slightly it would be touched.
+    From each place the stone moves on only for a time in which it certainly touches nothing, so
+    that even the slightest contact is found.
 
     Returns
     -------
     node, tau : a time tau after that node, or -1 if nothing is touched; the state is in probe
-    contact : whether it is an obstacle
+    contact : true if it is an obstacle
     """
     most = greatest_acceleration(nodes, n)
     t = nodes[0, Node.T]

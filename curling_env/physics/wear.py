@@ -1,9 +1,9 @@
 """Wear of the ice along the paths of stones.
 
 The effect `pebble_wear` has three parameters. Its `rate` acts on the whole sheet and belongs to the
-force law. The others act where stones ran. `along_path` changes the friction map between throws,
-and a stone feels what lies under its centre. `under_contacts` is felt by each contact of the
-running band on its own, in the force law, which has to know where stones ran.
+force law. The others act along stones' tracks. `along_path` changes the friction map between
+throws, and acts on a stone at its centre. `under_contacts` acts on each contact of the running band
+separately, in the force law, which needs the tracks.
 """
 
 from __future__ import annotations
@@ -22,16 +22,18 @@ from curling_env.worn_tracks import WORN_WIDTH, WornTracks, area_covered
 PATH_FPS = 30.0
 """Samples per second of the paths that wear the ice; between them a path is straight."""
 STRIPS = 5
-"""Parallel lines that stand for the band on wide cells; on narrow cells there are more."""
+"""Number of parallel lines that represent the band on wide cells; narrow cells have more."""
 
 
 def wear_along_path(ice: Ice) -> float:
-    """Change of ln μ by one pass of the band, from every `pebble_wear` of the ice."""
+    """Return the change of ln μ by one pass of the band, from every `pebble_wear` of the ice."""
     return _wear(ice, "along_path")
 
 
 def wear_under_contacts(ice: Ice) -> float:
-    """Change of ln μ under a contact by one pass of the band, from every `pebble_wear`."""
+    """Return the change of ln μ under a contact by one pass of the band, from every
+    `pebble_wear`.
+    """
     return _wear(ice, "under_contacts")
 
 
@@ -40,7 +42,7 @@ def _wear(ice: Ice, parameter: str) -> float:
 
 
 def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
-    """Change of ln μ of every cell, (rows, columns), by stones that moved along these paths.
+    """Return the change of ln μ of every cell, (rows, columns), from stones on these paths.
 
     A pass changes a cell in proportion to the share of its area that the band covered. The wear of
     several paths, (n, 2) each in the sheet frame [m], adds up in any order.
@@ -49,7 +51,8 @@ def wear_of(ice: Ice, paths: Iterable[Floats]) -> Floats:
 
 
 def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
-    """Passes of the running band over every cell, (rows, columns), on paths (n, 2) each [m].
+    """Return the passes of the running band over every cell, (rows, columns), on paths (n, 2) each
+    [m].
 
     A pass over part of a cell counts as that part.
     """
@@ -61,7 +64,7 @@ def passes_over(sheet: Sheet, paths: Iterable[Floats]) -> Floats:
 
 
 def with_wear_in_map(ice: Ice) -> Ice:
-    """The same ice with all wear along paths kept in the cells of its map, as games keep it."""
+    """Return the same ice with all wear along paths in the cells of its map, as in games."""
     if wear_under_contacts(ice) == 0.0:
         return ice
     effects = list(ice.effects)
@@ -75,19 +78,19 @@ def with_wear_in_map(ice: Ice) -> Ice:
 
 
 def worn(ice: Ice, wear: Floats | None) -> Ice:
-    """An ice after a change of ln μ by `wear` (rows, columns); None is no change."""
+    """Return an ice after a change of ln μ by `wear` (rows, columns); None means no change."""
     if wear is None:
         return ice
     return replace(ice, friction=replace(ice.friction, mu=ice.friction.mu * np.exp(wear)))
 
 
 class IceInUse:
-    """An ice on which stones are thrown one after the other, given as it is before the first.
+    """Ice on which stones are thrown one after the other.
 
     Attributes
     ----------
-    remembers : whether it matters where they run
-    now : the ice as those so far have left it
+    remembers : true if tracks of stones matter
+    now : current ice
     """
 
     def __init__(self, ice: Ice) -> None:
@@ -99,7 +102,7 @@ class IceInUse:
         self.now = ice
 
     def ran(self, path: Floats) -> None:
-        """A stone ran along a path (n, 2), sheet frame [m]."""
+        """Register that a stone ran along a path (n, 2), sheet frame [m]."""
         if not self.remembers:
             return
         if self._in_map:

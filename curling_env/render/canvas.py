@@ -24,16 +24,16 @@ from curling_env.typing import Floats, Image, Singles
 Colour = tuple[int, int, int]
 
 _BITS = 5
-"""Number of binary places of a pixel in the coordinates that OpenCV is given."""
+"""Number of binary places of a pixel in coordinates for OpenCV."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Canvas:
-    """A part of a picture that shows a part of the sheet.
+    """Part of a picture that shows a part of the sheet.
 
     Parameters
     ----------
-    image : (height, width, 3) RGB, a view into the whole picture; it is drawn on in place
+    image : (height, width, 3) RGB, a view into the whole picture, drawn on in place
     left_y : y at its left edge, delivery frame [m]
     top_x : x at its upper edge, delivery frame [m]
     scale : pixels per metre
@@ -45,14 +45,14 @@ class Canvas:
     scale: float
 
     def pixels(self, xy: ArrayLike) -> Floats:
-        """Pixel coordinates (..., 2) of points in the delivery frame [m]."""
+        """Return pixel coordinates (..., 2) of points in the delivery frame [m]."""
         points = np.asarray(xy, dtype=np.float64)
         along = (points[..., 1] - self.left_y) * self.scale
         down = (points[..., 0] - self.top_x) * self.scale
         return np.stack([along, down], axis=-1) - 0.5
 
     def points(self) -> Floats:
-        """The point of the delivery frame under every pixel, (height, width, 2) [m]."""
+        """Return the point of the delivery frame under every pixel, (height, width, 2) [m]."""
         height, width = self.image.shape[:2]
         y = self.left_y + (np.arange(width) + 0.5) / self.scale
         x = self.top_x + (np.arange(height) + 0.5) / self.scale
@@ -62,15 +62,15 @@ class Canvas:
         return np.round(self.pixels(xy) * (1 << _BITS)).astype(np.int32)
 
     def disc(self, centre: ArrayLike, radius: float, colour: Colour) -> None:
-        """A filled circle; radius in metres."""
+        """Draw a filled circle; radius in metres."""
         self._circle(centre, radius * self.scale, colour, cv2.FILLED)
 
     def ring(self, centre: ArrayLike, radius: float, colour: Colour, width_px: int = 1) -> None:
-        """The outline of a circle; radius in metres."""
+        """Draw the outline of a circle; radius in metres."""
         self._circle(centre, radius * self.scale, colour, width_px)
 
     def dot(self, centre: ArrayLike, radius_px: float, colour: Colour) -> None:
-        """A filled circle; radius in pixels."""
+        """Draw a filled circle; radius in pixels."""
         self._circle(centre, radius_px, colour, cv2.FILLED)
 
     def _circle(self, centre: ArrayLike, radius_px: float, colour: Colour, width: int) -> None:
@@ -79,15 +79,15 @@ class Canvas:
         cv2.circle(self.image, (u, v), size, colour, width, cv2.LINE_AA, _BITS)
 
     def polygon(self, corners: ArrayLike, colour: Colour) -> None:
-        """A filled polygon through corners (n, 2)."""
+        """Draw a filled polygon through corners (n, 2)."""
         cv2.fillPoly(self.image, [self._fixed(corners)], colour, cv2.LINE_AA, _BITS)
 
     def line(self, path: ArrayLike, colour: Colour, width_px: int = 1) -> None:
-        """A line through points (n, 2)."""
+        """Draw a line through points (n, 2)."""
         cv2.polylines(self.image, [self._fixed(path)], False, colour, width_px, cv2.LINE_AA, _BITS)
 
     def band(self, low: ArrayLike, high: ArrayLike, colour: Colour) -> None:
-        """A rectangle between two corners, at least one pixel thick."""
+        """Draw a rectangle between two corners, at least one pixel thick."""
         u0, v0 = np.floor(self.pixels(low) + 0.5).astype(int)
         u1, v1 = np.ceil(self.pixels(high) + 0.5).astype(int)
         height, width = self.image.shape[:2]
@@ -101,14 +101,14 @@ def _font(size: int, bold: bool) -> Any:
     import matplotlib
     from PIL import ImageFont
 
-    # DejaVu Sans comes with matplotlib and knows μ, σ and ω.
+    # DejaVu Sans comes with matplotlib and has μ, σ and ω.
     name = "DejaVuSans-Bold.ttf" if bold else "DejaVuSans.ttf"
     return ImageFont.truetype(Path(matplotlib.get_data_path()) / "fonts" / "ttf" / name, size)
 
 
 @lru_cache(maxsize=512)
 def _mask(text: str, size: int, bold: bool) -> Singles:
-    """Opacity of a text's pixels, (height, width) in 0–1."""
+    """Return the opacity of a text's pixels, (height, width) in 0–1."""
     from PIL import Image as Picture
     from PIL import ImageDraw
 
@@ -140,8 +140,8 @@ def write(
         [pixels]
     size : height of the type [pixels]
     colour : colour of the text
-    bold : whether the type is bold
-    align : which point of the line is at the column
+    bold : use bold type
+    align : point of the line at the column
     """
     if not text:
         return

@@ -1,4 +1,4 @@
-"""The sheet drawn with Matplotlib for reports; no display is needed.
+"""Figures of the sheet with Matplotlib for reports; no display is needed.
 
 Films and windows need many pictures a second: they are drawn by `renderer`.
 """
@@ -38,7 +38,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 Projection = Callable[[ArrayLike], Floats]
-"""Turns points (..., 2) of the sheet frame into points of the drawing."""
+"""Function that maps points (..., 2) of the sheet frame to points of the drawing."""
 
 RING_COLOURS = ("#7fa8d6", "#ffffff", "#e58a86", "#ffffff")
 """12-, 8- and 4-foot ring and button, pale so that paths and stones stand out."""
@@ -56,13 +56,13 @@ TRACK_COLOURS = ("#123a63", "#b5541c", "#2b7a4b", "#7a3b8f", "#a38414", "#137f8f
 
 
 def lengthwise(xy: ArrayLike) -> Floats:
-    """The whole sheet on its side, seen from above: the home end is on the left."""
+    """Project the whole sheet on its side, seen from above: the home end is on the left."""
     points = np.asarray(xy, dtype=np.float64)
     return np.stack([points[..., 1], -points[..., 0]], axis=-1)
 
 
 def from_the_thrower(direction: Direction) -> Projection:
-    """The end played to as the thrower sees it: the tee is the origin and play goes up."""
+    """Project the end played to from the thrower's view: the tee is the origin and play goes up."""
     return partial(to_delivery, direction=direction)
 
 
@@ -133,7 +133,7 @@ def draw_map(
     smooth: bool = True,
     **style: Any,
 ) -> Any:
-    """Draw values (rows, columns) of the cells as a heat map; returns it for a colour bar."""
+    """Draw values (rows, columns) of the cells as a heat map; return it for a colour bar."""
     rows, columns = sheet.shape
     x = -sheet.width / 2 + np.arange(columns + 1) * sheet.cell_size
     y = -sheet.length / 2 + np.arange(rows + 1) * sheet.cell_size
@@ -184,7 +184,7 @@ def draw_target(ax: Axes, xy: ArrayLike, view: Projection, **style: Any) -> None
 def draw_landing_ellipse(
     ax: Axes, points: Floats, share: float, view: Projection, **style: Any
 ) -> None:
-    """Draw the ellipse that holds a share of normally distributed points (n, 2)."""
+    """Draw the ellipse that contains a share of normally distributed points (n, 2)."""
     seen = view(points)
     if len(seen) < 3:
         return
@@ -206,7 +206,9 @@ def draw_landing_ellipse(
 def draw_landing_cloud(
     ax: Axes, points: Floats, share: float, view: Projection, **style: Any
 ) -> None:
-    """Draw the line around the densest places that hold a share of points (n, 2) of any shape."""
+    """Draw the line around the densest region that contains a share of points (n, 2) of any
+    shape.
+    """
     seen = view(points)
     if len(seen) < 3:
         return
@@ -222,7 +224,7 @@ def draw_landing_cloud(
 
 
 def new_figure(width: float, height: float) -> Figure:
-    """An empty figure in the style of the reports; width and height in inches."""
+    """Make an empty figure in the style of the reports; width and height in inches."""
     layout = ConstrainedLayoutEngine(w_pad=0.08, h_pad=0.08)
     return Figure(figsize=(width, height), layout=layout, facecolor="white")
 
@@ -239,7 +241,8 @@ def plain_axes(ax: Axes) -> None:
 
 
 def save_figure(figure: Figure, path: str | Path, *, dpi: int = 150) -> None:
-    """Write a figure to a file, completely or not at all; as PNG where its name says nothing else.
+    """Write a figure to a file, completely or not at all; as PNG unless its name has another
+    suffix.
 
     Raises
     ------

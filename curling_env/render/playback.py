@@ -1,4 +1,4 @@
-"""A throw shown as it happens: the scene at one moment, and the frames of a film."""
+"""Animation of a throw: the scene at one moment, and the frames of a film."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ HOLD = 0.6
 def drawn_stones(
     stones: Sequence[StoneState], colour_of: Callable[[int], Colour]
 ) -> list[DrawnStone]:
-    """Resting stones as they are drawn; `colour_of` gives a handle's colour by identifier."""
+    """Return resting stones for drawing; `colour_of` gives a handle's colour by identifier."""
     return [DrawnStone(x=s.x, y=s.y, theta=s.theta, colour=colour_of(s.stone)) for s in stones]
 
 
@@ -32,12 +32,12 @@ def scene_at(
     t: float,
     colour_of: Callable[[int], Colour],
 ) -> DrawnScene:
-    """A scene with the stones of a throw where they are at one moment, and their paths so far.
+    """Return a scene with the stones of a throw at one moment, and their paths up to then.
 
     Parameters
     ----------
     scene : title, facts and target
-    before : the stones that lay on the sheet before the throw
+    before : stones on the sheet before the throw
     outcome : outcome of the throw, with trajectories
     t : time since release [s]
     colour_of : colour of a stone's handle, by the stone's identifier
@@ -71,21 +71,21 @@ def playback_frames(
     speed: float = 1.0,
     scene_at_rest: DrawnScene | None = None,
 ) -> Iterator[Image]:
-    """The frames of a throw, from release until everything rests.
+    """Yield the frames of a throw, from release until everything rests.
 
     Parameters
     ----------
     renderer : draws the ice, seen along the throw
     scene : title, facts and target
-    before : the stones that lay on the sheet before the throw
+    before : stones on the sheet before the throw
     outcome : outcome of the throw, with trajectories
     colour_of : colour of a stone's handle, by the stone's identifier
     fps : frames per second of the film
-    speed : how many times faster than it happened the throw is shown
+    speed : playback speed over real time
     scene_at_rest : title, facts and target once everything rests; by default the same
     """
     frames = int(np.ceil((outcome.time / speed + HOLD) * fps))
     for k in range(frames + 1):
         t = min(k * speed / fps, outcome.time + LINGER + 1e-6)
-        told = scene_at_rest if scene_at_rest is not None and t >= outcome.time else scene
-        yield renderer.draw(scene_at(told, before, outcome, t, colour_of))
+        shown = scene_at_rest if scene_at_rest is not None and t >= outcome.time else scene
+        yield renderer.draw(scene_at(shown, before, outcome, t, colour_of))

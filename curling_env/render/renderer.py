@@ -1,4 +1,4 @@
-"""The sheet from above as a broadcast shows it: the whole sheet, and the house in close-up."""
+"""Sheet from above as in a broadcast: the whole sheet, and a close-up of the house."""
 
 from __future__ import annotations
 
@@ -57,7 +57,7 @@ _HOUSE_FROM, _HOUSE_TO = HOG_LINE_Y - TEE_Y - 0.55, BACK_LINE_Y - TEE_Y + 0.95
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnStone:
-    """A stone as it is drawn.
+    """Stone to draw.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ class DrawnStone:
 
 @dataclass(frozen=True, kw_only=True)
 class DrawnScene:
-    """What lies on the sheet, and the text beside it.
+    """Stones and paths to draw, and the text beside them.
 
     Parameters
     ----------
@@ -93,13 +93,13 @@ class DrawnScene:
 
 
 class SheetRenderer:
-    """Draws scenes on one ice, seen along one direction of play.
+    """Renderer of scenes on one ice, seen along one direction of play.
 
     The empty sheet with its friction is painted once and copied for every scene.
 
     Parameters
     ----------
-    ice : its friction is shown as colour under the lines: teal where keen, amber where heavy
+    ice : ice whose friction is the colour under the lines: teal where keen, amber where heavy
     direction : the end played to, on the right of the picture
     """
 
@@ -116,7 +116,7 @@ class SheetRenderer:
         self._paint_labels()
 
     def draw(self, scene: DrawnScene) -> Image:
-        """The picture of a scene, (720, 1280, 3) RGB."""
+        """Return the picture of a scene, (720, 1280, 3) RGB."""
         picture = self._empty.copy()
         strip, house = self._views(picture)
         for path, colour in scene.paths:
@@ -137,7 +137,7 @@ class SheetRenderer:
         return picture
 
     def close_up_pixel(self, xy: ArrayLike) -> Floats:
-        """Column and row (..., 2) in a picture where the close-up shows points [pixels].
+        """Return column and row (..., 2) of points in the picture's close-up [pixels].
 
         Parameters
         ----------
@@ -148,7 +148,7 @@ class SheetRenderer:
     # --- the sheet -----------------------------------------------------------------------------
 
     def _views(self, picture: Image) -> tuple[Canvas, Canvas]:
-        """The parts of a picture that show the whole sheet and the house played to."""
+        """Return the parts of a picture that show the whole sheet and the house played to."""
         sheet = self.ice.sheet
         scale = (_WIDTH - 2 * _MARGIN) / sheet.length
         height = round(sheet.width * scale)
@@ -181,7 +181,7 @@ class SheetRenderer:
             hog, back, hack = (
                 end + toward * (line - TEE_Y) for line in (HOG_LINE_Y, BACK_LINE_Y, HACK_Y)
             )
-            # The line's sheet-side edge is where it is measured; it is painted towards the house.
+            # The line is measured at its sheet-side edge; it is painted towards the house.
             edges = sorted((hog, hog + toward * HOG_LINE_WIDTH))
             view.band((-half, edges[0]), (half, edges[1]), _HOG)
             for line in (end, back):
@@ -193,7 +193,7 @@ class SheetRenderer:
             view.image[:] = np.round(view.image * self._dye(view)).astype(np.uint8)
 
     def _dye(self, view: Canvas) -> Floats:
-        """The colour of the friction under every pixel, (height, width, 3) in 0–1."""
+        """Return the colour of the friction under every pixel, (height, width, 3) in 0–1."""
         low, middle, high = self._range()
         mu = self.ice.mu_at(to_sheet(view.points(), self.direction))
         depth = np.where(
@@ -203,14 +203,14 @@ class SheetRenderer:
         return 1 - np.clip(depth, 0, 1)[..., None] * (1 - colour)
 
     def _range(self) -> tuple[float, float, float]:
-        """Friction shown in full teal, without colour and in full amber."""
+        """Return the friction shown in full teal, without colour and in full amber."""
         mu = self.ice.friction.mu
         middle = float(np.median(mu))
         spread = max(float(np.abs(mu - middle).max()), _FULL_COLOUR * middle)
         return middle - spread, middle, middle + spread
 
     def _paint_labels(self) -> None:
-        """Names of the lines above the close-up, and the colour scale of the friction."""
+        """Paint the names of the lines above the close-up, and the colour scale of the friction."""
         picture, house = self._empty, self._house
         top = _house_top(self._strip)
         for name, y in (
@@ -289,6 +289,6 @@ def _house_top(strip: Canvas) -> int:
 
 
 def _deeper(colour: Colour) -> Colour:
-    """The same colour, darker, to stand out on ice."""
+    """Return the same colour, darker, to stand out on ice."""
     r, g, b = colour
     return (int(0.68 * r), int(0.68 * g), int(0.68 * b))

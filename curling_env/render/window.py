@@ -1,4 +1,4 @@
-"""A window that shows pictures; needs the extra `viewer`."""
+"""Window that shows pictures; needs the extra `viewer`."""
 
 # pygame's stubs leave parts untyped.
 # pyright: reportUnknownMemberType=false, reportUnknownVariableType=false
@@ -13,7 +13,7 @@ from curling_env.typing import Image
 
 
 class PictureWindow:
-    """Shows one picture after another at a steady rate.
+    """Window that shows one picture after another at a steady rate.
 
     Parameters
     ----------
@@ -23,7 +23,7 @@ class PictureWindow:
 
     Raises
     ------
-    ModuleNotFoundError : pygame is not installed; the message says how to install it
+    ModuleNotFoundError : pygame is not installed; the message has the command to install it
     """
 
     def __init__(self, size: tuple[int, int], title: str, fps: float) -> None:

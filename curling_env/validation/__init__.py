@@ -1,4 +1,4 @@
-"""An ice beside published measurements: what agrees, what does not and why."""
+"""Comparison of an ice with published measurements: agreement, and reasons for differences."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 from curling_env.validation.row import Comparison, Row, Verdict

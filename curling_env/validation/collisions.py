@@ -13,11 +13,11 @@ from curling_env.typing import Floats
 from curling_env.validation.shots import Shots
 
 SPEED = 2.0
-"""Of the thrown stone when it hits [m/s]; the shares below do not depend on it."""
+"""Speed of the thrown stone at the hit [m/s]; the shares below do not depend on it."""
 
 
 def after_hit(stone: Stone, fullness: float) -> Floats:
-    """States of the thrown and the struck stone after one contact, (2, 6).
+    """Return the states of the thrown and the struck stone after one contact, (2, 6).
 
     Parameters
     ----------
@@ -37,18 +37,20 @@ def after_hit(stone: Stone, fullness: float) -> Floats:
 
 
 def struck(shots: Shots) -> float:
-    """Speed of a fully hit stone over the thrown stone's."""
+    """Return the speed of a fully hit stone over the thrown stone's."""
     return float(after_hit(shots.ice.stone, 1.0)[1, State.VY]) / SPEED
 
 
 def energy_kept(shots: Shots) -> float:
-    """Share of the energy that two stones keep in a full hit."""
+    """Return the share of the energy that two stones keep in a full hit."""
     stones = after_hit(shots.ice.stone, 1.0)
     return float((stones[:, State.VX : State.VY + 1] ** 2).sum()) / SPEED**2
 
 
 def angle_apart(shots: Shots) -> float:
-    """Angle between the ways of the two stones after a hit of half a stone [degrees]."""
+    """Return the angle between the paths of the two stones after a hit of half a stone
+    [degrees].
+    """
     stones = after_hit(shots.ice.stone, 0.5)
     ways = np.arctan2(stones[:, State.VY], stones[:, State.VX])
     return float(np.degrees(abs(ways[0] - ways[1])))

@@ -12,52 +12,56 @@ KEEN = 14.5
 """Hog-to-hog time of a draw on the ice of the coaches' table [s]."""
 BACKBOARD = HOG_TO_FAR_TEE + 4.877
 SHORT_OF_HOUSE = 0.9
-"""How far before the house a centre guard lies, front to front [m]."""
+"""Distance of a centre guard from the house, front to front [m]."""
 PLACES = {
     "a guard": HOG_TO_FAR_TEE - HOUSE_RADIUS - SHORT_OF_HOUSE,
     "the back line": HOG_TO_FAR_TEE + BACK_LINE_Y - TEE_Y,
     "the hack": HOG_TO_FAR_TEE + HACK_Y - TEE_Y,
     "the backboard": BACKBOARD,
 }
-"""Where a stone of that weight stops, from the hog line of the delivery [m]."""
+"""Place of rest of a stone of that weight, from the hog line of the delivery [m]."""
 NYBERG_SPINS = (0.9, 1.3, 1.8, 2.6)
 
 
 def hog_to_hog(shots: Shots) -> float | None:
-    """Of a draw to the tee [s]."""
+    """Return the hog-to-hog time of a draw to the tee [s]."""
     return shots.hog_to_hog(HOG_TO_FAR_TEE)
 
 
 def hog_to_tee(shots: Shots) -> float | None:
-    """From the hog line of the delivery until a draw rests on the tee line [s]."""
+    """Return the time from the hog line of the delivery until a draw rests on the tee line [s]."""
     return None if shots.draw is None else shots.draw.time
 
 
 def _on_ice_of(shots: Shots, seconds: float) -> Shots | None:
-    """The ice scaled until a draw takes so long from hog line to hog line."""
+    """Return the ice scaled to a given hog-to-hog time of a draw."""
     return shots.scaled_until(hog_to_hog, seconds)
 
 
 def hog_to_tee_on(shots: Shots, seconds: float) -> float | None:
-    """Time from hog line to tee on ice where a draw takes given seconds hog to hog [s]."""
+    """Return the time from hog line to tee on ice with a given hog-to-hog time of a draw [s]."""
     scaled = _on_ice_of(shots, seconds)
     return None if scaled is None else hog_to_tee(scaled)
 
 
 def time_of_weight(shots: Shots, place: str) -> float | None:
-    """Hog-to-hog time of a stone that stops at a place of `PLACES`, on ice of `KEEN` [s]."""
+    """Return the hog-to-hog time of a stone that stops at a place of `PLACES`, on ice of `KEEN`
+    [s].
+    """
     scaled = _on_ice_of(shots, KEEN)
     return None if scaled is None else scaled.hog_to_hog(PLACES[place])
 
 
 def speed_of_time(shots: Shots, seconds: float) -> float | None:
-    """Speed of a stone of a hog-to-hog time, on ice of `KEEN` [m/s]."""
+    """Return the speed of a stone with a hog-to-hog time, on ice of `KEEN` [m/s]."""
     scaled = _on_ice_of(shots, KEEN)
     return None if scaled is None else scaled.weight_of_time(seconds)
 
 
 def metres_per_second(shots: Shots, to_rest: bool) -> float | None:
-    """Extra distance of a draw that is a second quicker, from its two neighbours [m/s]."""
+    """Return the extra distance of a draw that is a second quicker, from its two neighbours
+    [m/s].
+    """
     speed = shots.draw_speed
     if speed is None:
         return None
@@ -76,7 +80,7 @@ def metres_per_second(shots: Shots, to_rest: bool) -> float | None:
 
 
 def of_draw(shots: Shots, what: str, spin: float | None = None) -> float | None:
-    """Curl [m] or turns of a draw, with a given spin [rad/s]."""
+    """Return the curl [m] or turns of a draw, with a given spin [rad/s]."""
     draw: Slide | None = shots.draw if spin is None else shots.draw_turning(spin)
     if draw is None:
         return None
@@ -84,14 +88,14 @@ def of_draw(shots: Shots, what: str, spin: float | None = None) -> float | None:
 
 
 def curl_by_spin(shots: Shots) -> float | None:
-    """Largest over smallest curl of draws with the spins of play."""
+    """Return the largest over the smallest curl of draws with the spins of play."""
     found = [of_draw(shots, "curl", spin) for spin in NYBERG_SPINS]
     curls = [curl for curl in found if curl]
     return max(curls) / min(curls) if len(curls) == len(found) else None
 
 
 def late_curl(shots: Shots) -> float | None:
-    """Share of a draw's curl that comes over the last quarter of its way."""
+    """Return the share of a draw's curl over the last quarter of its path."""
     path = None if shots.draw_speed is None else shots.followed(shots.draw_speed, 50.0)
     if path is None or path.xy[-1, 0] == 0.0:
         return None
@@ -101,9 +105,9 @@ def late_curl(shots: Shots) -> float | None:
 
 
 def slow_side(shots: Shots) -> float:
-    """Friction of a point at the slow side of the band over one at the fast side, at 0.5 m/s.
+    """Return the friction at the slow side of the band over that at the fast side, at 0.5 m/s.
 
-    Both as if the whole stone slid at that speed, spinning at the usual 1 rad/s.
+    Both are for the whole stone sliding at that speed, spinning at the usual 1 rad/s.
     """
     rim = shots.ice.stone.band_radius or 0.0625
     return shots.friction_at(0.5 - rim, 0.0) / shots.friction_at(0.5 + rim, 0.0)

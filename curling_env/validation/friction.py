@@ -12,15 +12,16 @@ from curling_env.validation.shots import Shots
 
 SAMPLES_PER_SECOND = 200.0
 JENSEN_SPEED, JENSEN_SPIN = 2.09, 1.01
-"""Of the published shot [m/s, rad/s]."""
+"""Speed and spin of the published shot [m/s, rad/s]."""
 JENSEN_DISTANCE = 25.6
 _POINT_CONTACT = Stone(band_radius=0.0)
 
 
 def friction_between(shots: Shots, fast: float, slow: float) -> float | None:
-    """Mean deceleration over g while a stone slows from one speed to another, as a film shows it.
+    """Return the mean deceleration over g between two speeds, as measured on a film.
 
-    The stone is a draw's, with the spin that it then has; above draw weight a faster one's.
+    The stone is that of a draw, with its spin at that point; above draw weight that of a faster
+    throw.
     """
     speed = max(shots.draw_speed or 0.0, 1.05 * fast)
     path = shots.followed(speed, SAMPLES_PER_SECOND)
@@ -34,18 +35,18 @@ def friction_between(shots: Shots, fast: float, slow: float) -> float | None:
 
 
 def steepness(shots: Shots) -> float | None:
-    """Power by which friction falls, from 0.25 to 2.15 m/s."""
+    """Return the exponent of the friction's decrease with speed, from 0.25 to 2.15 m/s."""
     slow, fast = friction_between(shots, 0.3, 0.2), friction_between(shots, 2.2, 2.1)
     return None if slow is None or fast is None else math.log(slow / fast) / math.log(2.15 / 0.25)
 
 
 def jensen_carry(shots: Shots) -> float:
-    """Distance of the published shot [m]."""
+    """Return the distance of the published shot [m]."""
     return shots.carry(JENSEN_SPEED, JENSEN_SPIN)
 
 
 def jensen(shots: Shots, what: str) -> float | None:
-    """Time, curl or turns of the published shot on the ice scaled to its distance."""
+    """Return time, curl or turns of the published shot on the ice scaled to its distance."""
     scaled = shots.scaled_until(jensen_carry, JENSEN_DISTANCE)
     run = None if scaled is None else scaled.run(JENSEN_SPEED, JENSEN_SPIN)
     if run is None:
@@ -54,11 +55,11 @@ def jensen(shots: Shots, what: str) -> float | None:
 
 
 def _power_law(exponent: float) -> Shots:
-    """Ice of a power law alone, on a stone whose contact is a point: no spin, no drag."""
+    """Return ice of a power law alone, on a stone whose contact is a point: no spin, no drag."""
     falls = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": exponent})
     return Shots(Ice.uniform(0.008, effects=(falls,), stone=_POINT_CONTACT))
 
 
 def time_of_power_law(_: Shots, exponent: float) -> float | None:
-    """Time of the published shot under a power law of friction alone [s]."""
+    """Return the time of the published shot under a power law of friction alone [s]."""
     return jensen(_power_law(exponent), "time")

@@ -24,11 +24,11 @@ MU = 0.01
 RATIOS = np.geomspace(0.01, 100.0, 81)
 """Speed of the centre over that of the rim; the even number of steps leaves 1 among them."""
 CLUSTERS = 200
-"""Of touching stones, whose collisions are added up."""
+"""Number of clusters of touching stones, whose collisions are added up."""
 
 
 def thin_ring(ratio: Floats) -> tuple[Floats, Floats]:
-    """Drag and torque of a thin ring under constant friction, by elliptic integrals.
+    """Return drag and torque of a thin ring under constant friction, by elliptic integrals.
 
     Parameters
     ----------
@@ -44,7 +44,7 @@ def thin_ring(ratio: Floats) -> tuple[Floats, Floats]:
     """
     functions: Any = special
     m = 4 * ratio / (1 + ratio) ** 2
-    # Of 1 − m, which keeps its digits where the rim is as fast as the centre.
+    # Complement 1 − m, which keeps its digits if the rim is as fast as the centre.
     k = functions.ellipkm1(((1 - ratio) / (1 + ratio)) ** 2 + 1e-300)
     e = functions.ellipe(m)
     drag = ((ratio - 1) * k + (1 + ratio) * e) / (np.pi * ratio)
@@ -52,7 +52,9 @@ def thin_ring(ratio: Floats) -> tuple[Floats, Floats]:
 
 
 def off_the_ring(_: Shots) -> float:
-    """Largest distance of the law's drag and torque from the thin ring's, over all ratios."""
+    """Return the largest difference of the law's drag and torque from the thin ring's, over all
+    ratios.
+    """
     stone = RULE_BOOK_STONE
     states = np.zeros((len(RATIOS), 5))
     states[:, 3], states[:, 4] = RATIOS, 1.0 / stone.band_radius
@@ -68,7 +70,9 @@ def off_the_ring(_: Shots) -> float:
 
 
 def off_by_scipy(_: Shots) -> float:
-    """Distance between our rest and that of SciPy's DOP853 on the elliptic integrals [m]."""
+    """Return the distance between our rest and that of SciPy's DOP853 on the elliptic integrals
+    [m].
+    """
     stone, speed, spin = RULE_BOOK_STONE, 1.0, 4.0
     turning = GRAVITY * stone.mass * stone.band_radius / stone.inertia
 
@@ -91,7 +95,7 @@ def off_by_scipy(_: Shots) -> float:
 
 
 def spin_decay(_: Shots) -> float:
-    """Power p of ω ∝ v^p on a band alone, over that of theory, for a stone that hardly spins."""
+    """Return the power p of ω ∝ v^p on a band alone, over theory, for a stone that hardly spins."""
     stone, exponent = RULE_BOOK_STONE, 0.25
     falls = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": exponent})
     ice = Ice.uniform(0.008, effects=(falls,))
@@ -104,14 +108,14 @@ def spin_decay(_: Shots) -> float:
 
 
 def energy_of_draw(_: Shots) -> float:
-    """Work along a draw's path by the law, over the energy at the release, less one."""
+    """Return the work along a draw's path by the law, over the energy at the release, minus one."""
     ice = load_ice("standard")
     per_mass = ice.stone.inertia / ice.stone.mass
     speed = Shots(ice).draw_speed
     path = None if speed is None else Shots(ice).followed(speed, 200.0)
     assert path is not None  # of a preset
     assert path.theta is not None
-    t = path.t[:-1]  # the last interval is a shorter one
+    t = path.t[:-1]  # the last interval is shorter
     v = np.gradient(path.xy[:-1], t, axis=0, edge_order=2)
     omega = np.gradient(path.theta[:-1], t, edge_order=2)
     states = np.column_stack([path.xy[:-1], v, omega])
@@ -122,7 +126,7 @@ def energy_of_draw(_: Shots) -> float:
 
 
 def clusters(_: Shots, what: str) -> float:
-    """Worst breach over many clusters of stones that collide, relative to what there was.
+    """Return the worst relative violation of conservation over many clusters of colliding stones.
 
     Parameters
     ----------
@@ -164,11 +168,11 @@ def _budget(stones: Floats, per_mass: float) -> dict[str, Floats]:
 
 
 def scaled_world(ice: Ice, length: float, time: float) -> Ice:
-    """Uniform ice in a world of other lengths and times, in which every path looks the same.
+    """Return uniform ice scaled in length and time, in which every path looks the same.
 
     Parameters
     ----------
-    ice : uniform, with a power law of friction, air drag, curl and spin drag at most
+    ice : uniform ice with at most a power law of friction, air drag, curl and spin drag
     length, time : factors on every length and every time
     """
     n = 0.0
@@ -197,9 +201,10 @@ def scaled_world(ice: Ice, length: float, time: float) -> Ice:
 
 
 def off_in_scaled_world(_: Shots) -> float:
-    """Largest relative difference of a draw's ends in a world scaled by 1.3 in length, 0.8 in time.
+    """Return the largest relative difference of a draw's ends if lengths are scaled by 1.3, times
+    by 0.8.
 
-    Compared are how far it carries, how far it curls, how long it takes and how far it turns.
+    Distance, curl, time and turns are compared.
     """
     length, time, ice = 1.3, 0.8, load_ice("standard")
     other = scaled_world(ice, length, time)
@@ -215,7 +220,7 @@ def off_in_scaled_world(_: Shots) -> float:
 
 
 def metres_by_power_law(_: Shots) -> float | None:
-    """Metres a second, hog to hog, of a draw of 13.0 s under a power law of −¼ alone."""
+    """Return metres a second, hog to hog, of a draw of 13.0 s under a power law of −¼ alone."""
     falls = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": 0.25})
     ice = Ice.uniform(0.008, effects=(falls,), stone=Stone(band_radius=0.0))
     scaled = Shots(ice).scaled_until(hog_to_hog, 13.0)
@@ -223,7 +228,7 @@ def metres_by_power_law(_: Shots) -> float | None:
 
 
 def drift_over_theory(_: Shots) -> float | None:
-    """Drift by a slope across Coulomb ice over αD/(2μ)."""
+    """Return the drift by a slope across Coulomb ice over αD/(2μ)."""
     tilt = 1e-5
     shots = Shots(Ice.uniform(MU, stone=Stone(band_radius=0.0)))
     speed = shots.weight(HOG_TO_FAR_TEE)

@@ -1,4 +1,4 @@
-"""A row of the table of published measurements, and what an ice says to it."""
+"""Row of the table of published measurements, and its comparison with an ice."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.validation.shots import Shots
 
 
 class Verdict(StrEnum):
-    """How a computed value stands to a published one."""
+    """Agreement of a computed value with a published one."""
 
     AGREES = "agrees"
     EXPLAINED = "explained"
@@ -24,24 +24,25 @@ class Verdict(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Row:
-    """One published measurement, and how the same is computed.
+    """Published measurement with the computation of the same quantity.
 
     Parameters
     ----------
-    name : what was measured; no two rows have the same
+    name : measured quantity, unique in the table
     part : section of the table
-    said : what the source says, as it says it
-    low, high : what lies within the source's own uncertainty; both None where nobody has measured
+    said : value in the source's own words
+    low, high : bounds of the source's own uncertainty; both None if not measured
     unit : of low, high and the value
-    source : who measured it, and through whom it is quoted if not read there
-    value : what an ice gives for it; None where it gives nothing, such as a stone that never stops
-    about : what the source leaves open, and where other sources disagree
-    why : by name of a preset, why its value does not agree; ``any`` serves for every ice
-    depends_on_ice : whether another ice can give another value
+    source : source of the measurement, and the quoting source if not read directly
+    value : function that computes it on an ice; None if there is no result, such as a stone that
+        never stops
+    about : open points of the source, and differing sources
+    why : by name of a preset, reason why its value does not agree; ``any`` applies to every ice
+    depends_on_ice : true if another ice can give another value
 
     Raises
     ------
-    InputError : bounds of which one is missing, or that are the wrong way round
+    InputError : one bound is missing, or the bounds are reversed
     """
 
     name: str
@@ -63,23 +64,23 @@ class Row:
             raise InputError(f"row {self.name!r}: low {self.low:g} is above high {self.high:g}")
 
     def residual(self, value: float) -> float:
-        """Distance from the middle of the bounds in halves of their width; within 1 it agrees.
+        """Return the distance from the middle of the bounds in half-widths; within 1 it agrees.
 
         Raises
         ------
-        InputError : a row that nobody has measured, or whose bounds are one number
+        InputError : a row without a measurement, or with equal bounds
         """
         if self.low is None or self.high is None or self.low == self.high:
             raise InputError(f"row {self.name!r} has no uncertainty to compare with")
         return (2 * value - self.low - self.high) / (self.high - self.low)
 
     def compared(self, shots: Shots, preset: str = "") -> Comparison:
-        """What an ice says to the row.
+        """Compare an ice with the row.
 
         Parameters
         ----------
         shots : throws on the ice
-        preset : the name of the ice, for which an explanation may be known
+        preset : name of the ice, for which an explanation may be known
         """
         found = self.value(shots)
         value = None if found is None or not math.isfinite(found) else float(found)
@@ -97,14 +98,14 @@ class Row:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """A row with its value on one ice.
+    """Row with its value on one ice.
 
     Parameters
     ----------
     row : the published measurement
-    value : what the ice gives; None if it gives nothing
-    verdict : how the two stand to each other
-    why : why they do not agree; empty where they do, or where nobody knows
+    value : computed value; None if absent
+    verdict : agreement of the two
+    why : reason for a difference; empty if they agree, or if it is unknown
     """
 
     row: Row
@@ -113,7 +114,7 @@ class Comparison:
     why: str
 
     def as_dict(self) -> dict[str, Any]:
-        """The comparison by names, for JSON."""
+        """Return the comparison by names, for JSON."""
         row = self.row
         return {
             "part": row.part,

@@ -1,4 +1,4 @@
-"""The throws that rows of the table ask of one ice, each found and thrown once."""
+"""Throws on one ice for the rows of the table, each computed once."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ DRAW_SPIN = 1.0
 """Spin of the draw at the hog line [rad/s]; published draws turn 0.9 to 1.01 rad/s."""
 HOG_TO_HOG = 2 * HOG_LINE_Y
 HOG_TO_FAR_TEE = HOG_TO_HOG + HOG_TO_TEE
-"""From the hog line of the delivery to the tee played to [m]."""
+"""Distance from the hog line of the delivery to the tee played to [m]."""
 LEAST_SPEED, LEAST_SCALE, MOST_SCALE = 0.05, 0.05, 20.0
 
 
@@ -37,7 +37,7 @@ class Shots:
 
     Parameters
     ----------
-    ice : what is thrown on
+    ice : ice of the throws
     """
 
     def __init__(self, ice: Ice) -> None:
@@ -52,12 +52,12 @@ class Shots:
         until: float | None = None,
         swept_from: float | None = None,
     ) -> Slide | None:
-        """One throw straight ahead; None if the stone never stops.
+        """Simulate one straight throw; return None if the stone never stops.
 
         Parameters
         ----------
         until : distance at which it is stopped
-        swept_from : time from which on it is swept, to the end [s]
+        swept_from : time from which it is swept, to the end [s]
         """
         bounds = NO_BOUNDS.copy()
         if until is not None:
@@ -71,7 +71,7 @@ class Shots:
             return None
 
     def followed(self, speed: float, fps: float, spin: float = DRAW_SPIN) -> Trajectory | None:
-        """Path of a throw straight ahead, sampled; None if it never stops.
+        """Return the sampled path of a straight throw; None if it never stops.
 
         Parameters
         ----------
@@ -84,26 +84,28 @@ class Shots:
             return None
 
     def carry(self, speed: float, spin: float = DRAW_SPIN) -> float:
-        """How far a throw carries; infinite if it never stops [m]."""
+        """Return the distance of a throw; infinite if it never stops [m]."""
         run = self.run(speed, spin)
         return math.inf if run is None else run.y + HOG_LINE_Y
 
     def weight(self, distance: float, spin: float = DRAW_SPIN) -> float | None:
-        """Speed of a throw that stops at a distance; None if none does [m/s]."""
+        """Return the speed of a throw that stops at a distance; None if none does [m/s]."""
         return _root(lambda speed: self.carry(speed, spin) - distance, LEAST_SPEED, MAX_SPEED)
 
     def time_to(self, distance: float, speed: float, spin: float = DRAW_SPIN) -> float | None:
-        """Time from the release to a distance; None if the stone does not get there [s]."""
+        """Return the time from the release to a distance; None if the stone does not reach it
+        [s].
+        """
         run = self.run(speed, spin, until=distance)
         return run.time if run is not None and run.end is SlideEnd.LEFT_BOUNDS else None
 
     def hog_to_hog(self, distance: float) -> float | None:
-        """Time from hog line to hog line of a stone that stops at a distance [s]."""
+        """Return the time from hog line to hog line of a stone that stops at a distance [s]."""
         speed = self.weight(distance)
         return None if speed is None else self.time_to(HOG_TO_HOG, speed)
 
     def weight_of_time(self, seconds: float) -> float | None:
-        """Speed of a throw that takes so long from hog line to hog line; None if none does."""
+        """Return the speed of a throw with a hog-to-hog time; None if absent."""
 
         def later(speed: float) -> float:
             time = self.time_to(HOG_TO_HOG, speed)
@@ -118,21 +120,21 @@ class Shots:
 
     @cached_property
     def draw(self) -> Slide | None:
-        """The draw to the tee."""
+        """Draw to the tee."""
         return None if self.draw_speed is None else self.run(self.draw_speed)
 
     def draw_turning(self, spin: float) -> Slide | None:
-        """A draw to the tee with a spin of its own [rad/s]."""
+        """Return a draw to the tee with another spin [rad/s]."""
         speed = self.weight(HOG_TO_FAR_TEE, spin)
         return None if speed is None else self.run(speed, spin)
 
     def friction_at(self, speed: float, spin: float = DRAW_SPIN) -> float:
-        """Deceleration along the way over g, with all that slows a stone, mid-sheet."""
+        """Return the total deceleration along the path over g, mid-sheet."""
         state = np.array([[0.0, 0.0, 0.0, speed, spin]])
         return float(-acceleration(self.ice, state)[0, 1] / GRAVITY)
 
     def scaled(self, factor: float) -> Shots:
-        """The same on ice of that many times the friction."""
+        """Return the same on ice with the friction multiplied by a factor."""
         friction = replace(
             self.ice.friction,
             mu=np.clip(self.ice.friction.mu * factor, 1e-9, 1.0),
@@ -141,11 +143,11 @@ class Shots:
         return Shots(replace(self.ice, friction=friction))
 
     def scaled_until(self, measure: Callable[[Shots], float | None], wanted: float) -> Shots | None:
-        """The same on ice whose friction is scaled until a measure is as wanted; None if never.
+        """Return the same on ice with the friction scaled to a wanted measure; None if impossible.
 
         Parameters
         ----------
-        measure : of the scaled ice; falls or rises steadily with the friction
+        measure : measure of the scaled ice, monotonic in the friction
         """
         key = (measure, wanted)
         if key not in self._scaled:
@@ -166,7 +168,7 @@ class Shots:
         return None
 
     def with_effect(self, name: str, **parameters: float) -> Shots:
-        """The same on ice where this effect, and none of its name besides, acts."""
+        """Return the same on ice with this effect as the only one of its name."""
         others = tuple(effect for effect in self.ice.effects if effect.name != name)
         effect = ActiveEffect(name=name, parameters=parameters)
         return Shots(replace(self.ice, effects=(*others, effect)))
@@ -178,9 +180,9 @@ def _brent(function: Callable[[float], float], low: float, high: float) -> float
 
 
 def _root(rises: Callable[[float], float], low: float, high: float) -> float | None:
-    """Where a function that rises crosses nought, by halving; None if it does not within.
+    """Find the zero of an increasing function by bisection; None if absent in the interval.
 
-    It may be infinite in places, where a stone never stops or never gets there.
+    The function may be infinite in places, where a stone never stops or never reaches a line.
     """
     if not rises(low) < 0 < rises(high):
         return None

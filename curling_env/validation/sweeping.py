@@ -1,4 +1,4 @@
-"""Values of the rows on sweeping, on ice that is not level, and on pebble that wears."""
+"""Values of the rows on sweeping, on ice that is not level, and on wear of the pebble."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from curling_env.physics.effects import catalogue
 from curling_env.validation.shots import Shots
 
 MARMO_SPEED, MARMO_UNSWEPT = 1.0, 5.84
-"""Release speed and distance of the stones that were swept [m/s, m]."""
+"""Release speed and distance of the unswept stones of the source [m/s, m]."""
 LAST_THIRD = 2.0 / 3.0
 SLOPE = 0.43e-3 / 4.75
 """0.43 mm across a sheet of 4.75 m, as a gradient."""
@@ -17,7 +17,7 @@ ONE_PASS = 0.005
 
 
 def brooms(shots: Shots) -> Shots:
-    """The same ice with what it says of sweeping; the published factor where it says nothing."""
+    """Return the same ice with its effect of sweeping, or the published factor if it has none."""
     if shots.ice.effect("sweeping") is not None:
         return shots
     card = catalogue()["sweeping"]
@@ -26,7 +26,7 @@ def brooms(shots: Shots) -> Shots:
 
 
 def swept_gain(shots: Shots, begin: float, what: str) -> float | None:
-    """Metres or seconds that sweeping from a share of the way on adds to a draw."""
+    """Return the extra metres or seconds of a draw swept from a share of its path on."""
     swept, speed = brooms(shots), shots.draw_speed
     path = None if speed is None else shots.followed(speed, 50.0)
     if path is None or speed is None:
@@ -39,12 +39,12 @@ def swept_gain(shots: Shots, begin: float, what: str) -> float | None:
 
 
 def marmo_carry(shots: Shots) -> float:
-    """Distance of the unswept stone [m]."""
+    """Return the distance of the unswept stone [m]."""
     return shots.carry(MARMO_SPEED)
 
 
 def marmo(shots: Shots) -> float | None:
-    """Distance of the swept stone on ice scaled to the unswept one's."""
+    """Return the distance of the swept stone on ice scaled to the unswept one's."""
     scaled = shots.scaled_until(marmo_carry, MARMO_UNSWEPT)
     run = None if scaled is None else brooms(scaled).run(MARMO_SPEED, swept_from=0.0)
     start = None if scaled is None else scaled.run(MARMO_SPEED)
@@ -54,7 +54,7 @@ def marmo(shots: Shots) -> float | None:
 
 
 def drift_of_slope(shots: Shots) -> float | None:
-    """Distance by which ice that falls to one side moves a draw to that side [m]."""
+    """Return the drift of a draw on ice that falls to one side [m]."""
     slope = shots.ice.effect("slope")
     already = {"x": 0.0, "y": 0.0} if slope is None else dict(slope.parameters)
     tilted = shots.with_effect("slope", x=already["x"] + SLOPE, y=already["y"])
@@ -64,7 +64,7 @@ def drift_of_slope(shots: Shots) -> float | None:
 
 
 def one_pass(shots: Shots) -> float | None:
-    """Extra distance of a draw on friction lower by a pass's share of the pebble [m]."""
+    """Return the extra distance of a draw on friction lower by a pass's share of the pebble [m]."""
     speed, draw = shots.draw_speed, shots.draw
     run = None if speed is None else shots.scaled(1.0 - ONE_PASS).run(speed)
     return None if run is None or draw is None else run.y - draw.y

@@ -1,4 +1,4 @@
-"""The table of published measurements, and an ice beside it."""
+"""Table of published measurements, and the comparison of an ice."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from curling_env.validation.shots import Shots
 
 
 def _rows() -> tuple[Row, ...]:
-    """The rows of ``rows.json``, in which ``{NAME}`` stands for a text that several rows share.
+    """Load the rows of ``rows.json``, in which ``{NAME}`` stands for a shared text.
 
     ``compute`` names a module of this package and a function of `Shots`, ``with`` its arguments.
     """
@@ -39,43 +39,45 @@ def _computed(module: str, function: str, shots: Shots, /, **given: Any) -> floa
 
 
 ROWS = _rows()
-"""Every row that is computed by the physics alone; those that depend on the ice, and the others."""
+"""Rows that are computed by the physics alone; those that depend on the ice, and the others."""
 ICE_ROWS = tuple(row for row in ROWS if row.depends_on_ice)
 OTHER_ROWS = tuple(row for row in ROWS if not row.depends_on_ice)
 
 WIDTH = 100
-"""Columns of the table as text."""
+"""Width of the table as text [characters]."""
 
 IN_WORDS = {
-    Verdict.AGREES: "agree with what is published",
+    Verdict.AGREES: "agree with published values",
     Verdict.EXPLAINED: "do not, for a known reason",
     Verdict.DIFFERS: "do not",
-    Verdict.NOT_MEASURED: "nobody has measured",
-    Verdict.NOT_COMPUTED: "cannot be had on this ice",
+    Verdict.NOT_MEASURED: "were never measured",
+    Verdict.NOT_COMPUTED: "cannot be computed on this ice",
 }
 
 
 def compare(ice: Ice, preset: str = "", rows: Iterable[Row] = ICE_ROWS) -> list[Comparison]:
-    """An ice beside published measurements.
+    """Compare an ice with published measurements.
 
     Parameters
     ----------
-    ice : what is compared
+    ice : ice to compare
     preset : its name, if it is a preset, for which reasons are known
-    rows : of the table
+    rows : rows of the table
     """
     shots = Shots(ice)
     return [row.compared(shots, preset) for row in rows]
 
 
 def counts(found: Sequence[Comparison]) -> dict[str, int]:
-    """How many rows have each verdict, by its name; verdicts that none has are 0."""
+    """Return the number of rows with each verdict, by its name, including zeros."""
     number = Counter(comparison.verdict for comparison in found)
     return {verdict.value: number[verdict] for verdict in Verdict}
 
 
 def as_text(found: Sequence[Comparison]) -> str:
-    """The table for people: a line for each row, under its part, and why those differ that do."""
+    """Return the table as text: a line for each row, under its part, and reasons for
+    differences.
+    """
     lines: list[str] = []
     wide = max((len(c.row.name) for c in found), default=0)
     said = max((len(c.row.said) for c in found), default=0)
@@ -101,12 +103,14 @@ def as_text(found: Sequence[Comparison]) -> str:
 
 
 def in_words(found: Sequence[Comparison]) -> str:
-    """How many rows agree, in a sentence."""
+    """Return the number of rows that agree, in a sentence."""
     number = Counter(comparison.verdict for comparison in found)
-    told = [f"{number[verdict]} {words}" for verdict, words in IN_WORDS.items() if number[verdict]]
-    return f"Of {len(found)} rows, " + "; ".join(told) + "."
+    counts = [
+        f"{number[verdict]} {words}" for verdict, words in IN_WORDS.items() if number[verdict]
+    ]
+    return f"Of {len(found)} rows, " + "; ".join(counts) + "."
 
 
 def preset_of(source: str) -> str:
-    """The name of a preset, or nothing for the path of an ice file."""
+    """Return the name of a preset; empty for the path of an ice file."""
     return source if source in preset_names() else ""

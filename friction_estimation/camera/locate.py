@@ -8,7 +8,8 @@ All of that is found from the rings and the lines, in a picture of standard size
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import combinations
 from typing import Any
 
@@ -17,7 +18,7 @@ import numpy as np
 
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Sheet
-from curling_env.typing import Image
+from curling_env.typing import Floats, Image, Singles
 from friction_estimation.camera.agreement import (
     OPTIONAL,
     TOLERANCE_PX,
@@ -29,6 +30,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens
 from friction_estimation.camera.markings import (
     CURVES,
+    Markings,
     curves_of,
     grey_levels,
     keypoints_of,
@@ -45,6 +47,7 @@ from friction_estimation.camera.tuning import (
     PHOTO_SEARCHES,
     PHOTO_SIDE,
     PHOTO_TRIALS,
+    WORKING_SIDE,
 )
 
 NEEDED = ("12-foot ring", "hog line")
@@ -153,83 +156,137 @@ def camera_from_photo(
     InputError : too few clicks, or unknown, outside or contradictory ones; no such paint there; a
         ring or line that is seen, and not where any camera puts it
     """
-    size = (image.shape[1], image.shape[0])
-    keypoints = keypoints_of(sheet)
+    size, keypoints = (image.shape[1], image.shape[0]), keypoints_of(sheet)
     end = _end_seen(clicks, keypoints, size)
-    grey, _, scale = reduced(grey_levels(image), (0, 0), max(size) / PHOTO_SIDE)
-    px = (np.array(list(clicks.values())) + 0.5) * scale - 0.5
-    marks = dict(zip(clicks, px, strict=True))
-    two = TwoMarks(
-        end=-1.0 if end == "home" else 1.0,
-        tee=marks[f"{end}_tee"],
-        hog=marks[f"{end}_hog_centre"],
-    )
     markings = markings_of(sheet)
-    markings = markings[markings.of(*(name for name in CURVES if name not in OPTIONAL))]
-    fit = PaintFit(
-        grey=grey,
-        origin=(0, 0),
-        markings=markings,
+    photo = _Photo(
+        grey=grey_levels(image),
+        clicks={name: np.array(px, dtype=np.float64) for name, px in clicks.items()},
+        end=end,
+        markings=markings[markings.of(*(name for name in CURVES if name not in OPTIONAL))],
         sheet_points=np.array([keypoints[name] for name in clicks]),
-        points_px=px,
-        lens=CUT_LENS,
-        height=height_prior(height),
-        click_sigma_px=MARK_SIGMA * two.px_per_metre,
-        correlation=PHOTO_CORRELATION,
-        min_scale_px=PHOTO_MIN_SCALE_PX,
+        height=height,
     )
-    best = _likeliest(RoughSearch(grey, two, height), fit, two.px_per_metre)
-    refined = best.refined.resized(1 / scale, size)
-    factor = float(np.mean(1 / scale))
+    small, large = photo.reduced_to(PHOTO_SIDE), photo.reduced_to(WORKING_SIDE)
+    best = small.likeliest()
+    # Paint that a small picture shows to a pixel is seen more closely in a larger one.
+    closer = large.followed(best.refined.resized(large.scale / small.scale, large.size).camera)
+    if closer is None or not closer.agrees:
+        large, closer = small, best
+    refined = closer.refined.resized(1 / large.scale, size)
+    factor = float(np.mean(1 / large.scale))
     return PhotoCamera(
         refined=refined,
-        misses_px={curve.name: factor * curve.miss_px for curve in best.seen if curve.agrees},
+        misses_px={curve.name: factor * curve.miss_px for curve in closer.seen if curve.agrees},
         scene=_scene(refined, sheet, stone),
     )
 
 
-def _likeliest(search: RoughSearch, fit: PaintFit, px_per_metre: float) -> _Trial:
-    """The best of several searches that all the paint agrees with.
+@dataclass(frozen=True, kw_only=True, eq=False)
+class _Photo:
+    """A photo, or a smaller copy of it, and what was marked in it.
 
-    Raises
-    ------
-    InputError : there is none
+    Parameters
+    ----------
+    grey : grey levels
+    clicks : the marks by name, (2,) [px]
+    end : the end that is in the photo
+    markings, sheet_points : paint to look for, and (n, 2) places of the marks [m]
+    height : the camera's height above the ice [m], if it is known
+    scale : (2,) the copy's size over the photo's
     """
-    trials: list[_Trial] = []
-    for seed in range(PHOTO_TRIALS):
-        found = _followed(search.best(seed), fit, px_per_metre)
-        trials += [] if found is None else [found]
-        if sum(trial.agrees for trial in trials) == 2:
-            break
-    if not trials:
-        raise InputError("no rings and hog line are found near what was clicked")
-    best = min(trials, key=lambda trial: (not trial.agrees, len(trial.wrong), trial.refined.misfit))
-    if not best.agrees:
-        raise InputError(
-            "no camera agrees with all of the paint: the "
-            f"{' and '.join(best.wrong)} would be elsewhere; check the "
-            "clicks, and that the rings and the hog line are in view"
+
+    grey: Singles
+    clicks: Mapping[str, Floats]
+    end: str
+    markings: Markings
+    sheet_points: Floats
+    height: float | None
+    scale: Floats = field(default_factory=lambda: np.ones(2))
+
+    @property
+    def size(self) -> tuple[int, int]:
+        return self.grey.shape[1], self.grey.shape[0]
+
+    def reduced_to(self, side: int) -> _Photo:
+        """A copy whose longer side is so many pixels, or the photo itself if that is shorter."""
+        grey, _, scale = reduced(self.grey, (0, 0), max(self.size) / side)
+        marks = {name: (px + 0.5) * scale - 0.5 for name, px in self.clicks.items()}
+        return replace(self, grey=grey, clicks=marks, scale=scale)
+
+    @cached_property
+    def two(self) -> TwoMarks:
+        """The two marks that are needed."""
+        return TwoMarks(
+            end=-1.0 if self.end == "home" else 1.0,
+            tee=self.clicks[f"{self.end}_tee"],
+            hog=self.clicks[f"{self.end}_hog_centre"],
         )
-    return best
 
+    @cached_property
+    def fit(self) -> PaintFit:
+        """The fit of a camera to the paint."""
+        return PaintFit(
+            grey=self.grey,
+            origin=(0, 0),
+            markings=self.markings,
+            sheet_points=self.sheet_points,
+            points_px=np.array(list(self.clicks.values())),
+            lens=CUT_LENS,
+            height=height_prior(self.height),
+            click_sigma_px=MARK_SIGMA * self.two.px_per_metre,
+            correlation=PHOTO_CORRELATION,
+            min_scale_px=PHOTO_MIN_SCALE_PX * max(1.0, max(self.size) / PHOTO_SIDE),
+        )
 
-def _followed(camera: Camera, fit: PaintFit, px_per_metre: float) -> _Trial | None:
-    """The camera that a rough one leads to; None where it meets no paint."""
-    followed: Camera | None = camera
-    for metres in PHOTO_SEARCHES:
-        radius = max(metres * px_per_metre, NARROW_SEARCHES_PX[0])
-        # All that is found counts, however far off.
-        wide = replace(fit, min_scale_px=max(fit.min_scale_px, radius / 3))
-        followed = followed and wide.approach(followed, (radius,), fit.lens)
-    followed = followed and fit.approach(followed, NARROW_SEARCHES_PX, fit.lens)
-    if followed is None:
-        return None
-    measured = fit.measure(followed, 2.0)
-    fitted = fit.fit(followed, measured, fit.lens, 0.5)
-    return _Trial(
-        refined=RefinedCamera.of_fit(fitted, fit.lens),
-        seen=seen_curves(fitted.camera, fit.grey, fit.origin, fit.markings),
-    )
+    def likeliest(self) -> _Trial:
+        """The best of several searches that all the paint agrees with.
+
+        Raises
+        ------
+        InputError : there is none
+        """
+        search = RoughSearch(self.grey, self.two, self.height)
+        trials: list[_Trial] = []
+        for seed in range(PHOTO_TRIALS):
+            found = self.followed(search.best(seed), PHOTO_SEARCHES)
+            trials += [] if found is None else [found]
+            if sum(trial.agrees for trial in trials) == 2:
+                break
+        if not trials:
+            raise InputError("no rings and hog line are found near what was clicked")
+        best = min(trials, key=lambda k: (not k.agrees, len(k.wrong), k.refined.misfit))
+        if not best.agrees:
+            raise InputError(
+                "no camera agrees with all of the paint: the "
+                f"{' and '.join(best.wrong)} would be elsewhere; check the "
+                "clicks, and that the rings and the hog line are in view"
+            )
+        return best
+
+    def followed(self, camera: Camera, wide: Sequence[float] = ()) -> _Trial | None:
+        """The camera that a rough one leads to; None where it meets no paint.
+
+        Parameters
+        ----------
+        wide : search radius of each round before the camera is nearly right [m]
+        """
+        fit, followed = self.fit, camera
+        for metres in wide:
+            radius = max(metres * self.two.px_per_metre, NARROW_SEARCHES_PX[0])
+            # All that is found counts, however far off.
+            loose = replace(fit, min_scale_px=max(fit.min_scale_px, radius / 3))
+            followed = followed and loose.approach(followed, (radius,), fit.lens)
+        enlarged = max(1.0, max(self.size) / PHOTO_SIDE)
+        narrow = [enlarged * radius for radius in NARROW_SEARCHES_PX]
+        followed = followed and fit.approach(followed, narrow, fit.lens)
+        if followed is None:
+            return None
+        fitted = fit.fit(followed, fit.measure(followed, narrow[-1]), fit.lens, 0.5 * enlarged)
+        return _Trial(
+            refined=RefinedCamera.of_fit(fitted, fit.lens),
+            seen=seen_curves(fitted.camera, fit.grey, fit.origin, fit.markings),
+        )
 
 
 def draw_markings(image: Image, camera: Camera, sheet: Sheet, scale: int = 1) -> Image:

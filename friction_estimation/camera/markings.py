@@ -15,6 +15,7 @@ from typing import TypeAlias
 
 import cv2
 import numpy as np
+from numpy.typing import ArrayLike
 
 from curling_env.sheet import (
     BACK_LINE_Y,
@@ -31,6 +32,7 @@ from curling_env.typing import Flags, Floats, Image, Integers, Singles
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.tuning import (
     EDGE_BLUR_PX,
+    EXPECTED_ERROR_PX,
     GROUP_SIZE,
     MAX_LINE_WIDTH_PX,
     MIN_CLEARANCE_PX,
@@ -311,20 +313,11 @@ def responses_of(
     grey, origin_px, camera, markings, search_px : as in `measure_markings`
     flanks : weights of the ice on either side of a line, with which the line is compared
     """
-    there, normal_px, scale, radius_px = _seen(camera, markings)
-    width_px = np.clip(markings.width * scale, MIN_LINE_WIDTH_PX, MAX_LINE_WIDTH_PX)
     rows, columns = grey.shape
-    margin = 4.0
-    with np.errstate(invalid="ignore"):
-        # A search may run out of the image: there is no edge out there to be misled by.
-        inside = (
-            (there >= np.array(origin_px) + margin)
-            & (there <= np.add(origin_px, (columns - 1 - margin, rows - 1 - margin)))
-        ).all(axis=1)
-        usable = inside & (markings.clear * scale > MIN_CLEARANCE_PX)
-        usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
-        # Blur moves an edge that bends towards its inner side.
-        usable &= radius_px > MIN_RADIUS_PX
+    there, normal_px, scale, usable = _measurable(
+        camera, markings, origin_px, np.add(origin_px, (columns - 1, rows - 1))
+    )
+    width_px = np.clip(markings.width * scale, MIN_LINE_WIDTH_PX, MAX_LINE_WIDTH_PX)
     index = np.flatnonzero(usable)
     half = int(np.ceil(search_px / PROFILE_STEP_PX))
     along: Floats = np.arange(-half, half + 1, dtype=np.float64) * PROFILE_STEP_PX
@@ -391,15 +384,46 @@ def measure_markings(
     )
 
 
-def _seen(camera: Camera, markings: Markings) -> tuple[Floats, Floats, Floats, Floats]:
-    """How every point is seen.
+def expected_measurements(
+    camera: Camera, markings: Markings, paint: float, rng: np.random.Generator
+) -> MarkingMeasurements:
+    """The markings as a camera would measure them on bare ice, before it films.
+
+    Parameters
+    ----------
+    camera, markings : as in `measure_markings`
+    paint : standard error with which a whole ring or line is painted [m]
+    rng : generator for that error, and for those of points (`EXPECTED_ERROR_PX`)
+    """
+    _, normal_px, scale, usable = _measurable(camera, markings, (0, 0), np.subtract(camera.size, 1))
+    index = np.flatnonzero(usable)
+    curves, own = np.unique(
+        np.column_stack([markings.curve, np.sign(markings.xy)])[index], axis=0, return_inverse=True
+    )
+    laid = rng.normal(0.0, paint, len(curves))[own.ravel()]
+    return MarkingMeasurements(
+        index=index,
+        normal_px=normal_px[index],
+        offset_px=laid * scale[index] + rng.normal(0.0, EXPECTED_ERROR_PX, len(index)),
+        expected=len(index),
+    )
+
+
+def _measurable(
+    camera: Camera, markings: Markings, low: ArrayLike, high: ArrayLike
+) -> tuple[Floats, Floats, Floats, Flags]:
+    """How every point is seen, and whether a picture shows it well enough to measure it.
+
+    Parameters
+    ----------
+    low, high : (2,) first and last column and row of the picture
 
     Returns
     -------
     its place (n, 2) [px], the normal there (n, 2), pixels per metre across the curve (n,), and the
-    radius with which the curve bends (n,) [px]
+    flags (n,)
     """
-    step = 2e-3
+    step, margin = 2e-3, 4.0
     normal, tangent = markings.normal, markings.normal[:, ::-1] * [-1.0, 1.0]
     sagged = markings.xy - 0.5 * step**2 * markings.bend[:, None] * normal
 
@@ -416,9 +440,17 @@ def _seen(camera: Camera, markings: Markings) -> tuple[Floats, Floats, Floats, F
         scale = np.sum(normal_px * across, axis=1)
         radius_px = length**2 / np.abs(np.sum(normal_px * bent, axis=1))
         normal_px *= np.sign(scale)[:, None]
-        lost = ~(camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))])))
-        there[lost] = np.nan
-    return there, normal_px, np.abs(scale), radius_px
+        scale = np.abs(scale)
+        # A search may run out of the image: there is no edge out there to be misled by.
+        usable = np.all(
+            (there >= np.add(low, margin)) & (there <= np.subtract(high, margin)), axis=1
+        )
+        usable &= camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
+        usable &= markings.clear * scale > MIN_CLEARANCE_PX
+        usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
+        # Blur moves an edge that bends towards its inner side.
+        usable &= radius_px > MIN_RADIUS_PX
+    return there, normal_px, scale, usable
 
 
 def _step_filter() -> Floats:

@@ -116,6 +116,25 @@ its scale: colours part there, edges blur, and no formula of distortion is exact
 RIM_SHIFT_POWER = 4
 """Power of the squeeze with which that grows; nothing of it is left in the middle of a picture."""
 
+# --- errors to expect before anything is filmed ---------------------------------------------------
+
+EXPECTED_ERROR_PX = 0.05
+"""Error of one measured point of the paint in a film of little compression."""
+EDGE_ERROR_PX = 0.015
+"""Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
+alike in all frames [px]: no shape of the model is quite that of a stone. In 94 films of known
+throws the doubt told all of it; so much is left for stones unlike those."""
+FIT_ERROR_PX = 0.17
+"""Error of a smoothed place in the picture for a stone with a radius of one pixel; it falls with
+the radius."""
+SHAPE_RISE = 0.00125
+"""Height by which what pictures leave open of a stone's shape raises it along the line of sight
+[m]."""
+STONE_HEIGHT_SIGMA = 0.05
+"""Standard error, in log, of a camera's height that pictures of a stone tell."""
+MIN_STONE_PX = 6.0
+"""Smallest width of a stone that is followed [px]."""
+
 # --- a camera from a single photo -----------------------------------------------------------------
 
 PHOTO_SIDE = 720

@@ -23,13 +23,13 @@ DRAW_SPEED = 2.15
 
 
 def measures() -> Iterator[Measure]:
-    """Measure frames per second for a draw in 1080p50 from behind the sheet, rendered first."""
+    """Measure frames per second for a rendered draw in 1080p50 from behind the sheet."""
     threads = cv2.getNumThreads()
     cv2.setNumThreads(1)
     thrown = slide(
         load_ice("standard"), Throw(speed=DRAW_SPEED, angle=-0.02, spin=1.5).release(), fps=2 * FPS
     )
-    assert thrown.trajectory is not None  # a rate was given
+    assert thrown.trajectory is not None  # a rate was requested
     spec = FilmSpec(camera="end", size=SIZE, fps=FPS, people=False)
     try:
         with TemporaryDirectory() as folder:

@@ -1,4 +1,4 @@
-"""`curling compare`: measured throws thrown again on an ice."""
+"""`curling compare`: measured throws repeated on an ice."""
 
 from __future__ import annotations
 
@@ -29,17 +29,18 @@ def compare(
     *,
     results: Measured,
 ) -> None:
-    """Throw every measured throw again on an ice, and compare prediction and measurement.
+    """Repeat every measured throw on an ice, and compare prediction and measurement.
 
     \b
     Example:
         curling compare tracks.csv --ice ice.json -o runs/compare
 
-    The release of each throw is fitted to its first 2.5 s, and its further path predicted. The JSON
-    has the distance of the two paths at equal times and of the places of rest, in metres and in
-    standard errors: an error beyond 2 shows an ice worse than its file says, or an unusual throw.
-    With -o, DIR receives throws.csv, paths.csv and comparison.png. Throws that light gates timed
-    are compared at equal times from hog line to hog line. See docs/science/estimation.md.
+    The release of each throw is fitted to its first 2.5 s, and the rest of its path is predicted.
+    The JSON has the distance between the two paths at equal times and between the places of rest,
+    in metres and in standard errors: more than 2 standard errors mean that the ice is worse than
+    its file states, or that the throw is unusual. With -o, DIR receives throws.csv, paths.csv and
+    comparison.png. Throws timed by light gates are compared at equal times from hog line to hog
+    line. See docs/science/estimation.md.
     """
     from curling_env.ice import load_ice
     from curling_env.infrastructure.files.writing import make_directory, together
@@ -49,7 +50,7 @@ def compare(
     known = load_ice(ice)
     noted = {throw: note.row for throw, note in throws_beside(tracks).items()}
     if noted and output is not None and realpath(output) == realpath(tracks.parent):
-        problem = f"holds the {THROW_LIST} of these tracks; name another folder"
+        problem = f"contains the {THROW_LIST} of these tracks; expected another folder"
         raise InputError(problem, source="-o")
     throws = load_tracks(tracks)
     if any(track.by_gates for track in throws):
@@ -65,7 +66,7 @@ def compare(
             save_comparison(comparison, known, folder / "comparison.png", results.units)
         say(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
-        say(f"left out: {reason}")
+        say(f"dropped: {reason}")
     warn_about(known)
     summary = comparison.summary()
     summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
@@ -75,7 +76,7 @@ def compare(
 def _compare_gate_times(
     throws: Sequence[Trajectory], ice: Ice, output: Path | None, results: Measured
 ) -> None:
-    """Compare throws that light gates timed."""
+    """Compare throws timed by light gates."""
     from curling_env.infrastructure.files.writing import make_directory, together
     from friction_estimation.comparison.gate_times import (
         compare_gate_times,
@@ -89,6 +90,6 @@ def _compare_gate_times(
             write_gate_comparison(comparison, folder)
         say(f"{folder}: throws.csv")
     for reason in comparison.skipped:
-        say(f"left out: {reason}")
+        say(f"dropped: {reason}")
     warn_about(ice)
     results.show(comparison.summary(), comparison.in_words())

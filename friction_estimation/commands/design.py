@@ -1,4 +1,4 @@
-"""`curling design`: which throws to make, before any is measured."""
+"""`curling design`: throws to make before any is measured."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import progress_bar
 
 MAX_SPEEDS = 24
-"""Maximum number of speeds, each of which is tried with every line and spin."""
+"""Maximum number of speeds, each of which is combined with every line and spin."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,16 +47,16 @@ def design(
         curling design --precision 1.5 --noise 0.002 --fps 60
         curling design --speeds 1.8,2.0,2.4 -o releases.csv
 
-    The command chooses the fewest throws that reach the error, from the limit that no method of
-    estimation can beat; make some more. The error is that of a cell between the tees and within
-    1.5 m of the centre line; the JSON also has the error after every throw.
+    The command chooses the fewest throws that reach the error, by the Cramér-Rao limit that no
+    method of estimation can beat; make some more. The error is that of a cell between the tees and
+    within 1.5 m of the centre line; the JSON also has the error after every throw.
     """
     from curling_env.ice import load_ice
     from curling_env.sheet import PAPER_SHEET
     from curling_env.throw import write_releases
     from friction_estimation.design.design import design_throws
 
-    form = f"up to {MAX_SPEEDS} numbers with commas between, such as 1.6,2.2"
+    form = f"up to {MAX_SPEEDS} numbers separated by commas, such as 1.6,2.2"
     counts = range(1, MAX_SPEEDS + 1)
     given = wish.speeds
     speeds = None if given is None else numbers(given, "--speeds", form, counts=counts)

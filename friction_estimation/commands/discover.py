@@ -1,4 +1,4 @@
-"""`curling discover`: from tracks to the effects that a model of the ice lacks."""
+"""`curling discover`: effects that a model of the ice lacks, from tracks."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def discover(
     *,
     results: Measured,
 ) -> None:
-    """Find effects that a model of the ice lacks, name and add them, and show the gap shrink.
+    """Find, name and add the effects that a model of the ice lacks, and show the gap shrink.
 
     \b
     Examples:
@@ -38,11 +38,12 @@ def discover(
         curling discover tracks.csv --known-length 21.31,21.945 --clock 20.1,24.3 -o runs/checked
 
     An effect of the ice or the camera is named only if the throws prove it, it closes the gap, and
-    only noise is left; other residuals are reported as unknown. At least 8 throws are needed, 16 in
+    only noise is left; other residuals are reported as unknown. At least 8 throws are needed; 16 in
     both directions, with both spins and all weights, make a good session. Known lengths (hog line
-    to hog line is 21.945 m) or intervals correct the tracks first: MEASURED is theirs.
+    to hog line is 21.945 m) or intervals correct the tracks first: MEASURED is the value in the
+    tracks.
 
-    DIR receives report.html (look at this one), report.json, baseline.json (the fitted model) and
+    DIR receives report.html (start here), report.json, baseline.json (the fitted model) and
     ice.json (the improved one, for --ice of every command). See docs/discovery.md.
     """
     from curling_env.ice import load_ice
@@ -89,9 +90,9 @@ def discover(
         if write_posterior_of(found.final, path, seed=seed, provenance=origin):
             names.append(path.name)
         else:
-            say("no posterior.nc: that needs pip install 'curling-sheet[science]'")
+            say("no posterior.nc: it needs pip install 'curling-sheet[science]'")
     for reason in found.session.left_out:
-        say(f"left out: {reason}")
+        say(f"dropped: {reason}")
     say(f"{folder}: {', '.join(names)}")
     keys = ("verdict", "doubts", "remarks", "effects", "gap", "next_throws")
     results.show({key: report[key] for key in keys if key in report}, spoken(report))

@@ -1,4 +1,4 @@
-"""`curling estimate`: from tracks or films to the friction of the ice."""
+"""`curling estimate`: the friction of the ice from tracks or films."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Effects = Literal["all", "none"]
 Bias = Literal["auto", "off"]
 Method = Literal["trajectory", "paper"]
 FILMS_SHOWN = 4
-"""Number of films of which the report shows frames; each adds about a megabyte."""
+"""Number of films with frames in the report; each adds about a megabyte."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,10 +32,12 @@ class Model:
 
     uniform: bool = option(False, "Estimate one friction for the sheet, not a map.", "--uniform")
     effects: Effects = option("all", "all: map and effects of the ice; none: friction alone.")
-    camera_bias: Bias = option("auto", "auto: also fit a smooth error of the camera, if it shows.")
-    method: Method = option("trajectory", "paper: differentiate the tracks, as the paper did.")
-    start: str | None = option(None, "Ice whose effects are expected.", metavar="ICE")
-    prior: str | None = option(None, "Ice of another day, for its pattern.", metavar="ICE")
+    camera_bias: Bias = option(
+        "auto", "auto: also fit a smooth camera error, if it is significant."
+    )
+    method: Method = option("trajectory", "paper: differentiate the tracks, as in the paper.")
+    start: str | None = option(None, "Ice with the expected effects.", metavar="ICE")
+    prior: str | None = option(None, "Ice of another day, as a prior for the map.", metavar="ICE")
     update: Path | None = option(None, "Ice to which these throws are added.", metavar="ICE")
 
     def choices(self) -> tuple[Choices, list[Trajectory]]:
@@ -49,9 +51,9 @@ class Model:
         from friction_estimation.estimation.evidence_file import Choices, load_evidence
 
         if sum(name is not None for name in (self.start, self.prior, self.update)) > 1:
-            raise InputError("give one of --start, --prior and --update")
+            raise InputError("expected at most one of --start, --prior and --update")
         if self.method == "paper" and (self.prior is not None or self.update is not None):
-            raise InputError("the paper's method knows neither a prior nor an update")
+            raise InputError("the paper's method supports neither --prior nor --update")
         asked = Choices(
             effects=self.effects,
             uniform=self.uniform,
@@ -122,19 +124,19 @@ def estimate(
     notes = NO_NOTES
     if is_table := any(path.suffix.lower() == ".csv" for path in inputs):
         if len(inputs) > 1:
-            problem = "give one tracks file, or films, not both or several"
+            problem = "expected one tracks file, or films"
             raise InputError(problem, source=inputs[1])
         for name in ("camera", "height", "slow"):
             if getattr(tracking, name):
-                raise InputError("belongs to films, not to tracks", source=f"--{name}")
+                raise InputError("applies to films, not to tracks", source=f"--{name}")
         if scene:
-            raise InputError("belongs to films, not to tracks", source="--scene")
+            raise InputError("applies to films, not to tracks", source="--scene")
         tracks, notes = load_tracks(inputs[0]), throws_beside(inputs[0])
         if report is not None and any(track.by_gates for track in tracks):
-            problem = "draws paths, and light gates show none"
+            problem = "draws paths, which light gates do not measure"
             raise InputError(problem, source="--report")
         if model.method == "paper" and any(track.by_gates for track in tracks):
-            problem = "the paper's method differentiates paths, and light gates show none"
+            problem = "the paper's method differentiates paths, which light gates do not measure"
             raise InputError(problem, source="--method")
     else:
         shown = 0 if report is None else FILMS_SHOWN
@@ -168,7 +170,7 @@ def estimate(
         Checkpoints(output).delete()
     bias, question = found.camera_bias, question_about(found.mu)
     remarks = [bias.words] if bias is not None and bias.found else []
-    remarks += [*found.remarks, *(f"left out: {reason}" for reason in found.skipped)]
+    remarks += [*found.remarks, *(f"dropped: {reason}" for reason in found.skipped)]
     for remark in [*remarks, *([] if question is None else [question])]:
         say(remark)
     numbers = {
@@ -194,7 +196,8 @@ def _track(
 
     if not scene:
         problem = (
-            "a film needs the scene of its camera: --scene SCENE.json (a tracks file ends in .csv)"
+            "a film needs the scene of its camera: give --scene SCENE.json (a tracks file ends in "
+            ".csv)"
         )
         raise InputError(problem, source=films[0])
     scenes = tracking.scenes(scene)

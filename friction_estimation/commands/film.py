@@ -26,11 +26,11 @@ MAX_FILMS = 1000
 class View:
     """Camera"""
 
-    camera: str = option("end", "Place of the camera, see above.", metavar="NAME")
+    camera: str = option("end", "Camera, see above.", metavar="NAME")
     fps: float = option(30.0, "Frames per second.")
     size: str | None = option(None, "Image size in pixels.  [default: 1280 wide]", metavar="WxH")
     noise: float = option(2.0, "Sensor noise, standard deviation in grey levels of 255.")
-    people: bool = option(True, "Draw a thrower, sweepers and walkers, or no people.")
+    people: bool = option(True, "Draw a thrower, sweepers and walkers.")
 
 
 @grouped
@@ -76,7 +76,7 @@ def film(
     known = load_ice(ice)
     played = read_releases(releases)
     if len(played) > MAX_FILMS:
-        problem = f"has {len(played)} throws; at most {MAX_FILMS} are filmed at a time"
+        problem = f"has {len(played)} throws; expected at most {MAX_FILMS}"
         raise InputError(problem, source=releases)
     folder = make_directory(output)
     with progress_bar("frame") as progress:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 SCENE = Option(
     metavar="SCENE.json",
-    help="View of the sheet, from `curling corners`; one for all films, or one for each.",
+    help="Scene from `curling corners`; one for all films, or one for each.",
     rich_help_panel="Film and camera",
 )
 LensOption = Annotated[
@@ -44,7 +44,7 @@ class Viewing:
 
     camera: LensOption = None
     height: HeightOption = None
-    tracker: str = option("built-in", "Tracker of your own, NAME or MODULE:FUNCTION.")
+    tracker: str = option("built-in", "Other tracker: NAME or MODULE:FUNCTION.")
 
     def scenes(self, paths: Sequence[Path]) -> list[Scene]:
         """Load scenes with the given lens and height.
@@ -62,7 +62,7 @@ class Viewing:
 class Tracking(Viewing):
     """Film and camera"""
 
-    refine: bool = option(True, "Correct the marks by the paint, or not.", "--refine/--as-marked")
+    refine: bool = option(True, "Correct the marks by the paint.", "--refine/--as-marked")
     slow: float | None = option(None, "Factor of slow motion.", min=0.05, metavar="N")
 
     def throws_in(
@@ -79,11 +79,11 @@ class Tracking(Viewing):
         Parameters
         ----------
         films, scenes, always_track, progress : see `track_each`
-        output : the file beside which tracks are kept until all films are tracked
+        output : file of the result; tracks are kept next to it until all films are tracked
 
         Raises
         ------
-        InputError : an unknown tracker, options that it does not take, or a film that it refuses
+        InputError : an unknown tracker, options that it does not support, or a film that it refuses
         """
         import cv2
 
@@ -101,7 +101,7 @@ class Tracking(Viewing):
             checkpoints=Checkpoints(output),
             cameras=SharedCameras(keep=True),
             always_track=always_track,
-            left_out=lambda why: say(f"left out: {why}"),
+            left_out=lambda why: say(f"dropped: {why}"),
             progress=progress,
         ):
             say(f"{one.name}: {film_in_words(one)}")

@@ -1,4 +1,4 @@
-"""`curling live`: tracks and the ice from a camera that is filming now."""
+"""`curling live`: tracks and ice from a running camera."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
 
 report_now = partial(say, now=True)
-"""Reports each throw at once, for those who watch the game."""
+"""Report each throw immediately, for people who watch the game."""
 
 
 @grouped
@@ -28,29 +28,39 @@ def live(
     output: TracksFile = Path("tracks.csv"),
     report: Annotated[
         Path | None,
-        Option(metavar="DIR", help="Page of the current ice, with reload.", rich_help_panel=OUTPUT),
+        Option(
+            metavar="DIR",
+            help="Folder for a self-reloading page of the ice.",
+            rich_help_panel=OUTPUT,
+        ),
         Writes(folder=True),
     ] = None,
-    throws: Annotated[int | None, Option(min=1, help="End after this many throws.")] = None,
+    throws: Annotated[
+        int | None, Option(min=1, help="Number of throws after which to end.")
+    ] = None,
     keep: Annotated[
         Path | None,
-        Option(metavar="DIR", help="Folder for the films; else beside -o.", rich_help_panel=OUTPUT),
+        Option(
+            metavar="DIR",
+            help="Folder for the films; by default next to -o.",
+            rich_help_panel=OUTPUT,
+        ),
         Writes(folder=True),
     ] = None,
     *,
     viewing: Viewing,
     results: Measured,
 ) -> None:
-    """Track throws from a camera or a stream while they are played.
+    """Track throws from a camera or a stream as they are played.
 
     \b
     Examples:
         curling live 0 --scene end.scene.json -o tracks.csv --report ice
         curling live rtsp://192.168.1.20/stream --scene end.scene.json --throws 16
 
-    Every throw is recorded as a film of its own, tracked at once and added to the tracks file, and
-    the friction according to all throws up to then is reported. Ctrl-C ends the recording; throws
-    that were recorded until then are still tracked. See docs/tracking.md.
+    Every throw is recorded as a separate film, tracked immediately and added to the tracks file,
+    and the friction from all throws up to then is reported. Ctrl-C ends the recording; throws that
+    are already recorded are still tracked. See docs/tracking.md.
     """
     from tqdm import tqdm
 
@@ -62,18 +72,19 @@ def live(
     from friction_estimation.tracking import load_tracker
 
     if not is_stream(source):
-        raise InputError("is a film, not a camera; `curling track` tracks it", source=source)
+        raise InputError("is a film, not a camera; use `curling track`", source=source)
     (where,) = viewing.scenes([scene])
     function = load_tracker(viewing.tracker)
     feed = open_feed(source)
-    camera_from_scene(where, feed.size)  # refuses the scene of another camera before it watches
+    # refuses the scene of another camera before the recording starts
+    camera_from_scene(where, feed.size)
     folder = make_directory(output.with_suffix("") if keep is None else keep)
     page = None if report is None else make_directory(report)
     tracks: list[Trajectory] = []
     thrown: list[Trajectory] = []
-    report_now(f"watching {source}; films are kept in {folder}; Ctrl-C ends it")
+    report_now(f"watching {source}; films are kept in {folder}; press Ctrl-C to end")
     if page is not None:
-        report_now(f"from the first throw on, {page / 'report.html'} shows the current ice")
+        report_now(f"{page / 'report.html'} shows the current ice from the first throw on")
     with tqdm(desc="recorded", unit="frame", leave=False, delay=0.5) as bar:
 
         def count(waiting: int) -> None:
@@ -91,11 +102,11 @@ def live(
             on_frame=count,
         ):
             if not isinstance(news, TrackedClip):
-                report_now(f"the ice so far: {news.words}")
+                report_now(f"current ice: {news.words}")
                 continue
             name = news.clip.path.name
             if news.clip.missing:
-                report_now(f"{name}: {news.clip.missing} of its frames never came")
+                report_now(f"{name}: {news.clip.missing} frames lost")
             if news.tracks:
                 tracks += news.tracks
                 thrown.append(news.tracks[0])
@@ -106,5 +117,5 @@ def live(
             {"throw": k.throw, "clock": k.clock, "tracked": len(k), "to_s": float(k.t[-1])}
             for k in thrown
         ],
-        f"{source} is no longer watched; {len(thrown)} throws",
+        f"stopped watching {source}; {len(thrown)} throws",
     )

@@ -1,4 +1,4 @@
-"""`curling stones`: where the stones lie, from one picture of the ice."""
+"""`curling stones`: positions of the stones, from one picture of the ice."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from friction_estimation.appearance.colour_names import HandleColour
 @grouped
 def stones(
     picture: Annotated[Path, Argument(metavar="PICTURE", help="Stones on the ice.")],
-    scene: Annotated[Path, Option(metavar="SCENE.json", help="From `curling locate`.")],
+    scene: Annotated[Path, Option(metavar="SCENE.json", help="Scene from `curling locate`.")],
     empty: Annotated[
         Path | None,
-        Option(metavar="EMPTY", help="The same view of empty ice, if any."),
+        Option(metavar="EMPTY", help="Picture of the empty ice in the same view."),
     ] = None,
-    own: Annotated[HandleColour | None, Option(help="Handle colour of the own team.")] = None,
+    own: Annotated[HandleColour | None, Option(help="Handle colour of your team.")] = None,
     output: OutputFile = Path("stones.json"),
     drawn: PictureOption = None,
     *,
@@ -34,8 +34,8 @@ def stones(
         curling stones now.png --scene scene.json --own red --picture drawn.png
         curling plan --ice ice.json --task score --stones stones.json
 
-    Whatever may be something else than a stone is doubtful: amber in the picture, "doubtful" in the
-    stones file, and ignored by `curling plan`. With --empty, doubtful paint is recognised.
+    A candidate that may not be a stone is doubtful: amber in the picture, "doubtful" in the stones
+    file, and ignored by `curling plan`. With --empty, doubtful paint is recognised.
 
     The stones file lists x and y in metres, standard error, pixel, score and colours of each stone,
     and with --own its team, which `curling plan --task score` needs. See
@@ -50,7 +50,7 @@ def stones(
     from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.pictures import write_picture
-    from friction_estimation.tracking.detection.single_image import (
+    from friction_estimation.tracking.single_image import (
         DetectedStone,
         draw_stones,
         find_stones_in_image,
@@ -83,9 +83,9 @@ def stones(
     words += f", {len(found) - len(sure)} doubtful" if len(found) > len(sure) else ""
     words += f": {output}"
     if own is not None and sure and str(own) not in seen:
-        words += f"; none has a {own} handle, so that all are the opponents'"
+        words += f"; none has a {own} handle, so all count as the opponents'"
     remarks = [
-        f"{empty} is not empty: a stone lies at ({stone.xy[0]:.2f}, {stone.xy[1]:.2f}) m"
+        f"{empty}: expected empty ice, found a stone at ({stone.xy[0]:.2f}, {stone.xy[1]:.2f}) m"
         for stone in bare
         if not stone.doubtful
     ]

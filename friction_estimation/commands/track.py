@@ -1,4 +1,4 @@
-"""`curling track`: from films to tracks."""
+"""`curling track`: tracks from films."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def track(
     scene: Annotated[list[Path], SCENE],
     output: TracksFile = Path("tracks.csv"),
     append: Annotated[
-        bool, Option("--append", help="Add to the file.", rich_help_panel=OUTPUT)
+        bool, Option("--append", help="Append to the tracks file.", rich_help_panel=OUTPUT)
     ] = False,
     overlay: Annotated[
         Path | None,
         Option(
             metavar="OUT.mp4",
-            help="Also draw the tracks into a copy of the film; further throws go to OUT-1.mp4, …",
+            help="Also draw the tracks into a copy of the film; further throws: OUT-1.mp4, …",
             rich_help_panel=OUTPUT,
         ),
         Writes(kinds=("made film",), suffixes=FILM_SUFFIXES),
@@ -54,8 +54,8 @@ def track(
         curling track end-0.mp4 --scene end.scene.json --overlay seen.mp4
 
     A film may show one throw or a whole practice, which is cut into its throws. The paint on the
-    ice corrects the marks of the scene, and measures an unknown lens. The camera is solved once and
-    kept beside the scene. If tracking is interrupted, repeat the command: it continues.
+    ice corrects the marks of the scene and measures an unknown lens. The camera is solved once and
+    stored next to the scene. If tracking is interrupted, repeat the command: it continues.
 
     The tracks file has a row for each frame in which a stone was seen. `curling throws` shows the
     throws, `curling live` tracks a running camera, and `curling join-cameras` joins films of one
@@ -74,7 +74,7 @@ def track(
     if len(scenes) == len(films):
         scenes = [one for one, some in zip(scenes, within, strict=True) for _ in some]
     if overlay is not None and len(paths) > 1:
-        raise InputError("an overlay is drawn for one film at a time", source="--overlay")
+        raise InputError("--overlay works on one film at a time", source="--overlay")
     earlier: list[Trajectory] = []
     if append and output.exists():
         note_rewritten(output)
@@ -124,12 +124,12 @@ def _draw(one: TrackedFilm, scene: Scene, overlay: Path, units: Units, progress:
     from friction_estimation.tracking.overlay.film import write_overlay
 
     if one.found is None:
-        problem = "this tracker returns tracks alone, which do not suffice for an overlay"
+        problem = "cannot draw: this tracker returns tracks only"
         raise InputError(problem, source="--overlay")
     number = one.thrown.throw
     numbered = fitted(overlay.stem, f"-{number}{overlay.suffix}")
     drawn = overlay.with_name(numbered) if number else overlay
     check_writable(drawn, kinds=("made film",))
     if number and drawn.exists():
-        say(f"{drawn}: the earlier file of this name is replaced")
+        say(f"{drawn}: the earlier file of this name was replaced")
     write_overlay(one.shown or one.film, scene, one.found, drawn, units=units, progress=progress)

@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.ice import write_cells
 from curling_env.infrastructure.files.schema import FileFormat
 from curling_env.infrastructure.files.storage import write_json, write_table
-from curling_env.infrastructure.files.writing import written_so_far
+from curling_env.infrastructure.files.writing import current_path
 from curling_env.physics.effects import catalogue
 from curling_env.units import Units, length
 from friction_estimation.estimation.estimate import Estimate
@@ -158,7 +158,7 @@ def _write_page(
 
 
 def _picture_section(folder: Path, name: str) -> str:
-    content = written_so_far(folder / name).read_bytes()
+    content = current_path(folder / name).read_bytes()
     return f"<h2>{TITLES[name]}</h2>{picture(content, TITLES[name], caption=CAPTIONS[name])}"
 
 

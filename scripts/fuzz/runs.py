@@ -112,7 +112,7 @@ def run(
         faults.append("too long")
     if status not in (0, 2) and not hung:
         faults.append(f"status {status}")
-    if "Traceback" in said or "mistake of this program" in said:
+    if "Traceback" in said or "internal error" in said:
         faults.append("traceback")
     if status == 2 and surroundings not in UNHEARD:
         lines = said.splitlines()
@@ -127,7 +127,7 @@ def run(
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
     # An update replaces its own input on purpose; if it cannot print the result, it names the file.
-    updated = said.partition("written before:")[2]
+    updated = said.partition("already written:")[2]
     lost = [name for name in lost if name not in after or name not in updated]
     if lost and (status != 0 or "-o" not in arguments):
         faults.append(f"lost {lost[:3]}")
@@ -185,7 +185,7 @@ def _called(words: Sequence[str], given: Given) -> int:
     """Call the command, or the function that is given a file; returns a status."""
     from curling_env.commands.cli import main
     from curling_env.errors import CurlingError
-    from curling_env.infrastructure.streams import only_our_words
+    from curling_env.infrastructure.streams import silenced_libraries
 
     webbrowser.open = lambda *_: False
     try:
@@ -193,7 +193,7 @@ def _called(words: Sequence[str], given: Given) -> int:
             if words[0] == "corners":
                 _mark_as_asked()
             return main(list(words))
-        with only_our_words():  # libpng prints its own remarks; a program may let it or not
+        with silenced_libraries():  # libpng prints its own remarks; a program may let it or not
             given[words[1]](Path(words[2]))
     except CurlingError as error:
         print("curling:", str(error)[:290], file=sys.stderr)

@@ -120,7 +120,7 @@ def ends_apart(ends: int, seed: int = 0) -> tuple[float, float]:
     -------
     share of ends that are scored differently, and of those with a stone more than 1 cm apart
     """
-    options: dict[str, Any] = {"opponent": "draw"}
+    options: dict[str, Any] = {"opponent": "draw", "details": True}
     many: Any = gymnasium.make_vec(
         "CurlingEnd-v0", num_envs=ends, autoreset_mode="Disabled", **options
     )
@@ -137,7 +137,7 @@ def ends_apart(ends: int, seed: int = 0) -> tuple[float, float]:
         info: dict[str, Any] = {}
         for step in actions:
             *_, info = alone.step(step[k])
-        scored += info["score"] != together["score"][k]
+        scored += (info["score"] != together["score"][k]).any()
         ours, theirs = together["shots"][k][-1].stones_after, info["shots"][-1].stones_after
         same = {stone.stone for stone in ours} == {stone.stone for stone in theirs}
         pairs = zip(sorted(ours), sorted(theirs), strict=False)

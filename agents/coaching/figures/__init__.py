@@ -1,1 +1,1 @@
-"""The pictures of what coaching tells."""
+"""Figures of the coaching results."""

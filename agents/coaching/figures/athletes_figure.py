@@ -1,4 +1,4 @@
-"""The picture of athletes: line and weight of their throws, by handle, with ellipses."""
+"""Figure of athletes: line and weight of their throws, by handle, with ellipses."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
 COLOURS: dict[str | None, str] = {"in-turn": "#b5541c", "out-turn": "#137f8f", None: "#55606b"}
 MARKS: dict[str, Any] = {"guard": "^", "draw": "o", "hit": "s"}
-MOST = 9
-"""Athletes that are drawn: those with most throws."""
+MAX_ATHLETES = 9
+"""Maximum number of athletes drawn; those with most throws are chosen."""
 
 
 def draw_athletes(
@@ -29,15 +29,15 @@ def draw_athletes(
 
     Parameters
     ----------
-    found : what `athlete_errors` told
+    found : result of `athlete_errors`
     path : picture file to write
-    units : what lengths are told in
+    units : units of displayed lengths
 
     Raises
     ------
     OutputError : the picture cannot be written
     """
-    shown = sorted(found, key=lambda one: -one.overall.throws)[:MOST]
+    shown = sorted(found, key=lambda one: -one.overall.throws)[:MAX_ATHLETES]
     columns = min(len(shown), 3)
     rows = -(-len(shown) // columns)
     figure = figures.new_figure(max(4.4 * columns, 7.4), 4.4 * rows + 0.7)
@@ -49,7 +49,7 @@ def draw_athletes(
         else:
             ax.axis("off")
     figure.suptitle(
-        "Line and weight against what was meant: bias (crosses, 95 %), half and nine in ten throws",
+        "Line and weight against the intended throw: bias (crosses, 95 %), 50 % and 90 % of throws",
         fontsize=11,
         fontweight="bold",
         color=figures.PATH_COLOUR,
@@ -58,7 +58,7 @@ def draw_athletes(
 
 
 def _reach(shown: Sequence[AthleteErrors]) -> tuple[float, float]:
-    """The same axes for everybody: line [m], and speed [m/s]."""
+    """Return the limits of the axes for all athletes: line [m] and speed [m/s]."""
     points = [one.errors[:, [1, 0]] for one in shown]
     ellipses = [group.ellipse(0.9) for one in shown for group in _by_handle(one)]
     largest = np.nanmax(np.abs(np.concatenate(points + ellipses)), axis=0, initial=0.02)
@@ -98,7 +98,7 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
     ax.set_ylabel(f"◀ light   weight [{of_weight}]   heavy ▶", fontsize=8, color=figures.SOFT)
     spread = short_length(one.overall.spread[1].value, units)
     weight = abs(up) * one.overall.spread[0].value
-    name = (one.name or "nobody").replace("$", r"\$")
+    name = (one.name or "no name").replace("$", r"\$")
     ax.set_title(
         f"{name}: {one.overall.throws} throws, ±{weight:.2f} {of_weight.split()[0]}, ±{spread}",
         fontsize=10,
@@ -108,7 +108,7 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
 
 
 def _by_handle(one: AthleteErrors) -> list[ErrorSummary]:
-    """One group for each handle, or all throws where there is none."""
+    """Return one group for each handle, or all throws without handles."""
     found: list[ErrorSummary] = []
     for handle in HANDLES:
         of = [group for group in one.groups if group.handle == handle]

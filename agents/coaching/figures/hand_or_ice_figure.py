@@ -1,4 +1,4 @@
-"""The picture of why throws missed: what each cause did to each throw, and to all together."""
+"""Figure of the causes of misses: the contribution of each cause to each throw, and in total."""
 
 from __future__ import annotations
 
@@ -28,25 +28,25 @@ COLOURS: dict[Cause, str] = {
     "sweeping": "#7a3b8f",
     "neither": "#b4bcc4",
 }
-"""The colour of each cause."""
-MOST_ROWS = 40
-"""Throws that are drawn one by one: those that missed by most."""
+"""Colour of each cause."""
+MAX_ROWS = 40
+"""Maximum number of throws drawn one by one; those with the largest misses are chosen."""
 
 
 def draw_causes(found: SessionCauses, path: str | Path, units: Units = Units.METRES) -> None:
-    """Draw why the throws of a session missed; the suffix chooses the format.
+    """Draw the causes of a session's misses; the suffix chooses the format.
 
     Parameters
     ----------
-    found : what `hand_or_ice` told
+    found : result of `hand_or_ice`
     path : picture file to write
-    units : what lengths are told in
+    units : units of displayed lengths
 
     Raises
     ------
     OutputError : the picture cannot be written
     """
-    throws = sorted(found.throws, key=lambda one: -one.distance)[:MOST_ROWS]
+    throws = sorted(found.throws, key=lambda one: -one.distance)[:MAX_ROWS]
     throws = sorted(throws, key=lambda one: one.throw)
     rows = max(len(throws), 1)
     figure = figures.new_figure(12.0, 3.4 + 0.27 * rows)
@@ -56,7 +56,7 @@ def draw_causes(found: SessionCauses, path: str | Path, units: Units = Units.MET
     _draw_bars(across, throws, 0, units, labels=False)
     _draw_means(figure.add_subplot(grid[1, 0]), found, units)
     _draw_shares(figure.add_subplot(grid[1, 1]), found, units)
-    title = "Hand or ice: what carried each stone away from its target"
+    title = "Hand or ice: contributions to each stone's miss"
     figure.suptitle(title, fontsize=14, fontweight="bold", color=figures.PATH_COLOUR)
     figures.save_figure(figure, path, dpi=120)
 
@@ -68,7 +68,7 @@ def _scale(units: Units) -> tuple[float, str]:
 def _draw_bars(
     ax: Axes, throws: list[ThrowCauses], axis: int, units: Units, *, labels: bool
 ) -> None:
-    """A row for each throw: its parts set end to end, to either side, and its miss as a mark."""
+    """Draw a row for each throw: its parts end to end, to either side, and its miss as a mark."""
     factor, unit = _scale(units)
     for row, one in enumerate(throws):
         ends = {1: 0.0, -1: 0.0}
@@ -93,7 +93,7 @@ def _label(one: ThrowCauses) -> str:
 
 
 def _draw_means(ax: Axes, found: SessionCauses, units: Units) -> None:
-    """What each cause does on average, along and across the sheet, with 95 % intervals."""
+    """Draw the mean contribution of each cause, along and across the sheet, with 95 % intervals."""
     factor, unit = _scale(units)
     mean = {} if found.pattern is None else found.pattern.mean
     for row, (cause, ways) in enumerate(mean.items()):
@@ -116,11 +116,11 @@ def _draw_means(ax: Axes, found: SessionCauses, units: Units) -> None:
     ax.set_ylim(len(mean) - 0.4, -0.6)
     words = f"●  ◀ short, past ▶      [{unit}]      □  ◀ left, right ▶"
     ax.set_xlabel(words, fontsize=9, color=figures.SOFT)
-    ax.set_title("what happens again and again: means, 95 % intervals", fontsize=10, loc="left")
+    ax.set_title("systematic part: means, 95 % intervals", fontsize=10, loc="left")
 
 
 def _draw_shares(ax: Axes, found: SessionCauses, units: Units) -> None:
-    """How much of the squared misses each cause makes, for everybody and each athlete."""
+    """Draw the share of each cause in the squared misses, for all throws and each athlete."""
     patterns = ([found.pattern] if found.pattern is not None else []) + list(found.athletes[:8])
     for row, pattern in enumerate(patterns):
         _draw_share(ax, row, pattern)
@@ -136,7 +136,7 @@ def _draw_shares(ax: Axes, found: SessionCauses, units: Units) -> None:
     for cause in used:
         ax.barh(0, 0, color=COLOURS[cause], label=CAUSE_WORDS[cause])
     ax.legend(loc="upper center", bbox_to_anchor=(0.45, -0.28), ncols=3, fontsize=9, frameon=False)
-    ax.set_title("typical miss, and what makes it", fontsize=10, loc="left")
+    ax.set_title("typical miss and its causes", fontsize=10, loc="left")
 
 
 def _draw_share(ax: Axes, row: int, pattern: Pattern) -> None:

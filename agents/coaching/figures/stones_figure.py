@@ -1,4 +1,4 @@
-"""The picture of a set of stones: friction and curl of each, and the suggested pairs."""
+"""Figure of a set of stones: friction and curl of each, and the suggested pairs."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 def draw_stones(found: StoneMatch, path: str | Path, units: Units = Units.METRES) -> None:
-    """Draw the stones of a set against each other; the suffix chooses the format.
+    """Draw the stones of a set; the suffix chooses the format.
 
     Parameters
     ----------
-    found : what `match_stones` told
+    found : result of `match_stones`
     path : picture file to write
-    units : what lengths are told in
+    units : units of displayed lengths
 
     Raises
     ------
@@ -42,7 +42,7 @@ def draw_stones(found: StoneMatch, path: str | Path, units: Units = Units.METRES
     ax.set_ylabel("◀ keener    friction over the set's [%]    heavier ▶", color=figures.SOFT)
     if found.stones[0].curl is None:
         ax.set_xticks([])
-        ax.set_xlabel(f"curl is not known{_open_pairs(found)}", color=figures.SOFT)
+        ax.set_xlabel(f"curl unknown{_open_pairs(found)}", color=figures.SOFT)
     else:
         ax.axvline(0, color=figures.FAINT, lw=0.8, zorder=0)
         words = f"◀ straighter    curl over the set's [%]    curls more ▶{_open_pairs(found)}"
@@ -54,12 +54,12 @@ def draw_stones(found: StoneMatch, path: str | Path, units: Units = Units.METRES
 
 
 def _open_pairs(found: StoneMatch) -> str:
-    """Pairs that cannot be told apart yet, on lines of their own."""
+    """Return the pairs that cannot be distinguished yet, on separate lines."""
     if not found.undecided:
         return ""
     names = ", ".join(f"{pair.first}-{pair.second}" for pair in found.undecided[:24])
     more = ", …" if len(found.undecided) > 24 else ""
-    return "\n" + textwrap.fill(f"not told apart yet: {names}{more}", 110).replace("$", r"\$")
+    return "\n" + textwrap.fill(f"not distinguished yet: {names}{more}", 110).replace("$", r"\$")
 
 
 def _place(one: StoneFactor, row: int) -> tuple[float, float]:
@@ -98,7 +98,7 @@ def _draw_stones(ax: Axes, found: StoneMatch, places: dict[str, tuple[float, flo
 
 
 def _second_axis(ax: Axes, found: StoneMatch, units: Units) -> None:
-    """How much further a stone comes to rest on a draw, beside its friction."""
+    """Add an axis of the extra distance on a draw, next to the friction."""
     known = max(found.stones, key=lambda one: abs(np.log(one.friction.value)))
     per_log = -known.carry.value / float(np.log(known.friction.value) or 1e-9)
     unit = 1.0 if units is Units.METRES else 1 / FOOT
@@ -106,7 +106,7 @@ def _second_axis(ax: Axes, found: StoneMatch, units: Units) -> None:
     other = ax.twinx()
     other.set_ylim(-unit * per_log * low / 100, -unit * per_log * high / 100)
     name = "m" if units is Units.METRES else "ft"
-    other.set_ylabel(f"rests further than the set's on a draw [{name}]", color=figures.SOFT)
+    other.set_ylabel(f"extra distance on a draw [{name}]", color=figures.SOFT)
     other.tick_params(labelsize=8, colors=figures.SOFT)
     for side in other.spines.values():
         side.set_visible(False)

@@ -1,1 +1,1 @@
-"""Why throws missed: what left the hand, the ice that it found, and what neither explains."""
+"""Causes of misses: the release, the ice that was misread, and the unexplained rest."""

@@ -1,4 +1,4 @@
-"""Why a throw missed: the parts of its miss, which add up to it."""
+"""Causes of a miss: its parts, which add up to it."""
 
 from __future__ import annotations
 
@@ -17,19 +17,19 @@ from friction_estimation.tracks.measured import Measured
 
 Cause = Literal["weight", "line", "rotation", "ice", "sweeping", "neither"]
 CAUSES: tuple[Cause, ...] = ("weight", "line", "rotation", "ice", "sweeping", "neither")
-"""In the order in which they are told."""
+"""Causes in the order of display."""
 INTERVAL = 1.96
 """Standard errors to either side of a 95 % interval."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """What one cause added to where a stone came to rest.
+    """Contribution of one cause to a stone's place of rest.
 
     Parameters
     ----------
     right, past : to the right, and past the target, each with its standard error [m]
-    share : its part of the miss: along the miss, over its length; the shares of a throw add up to 1
+    share : component along the miss over its length; the shares of a throw add up to 1
     """
 
     right: Measured
@@ -38,7 +38,7 @@ class Part:
 
     @property
     def size(self) -> float:
-        """Its length [m]."""
+        """Length [m]."""
         return hypot(self.right.value, self.past.value)
 
     def interval(self) -> tuple[tuple[float, float], tuple[float, float]]:
@@ -46,7 +46,7 @@ class Part:
         return interval(self.right), interval(self.past)
 
     def as_dict(self) -> dict[str, float | None]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         return {
             f"{name}{ending}": value
             for name, one in (("right", self.right), ("past", self.past), ("share", self.share))
@@ -55,21 +55,21 @@ class Part:
 
 
 def interval(value: Measured) -> tuple[float, float]:
-    """The 95 % interval of a measured number."""
+    """Return the 95 % interval of a measured number."""
     half = INTERVAL * (value.sigma or 0.0)
     return value.value - half, value.value + half
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class HandError:
-    """How far the release was from the one that was meant; None for what was not meant.
+    """Error of the release against the intended throw; None for components without an intention.
 
     Parameters
     ----------
     speed : faster [m/s]
     seconds : the same as a time from hog line to hog line: more is lighter [s]
     line : at the far tee line, to the right [m]
-    spin : more turning than was meant, whatever the handle [rad/s]
+    spin : more turning than intended, for either handle [rad/s]
     covariance : (3, 3) of speed, line, spin
     """
 
@@ -80,7 +80,7 @@ class HandError:
     covariance: Floats = field(default_factory=lambda: np.zeros((3, 3)))
 
     def as_dict(self) -> dict[str, float | None]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         return {
             f"{name}{ending}": None if one is None else value
             for name in ("speed", "seconds", "line", "spin")
@@ -91,18 +91,18 @@ class HandError:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ThrowCauses:
-    """Why one throw missed.
+    """Causes of one throw's miss.
 
     Parameters
     ----------
-    sheet : the throw, with who threw it and what was called
-    target, rest : right and past the tee [m]; of a hit, where it crossed the line of its target
+    sheet : the throw with its athlete and call
+    target, rest : right and past the tee [m]; for a hit, rest is the crossing of the target's line
     miss : (2,) their difference [m]
-    parts : what each cause added; they add up to the miss
-    errors : of the release
-    intended, released : the throw that was meant, and the one that was made
-    draws : (k, n, 2) the parts under errors that the measurement and the ice may have, in the order
-        of `parts` [m]
+    parts : contribution of each cause; they add up to the miss
+    errors : errors of the release
+    intended, released : the intended and the actual throw
+    draws : (k, n, 2) the parts under sampled errors of the measurement and the ice, in the order of
+        `parts` [m]
     """
 
     sheet: ThrowSheet
@@ -117,32 +117,32 @@ class ThrowCauses:
 
     @property
     def throw(self) -> int:
-        """The number of the throw in the tracks."""
+        """Number of the throw in the tracks."""
         return self.sheet.throw
 
     @property
     def athlete(self) -> str:
-        """Who threw it; empty where nobody noted it."""
+        """Athlete; empty if not noted."""
         return self.sheet.athlete
 
     @property
     def call(self) -> Call:
-        """What was called."""
+        """Called shot."""
         assert self.sheet.call is not None  # a throw without a call has no causes
         return self.sheet.call
 
     @property
     def distance(self) -> float:
-        """The length of the miss [m]."""
+        """Length of the miss [m]."""
         return float(np.hypot(*self.miss))
 
     @property
     def main(self) -> Cause:
-        """The cause with the largest share of the miss."""
+        """Cause with the largest share of the miss."""
         return max(self.parts, key=lambda cause: self.parts[cause].share.value)
 
     def together(self, causes: Sequence[Cause]) -> Part:
-        """What some causes added together."""
+        """Return the combined contribution of some causes."""
         names = list(self.parts)
         chosen = [names.index(cause) for cause in causes if cause in names]
         value = sum(
@@ -152,7 +152,7 @@ class ThrowCauses:
         return part_of(np.zeros(2) + value, self.draws[:, chosen].sum(axis=1), self.miss)
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name, for JSON and CSV."""
+        """Return the numbers by name, for JSON and CSV."""
         found: dict[str, object] = {
             "throw": self.throw,
             "athlete": self.athlete,
@@ -169,7 +169,7 @@ class ThrowCauses:
 
 
 def part_of(value: Floats, draws: Floats, miss: Floats) -> Part:
-    """A part from its value (2,) and its draws (k, 2).
+    """Make a part from its value (2,) and its draws (k, 2).
 
     Parameters
     ----------
@@ -187,15 +187,15 @@ def part_of(value: Floats, draws: Floats, miss: Floats) -> Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Pattern:
-    """What some throws have in common.
+    """Common pattern of some throws.
 
     Parameters
     ----------
-    athlete : whose they are; None for everybody's
-    throws : how many
+    athlete : the athlete; None for all athletes
+    throws : number of throws
     shares : of each cause in all squared misses, which add up to 1
-    mean : the mean part of each cause, with the standard error of that mean: what happens again and
-        again, beside what goes one way today and the other way next time
+    mean : mean part of each cause, with the standard error of that mean: the systematic part,
+        without random scatter
     typical_miss : root mean square of the misses [m]
     """
 
@@ -206,7 +206,7 @@ class Pattern:
     typical_miss: float
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name."""
+        """Return the numbers by name."""
         found: dict[str, object] = {
             "athlete": self.athlete,
             "throws": self.throws,
@@ -227,17 +227,17 @@ class Pattern:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SessionCauses:
-    """Why the throws of a session missed.
+    """Causes of the misses of a session.
 
     Parameters
     ----------
-    throws : those with a called target that were seen from the hog line to their rest
-    left_out : why others are not among them, by their number
-    pattern : of all of them; None without throws
-    athletes : of each athlete
-    believed : whether the ice that the team believed in was given; without it nothing but a called
-        broom or time tells how the ice was read
-    remarks : what a reader should know
+    throws : throws with a called target that were seen from the hog line to rest
+    left_out : reason why others are excluded, by throw number
+    pattern : pattern of all of them; None without throws
+    athletes : pattern of each athlete
+    believed : true if the ice that the team believed in was given; without it only a called broom
+        or time shows how the ice was read
+    remarks : remarks for the reader
     """
 
     throws: tuple[ThrowCauses, ...]
@@ -248,7 +248,7 @@ class SessionCauses:
     remarks: tuple[str, ...] = ()
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name, for JSON."""
+        """Return the numbers by name, for JSON."""
         return {
             "believed": self.believed,
             "throws": [one.as_dict() for one in self.throws],
@@ -260,12 +260,12 @@ class SessionCauses:
 
 
 def pattern_of(throws: Sequence[ThrowCauses], athlete: str | None = None) -> Pattern | None:
-    """What throws have in common; None without throws.
+    """Averages over a set of throws, or None if it is empty.
 
     Parameters
     ----------
     throws : the throws
-    athlete : whose alone; None for everybody's
+    athlete : only throws of this athlete; None for all athletes
     """
     chosen = [one for one in throws if athlete is None or one.athlete == athlete]
     if not chosen:
@@ -280,8 +280,8 @@ def pattern_of(throws: Sequence[ThrowCauses], athlete: str | None = None) -> Pat
         value, draw = np.array(values), np.array(draws)
         share = np.einsum("nkc,nc->k", draw, misses) / whole
         shares[cause] = Measured(float((value * misses).sum()) / whole, float(share.std()))
-        # What an average is worth depends on how much the throws differ, and on what all of them
-        # share: the ice. Draws of one number stand for one ice in all throws.
+        # The precision of an average depends on the scatter between throws and on the error that
+        # all of them share: the ice. Draws with one index are of one ice in all throws.
         spread = value.std(axis=0, ddof=1) if len(value) > 1 else np.abs(value[0])
         sigma = np.hypot(spread / len(value) ** 0.5, draw.mean(axis=0).std(axis=0))
         centre = value.mean(axis=0)
@@ -299,7 +299,7 @@ def pattern_of(throws: Sequence[ThrowCauses], athlete: str | None = None) -> Pat
 
 
 def _of(one: ThrowCauses, cause: Cause) -> tuple[Floats, Floats]:
-    """The part of a cause in a throw, and its draws; noughts where it had none."""
+    """Return the part of a cause in a throw, and its draws; zeros if it had none."""
     if cause not in one.parts:
         return np.zeros(2), np.zeros((len(one.draws), 2))
     part = one.parts[cause]

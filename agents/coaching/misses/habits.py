@@ -1,4 +1,4 @@
-"""What an athlete usually does where a call leaves it open: the rotation, the speed of a hit."""
+"""Habits of an athlete that fill in a call: the rotation, the speed of a hit."""
 
 from __future__ import annotations
 
@@ -17,23 +17,23 @@ from friction_estimation.tracks.measured import Measured
 
 @dataclass(frozen=True, kw_only=True)
 class Habits:
-    """What athletes usually do.
+    """Usual rotation and speeds of athletes.
 
     Parameters
     ----------
-    spins : |spin| of throws, by athlete [rad/s]; under the empty name those of everybody
-    speeds : speeds of hits by athlete and named weight [m/s]; the same
+    spins : |spin| of throws, by athlete [rad/s]; the empty name has those of all athletes
+    speeds : speeds of hits by athlete and named weight [m/s]; likewise
     """
 
     spins: Mapping[str, Sequence[float]]
     speeds: Mapping[tuple[str, str], Sequence[float]]
 
     def spin(self, athlete: str) -> Measured | None:
-        """The usual rotation, without sign; None where too few throws tell it."""
+        """Return the usual rotation, without sign; None with too few throws."""
         return _usual(self.spins.get(athlete, ())) or _usual(self.spins.get("", ()))
 
     def speed(self, athlete: str, call: Call) -> Measured | None:
-        """The usual speed of a hit of this weight; None where too few throws tell it."""
+        """Return the usual speed of a hit of this weight; None with too few throws."""
         if call.weight is None:
             return None
         return _usual(self.speeds.get((athlete, call.weight), ())) or _usual(
@@ -42,7 +42,7 @@ class Habits:
 
 
 def habits_of(throws: Sequence[tuple[ThrowSheet, Released]]) -> Habits:
-    """What the throws of a session show of everybody's habits."""
+    """Collect the habits of all athletes from the throws of a session."""
     spins: dict[str, list[float]] = {"": []}
     speeds: dict[tuple[str, str], list[float]] = {}
     for sheet, released in throws:
@@ -57,11 +57,12 @@ def habits_of(throws: Sequence[tuple[ThrowSheet, Released]]) -> Habits:
 
 
 def _usual(values: Sequence[float]) -> Measured | None:
-    """The median of enough values, and its standard error."""
+    """Return the median of enough values, and its standard error."""
     if len(values) < HABIT_THROWS:
         return None
     array = np.array(values)
     count = len(array)
-    # The median's error for Gaussian values, and what the spread of so few is not known to.
+    # Standard error of the median for Gaussian values, plus the uncertainty of the spread of few
+    # values.
     wider = 1.25 * ((count - 1) / max(count - 3, 1)) ** 0.5
     return Measured(float(np.median(array)), wider * float(array.std(ddof=1)) / count**0.5)

@@ -1,11 +1,11 @@
-"""Hand or ice: how much of a miss was the release, how much ice that was read wrong.
+"""Split of a miss into errors of the release and of reading the ice.
 
-Two throws are compared on two ices. The throw that was meant does what was called on the ice that
-the team believed in. The throw that was made runs on the ice that the session's tracks show. From
-the one to the other the weight, the line, the rotation and the ice change. What each of them does
-to the place of rest depends on the order in which they change; the parts are the means over all
-orders (Shapley's value), so that they add up. What the throw that was made, run on the session's
-ice, leaves of the measured rest, none of them explains.
+Two throws are compared on two ices. The intended throw reaches its call on the ice that the team
+believed in. The actual throw runs on the ice that the session's tracks show. Between the two, the
+weight, the line, the rotation and the ice change. The effect of each on the place of rest depends
+on the order of the changes; the parts are the means over all orders (Shapley's value), so that they
+add up. The difference between the actual throw, simulated on the session's ice, and the measured
+rest remains unexplained.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ from friction_estimation.tracks.throw_list import (
 )
 
 NOT_GIVEN = (
-    "the ice that the team believed in was not given: misses are laid to the hand against the "
-    "session's ice, and to ice that was read wrong only where a broom or a time was called"
+    "the ice that the team believed in was not given: the hand is compared with the session's "
+    "ice, and only a called broom or time shows ice that was read wrong"
 )
 
 
@@ -50,16 +50,16 @@ def hand_or_ice(
     seed: int = 0,
     progress: Progress = no_progress,
 ) -> SessionCauses:
-    """Tell for each throw with a called target why it missed.
+    """Find the causes of the miss of each throw with a called target.
 
     Parameters
     ----------
-    tracks : of one session, in order of play
-    ice : the ice as the session's tracks show it, with its standard errors
-    notes : who threw what, and what was called (`throws_beside`)
-    believed : the ice that the team planned with; None if it is not known
-    hands : of the athletes
-    seed : seed of the errors drawn
+    tracks : tracks of one session, in order of play
+    ice : ice estimated from the session's tracks, with its standard errors
+    notes : athlete, stone and call of each throw (`throws_beside`)
+    believed : ice that the team planned with; None if unknown
+    hands : hands of the athletes
+    seed : seed of the sampled errors
     progress : called with the number of throws done
 
     Raises
@@ -69,17 +69,17 @@ def hand_or_ice(
     rng = np.random.default_rng(seed)
     read, left_out = see_throws(tracks, ice, notes, hands, rng, progress)
     habits = habits_of([(one.sheet, one.released) for one in read])
-    told: list[ThrowParts] = []
+    explained: list[ThrowParts] = []
     parts: list[Parts] = []
     for one in read:
         try:
             causes = ThrowParts(one, believed, habits, rng)
             parts.append(causes.parts())
-            told.append(causes)
+            explained.append(causes)
         except InputError as error:
             left_out[one.sheet.throw] = error.problem
     together = agree(parts, rng)
-    found = [causes.result(one) for causes, one in zip(told, together.parts, strict=True)]
+    found = [causes.result(one) for causes, one in zip(explained, together.parts, strict=True)]
     return SessionCauses(
         throws=tuple(found),
         left_out=dict(sorted(left_out.items())),
@@ -106,7 +106,7 @@ def causes_beside(
 
     Parameters
     ----------
-    tracks : its tracks, with throws.csv and athletes.csv beside them
+    tracks : its tracks, with throws.csv and athletes.csv in the same folder
     ice, believed : a file or a preset each; otherwise as in `hand_or_ice`
     seed, progress : as in `hand_or_ice`
 
@@ -117,7 +117,7 @@ def causes_beside(
     notes = throws_beside(tracks)
     if not any(note.called for note in notes.values()):
         problem = (
-            f"no table {THROW_LIST} beside these tracks says what was called; its columns are "
+            f"no table {THROW_LIST} with calls next to these tracks; expected the columns "
             'throw, athlete and called, such as "draw 0.3,-1.2 in"'
         )
         raise InputError(problem, source=tracks)
@@ -135,10 +135,10 @@ def causes_beside(
 def _remarks(
     ice: Ice, believed: Ice | None, found: Sequence[ThrowCauses], shared: str | None
 ) -> tuple[str, ...]:
-    """What a reader should know."""
+    """Return remarks for the reader."""
     remarks = [*([NOT_GIVEN] if believed is None else []), *what_is_lacking(ice)]
     if shared is not None:
         remarks.append(shared)
     if not found:
-        remarks.append("no throw has a called target and was seen from the hog line to its rest")
+        remarks.append("no throw has a called target and was seen from the hog line to rest")
     return tuple(remarks)

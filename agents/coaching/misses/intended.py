@@ -1,4 +1,4 @@
-"""The throw that was meant: it does what was called on the ice as the team believed it."""
+"""Intended throw: it reaches its call on the ice that the team believed in."""
 
 from __future__ import annotations
 
@@ -24,26 +24,26 @@ from curling_env.throw import MAX_SPEED
 from curling_env.typing import Floats
 
 _STEPS = np.array([0.01, 0.002, 0.05])
-"""Steps of the derivatives by differences, of speed, angle and spin."""
+"""Steps of the numerical derivatives, in speed, angle and spin."""
 _LARGEST = np.array([0.3, 0.05, 0.5])
-"""Largest corrections at once."""
+"""Largest corrections in one iteration."""
 _SPEEDS = np.arange(0.4, 4.6, 0.05)
-"""Speeds from which the search begins [m/s]."""
+"""Initial speeds of the search [m/s]."""
 _SLOWEST = 0.1
 _ROUNDS = 15
 _EXACT = 1e-3
-"""How near to what was called a throw is taken for it [m, or s]."""
+"""Tolerance on the called outcome [m, or s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Intended:
-    """What a throw was meant to be.
+    """Intended throw.
 
     Parameters
     ----------
     throw : (4,) speed, angle, spin, x on the hog line
-    slopes : (4, 2) how it changes with the spin and with x, which are not called
-    outcome : (2,) where it rests on the believed ice, or crosses the line of a hit [m]
+    slopes : (4, 2) its derivatives by spin and x, which are not called
+    outcome : (2,) its place of rest on the believed ice, or its crossing of the line of a hit [m]
     """
 
     throw: Floats
@@ -54,25 +54,25 @@ class Intended:
 def intend(
     call: Call, believed: Ice, place: Place, *, spin: float, x: float, speed: float
 ) -> Intended:
-    """Find the throw that was meant.
+    """Find the intended throw.
 
-    It begins where the stone crossed the hog line: whoever slides out beside the centre line means
-    another angle. Where a broom was called, the line is the one to the broom; else it is the one
-    that leads to the target. The weight is that of the called time, else, for a stone that should
-    rest, the one that carries to the target.
+    It begins where the stone crossed the hog line: a thrower who slides out beside the centre line
+    intends another angle. If a broom was called, the line is the one to the broom; otherwise it is
+    the one that leads to the target. The weight is that of the called time; otherwise, for a stone
+    that should rest, the one that carries to the target.
 
     Parameters
     ----------
-    call : with a target
-    believed : the ice that the team took for true
-    place : of the throw in its session
-    spin : with which it was meant, unless turns were called [rad/s]
-    x : where it crossed the hog line [m]
-    speed : with which a hit was meant, unless a time was called [m/s]
+    call : call with a target
+    believed : ice that the team believed in
+    place : place of the throw in its session
+    spin : intended spin, unless turns were called [rad/s]
+    x : crossing of the hog line [m]
+    speed : intended speed of a hit, unless a time was called [m/s]
 
     Raises
     ------
-    InputError : no throw does on this ice what was called
+    InputError : no throw on this ice reaches the call
     """
     solver = _Solver(call, believed, place, speed)
     throw = solver.solve(spin, x)
@@ -94,11 +94,11 @@ class _Solver:
         self._line = None if call.rests else float(self._target[1])
 
     def outcomes(self, throws: Floats) -> Floats:
-        """What counts of throws (n, 4) on the believed ice, (n, 2)."""
+        """Return the outcomes of throws (n, 4) on the believed ice, (n, 2)."""
         return outcomes(self._ice, throws, self._place, self._line)
 
     def solve(self, spin: float, x: float, near: Floats | None = None) -> Floats:
-        """The throw (4,) with this spin from this place."""
+        """Return the throw (4,) with this spin from this place."""
         free = [SPEED, ANGLE]
         if self._call.turns is not None:
             free.append(SPIN)
@@ -128,13 +128,11 @@ class _Solver:
             else:
                 break
         if not np.abs(left).max() < 10 * _EXACT:
-            raise InputError(
-                f"no throw on the believed ice does what was called: {self._call.text}"
-            )
+            raise InputError(f"no throw on the believed ice reaches the call: {self._call.text}")
         return throw
 
     def _start(self, spin: float, x: float) -> Floats:
-        """The best of a table of throws straight ahead, turned towards the target."""
+        """Return the best of a table of straight throws, turned towards the target."""
         throws = np.tile([0.0, 0.0, spin, x], (len(_SPEEDS), 1))
         throws[:, SPEED] = _SPEEDS
         ends = self.outcomes(throws)
@@ -145,7 +143,7 @@ class _Solver:
         else:
             off = np.abs(ends[:, 1] - self._target[1])
         if not np.isfinite(off).any():
-            raise InputError("no throw gets there on the believed ice")
+            raise InputError("no throw reaches the target on the believed ice")
         throw = throws[int(np.nanargmin(off))].copy()
         right = ends[int(np.nanargmin(off)), 0]
         wanted = self._target[0] - (right if np.isfinite(right) else x) + x
@@ -153,7 +151,7 @@ class _Solver:
         return throw
 
     def _left(self, throws: Floats, x: float) -> Floats:
-        """What throws (n, 4) leave of each wish, (n, 2) or (n, 3)."""
+        """Return the residuals of throws (n, 4) for each requirement, (n, 2) or (n, 3)."""
         call = self._call
         ends = self.outcomes(throws)
         if call.broom is None:

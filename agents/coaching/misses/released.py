@@ -1,9 +1,9 @@
-"""What left the hand: speed, line and rotation over the hog line, read from a track.
+"""Release at the hog line: speed, line and rotation, read from a track.
 
 The path of the law on the session's ice is fitted to the averaged rows of the first seconds. The
-throw's own friction and curl are fitted with it, within what one throw may differ by, so that a
-stone on other ice than the file says is not taken for another hand. Errors that the track states
-are taken to last for a second and a half.
+throw's own friction and curl are fitted too, within the usual variation between throws, so that a
+stone on ice that differs from the file is not taken for an error of the hand. Stated errors of the
+track are assumed to last a second and a half.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ from scipy.linalg import cho_factor, cho_solve
 from agents.coaching.runs import HOG_TO_FAR_TEE, Place, run
 from agents.coaching.tuning import (
     BIN,
-    FEWEST_BINS,
     LASTING,
     LATEST_START,
-    MOST_CURL,
-    MOST_FRICTION,
+    MAX_OWN_CURL,
+    MAX_OWN_FRICTION,
+    MIN_BINS,
     OWN_CURL,
     OWN_FRICTION,
     RELEASE_WINDOW,
@@ -45,23 +45,23 @@ from friction_estimation.tracks.tuning import USUAL_SPIN
 
 _RIGHT, _PAST, _SPEED, _ANGLE, _SPIN, _HEADING, _FRICTION, _CURL = range(8)
 _STEPS = np.array([0.01, 0.01, 0.01, 0.002, 0.05, 0.05, 0.01, 0.05])
-"""Steps of the derivatives by differences."""
+"""Steps of the numerical derivatives."""
 _FPS = 20.0
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Released:
-    """A throw as it crossed the hog line.
+    """Throw as it crossed the hog line.
 
     Parameters
     ----------
-    place : where it stands in its session
+    place : its place in the session
     throw : (4,) speed [m/s], angle [rad], spin [rad/s], and x [m]
     covariance : (4, 4) of their errors
     friction : ln of its friction over that of the ice, and its standard error
-    curl : the same for its curl
-    covariance_own : covariance of the errors of the two
-    spin_seen : whether its heading was seen
+    curl : ln of its curl over that of the ice, and its standard error
+    covariance_own : covariance of the errors of friction and curl
+    spin_seen : true if its heading was seen
     sweep : start and end of sweeping after the release [s]; equal if it was not swept
     """
 
@@ -88,17 +88,17 @@ def read_release(
 
     Parameters
     ----------
-    track : of the thrown stone
-    ice : of the session, as the throw found it
-    contacts : when it touched other stones [s]; only what came before the first is used
+    track : track of the thrown stone
+    ice : ice of the session before the throw
+    contacts : times of its contacts with other stones [s]; only rows before the first are used
     order : number of throws before it in the session
-    others : ices that the standard errors of the ice allow
-    whole : whether the whole free slide is used and the throw's own friction and curl are free, to
-        learn of its stone; else only its first seconds, to learn of the hand
+    others : ices sampled within the standard errors of the ice
+    whole : use the whole free slide with free friction and curl, to measure the stone; otherwise
+        only its first seconds, to measure the hand
 
     Raises
     ------
-    TrackTooShortError : the first metres beyond the hog line were not seen, or too little of them
+    TrackTooShortError : too little was seen of the first metres beyond the hog line
     """
     first = rows_until(track, min((t for t in contacts if t > track.t[0]), default=np.inf))
     slide = free_slide(first, ())
@@ -124,15 +124,15 @@ class _Series:
 def _averaged(
     t: Floats, values: Floats, white: float, stated: Floats | None, width: float
 ) -> _Series:
-    """Rows averaged over some time, with what their errors share.
+    """Average rows over time, with their shared errors.
 
     Parameters
     ----------
     t : (n,) times since the first row [s]
     values : (n, k)
-    white : standard deviation of the part of a row's error that is its own
-    stated : (n,) standard errors that last; None for none
-    width : the time [s]
+    white : standard deviation of the independent part of a row's error
+    stated : (n,) standard errors that persist; None for none
+    width : averaging time [s]
     """
     _, number, count = np.unique(np.floor(t / width), return_inverse=True, return_counts=True)
 
@@ -151,7 +151,7 @@ def _averaged(
 
 
 class _Fit:
-    """The fit of a path of the law to a throw."""
+    """Fit of a path of the law to a throw."""
 
     def __init__(
         self, slide: FreeSlide, ice: Ice, order: int, others: Sequence[Ice], whole: bool
@@ -165,7 +165,7 @@ class _Fit:
         beyond = np.flatnonzero(xy[:, 1] >= -HOG_TO_FAR_TEE)
         name = f"throw {track.throw}"
         if not beyond.size or xy[beyond[0], 1] > -HOG_TO_FAR_TEE + LATEST_START:
-            raise TrackTooShortError(f"{name}: its first metres beyond the hog line were not seen")
+            raise TrackTooShortError(f"{name}: the first metres beyond the hog line were not seen")
         self._begin = float(t[beyond[0]])
         used = t >= self._begin
         if not whole:
@@ -174,7 +174,7 @@ class _Fit:
         since = t[used] - self._begin
         stated = track.sigma_xy[rows] if track.sigma_xy.size else None
         self._xy = _averaged(since, xy[used], slide.noise, stated, self._width)
-        if len(self._xy.t) < FEWEST_BINS:
+        if len(self._xy.t) < MIN_BINS:
             raise TrackTooShortError(f"{name}: only {since[-1]:.1f} s seen beyond the hog line")
         self._heading = self._headings(rows, since)
         self.place = Place(
@@ -195,18 +195,18 @@ class _Fit:
         track = self._slide.track
         theta = track.theta[rows]
         known = np.isfinite(theta)
-        if not has_heading(self._slide) or known.sum() < 2 * FEWEST_BINS:
+        if not has_heading(self._slide) or known.sum() < 2 * MIN_BINS:
             return None
         theta, since, rows = theta[known], since[known], rows[known]
-        # Second differences of a smooth turn leave the noise of single rows.
+        # Second differences of a smooth turn are the noise of single rows.
         white = robust_deviation(np.diff(theta, 2)) / 6**0.5
         stated = track.sigma_theta[rows] if track.sigma_theta.size else None
         return _averaged(since, theta[:, None], white, stated, self._width)
 
     def _begin_from(self) -> tuple[Floats, Floats]:
-        """First guess of the parameters (8,), and how well each is known before, (8,)."""
+        """Return the first guess of the parameters (8,), and its prior standard deviations (8,)."""
         t, xy = self._xy.t, self._xy.values
-        early = t <= max(3.0, t[FEWEST_BINS - 1])
+        early = t <= max(3.0, t[MIN_BINS - 1])
         curve = np.polynomial.polynomial.polyfit(t[early], xy[early], 2)
         (right, past), (vx, vy) = curve[0], curve[1]
         spin, heading = 0.0, 0.0
@@ -230,7 +230,9 @@ class _Fit:
         return start, known
 
     def _paths(self, parameters: Floats) -> Floats:
-        """Paths of rows of parameters (n, 8), (n, m, 3): right, past, heading every 1/`_FPS` s."""
+        """Return paths of rows of parameters (n, 8), (n, m, 3): right, past, heading every 1/`_FPS`
+        s.
+        """
         own, which = np.unique(parameters[:, [_FRICTION, _CURL]], axis=0, return_inverse=True)
         stone = self.place.stone
         ices = [with_own(self._ice, stone, friction, curl) for friction, curl in own.tolist()]
@@ -250,7 +252,7 @@ class _Fit:
             longest=last + 1.0,
             ahead=parameters[:, _PAST] + HOG_TO_FAR_TEE,
         )
-        assert ran.paths is not None  # a rate was given
+        assert ran.paths is not None  # a rate was requested
         xy = to_delivery(ran.paths[..., :2], self.place.direction)
         turned = ran.paths[..., 2] + parameters[:, _HEADING, None]
         ends = to_delivery(np.column_stack([ran.x, ran.y]), self.place.direction)
@@ -259,7 +261,7 @@ class _Fit:
         return np.where(np.isnan(full), final[:, None, :], full)
 
     def _residuals(self, parameters: Floats) -> list[Floats]:
-        """What the paths (n, 8) leave of the places, first all x, and of the heading: (n, m)."""
+        """Return the residuals of paths (n, 8): all x, all y, then the heading, (n, m)."""
         paths = self._paths(parameters)
         left = [self._xy.values.T.ravel() - _places(paths, self._xy.t)]
         if self._heading is not None:
@@ -267,7 +269,7 @@ class _Fit:
         return left
 
     def _covariances(self, parameters: Floats) -> Sequence[Floats]:
-        """Covariances of the errors of what `_residuals` gives, with those of the ice in them."""
+        """Return the covariances of the residuals, including those of the ice."""
         places = np.asarray(np.kron(np.eye(2), self._xy.covariance), dtype=np.float64)
         if len(self._others) > 1:
             same = np.tile(parameters, (len(self._others), 1))
@@ -278,7 +280,7 @@ class _Fit:
         return [places] if self._heading is None else [places, self._heading.covariance]
 
     def result(self) -> Released:
-        """The fit by Gauss and Newton, with what is known beforehand."""
+        """Fit by Gauss-Newton, with the prior."""
         now, known = self._begin_from()
         begin = now.copy()
         factors = [cho_factor(covariance) for covariance in self._covariances(now)]
@@ -295,8 +297,8 @@ class _Fit:
             covariance = np.linalg.pinv(normal)
             change = covariance @ right
             now = now + change
-            now[_FRICTION] = np.clip(now[_FRICTION], -MOST_FRICTION, MOST_FRICTION)
-            now[_CURL] = np.clip(now[_CURL], -MOST_CURL, MOST_CURL)
+            now[_FRICTION] = np.clip(now[_FRICTION], -MAX_OWN_FRICTION, MAX_OWN_FRICTION)
+            now[_CURL] = np.clip(now[_CURL], -MAX_OWN_CURL, MAX_OWN_CURL)
             now[_SPEED] = np.clip(now[_SPEED], 0.05, 0.98 * MAX_SPEED)
             now[_SPIN] = np.clip(now[_SPIN], -0.9 * MAX_SPIN, 0.9 * MAX_SPIN)
             if (np.abs(change) < 1e-4 * _STEPS).all():
@@ -325,9 +327,9 @@ class _Fit:
         )
 
     def _to_hog_line(self, parameters: Floats) -> Floats:
-        """The throw (4,) on the hog line of a stone that is a little beyond it."""
+        """Return the throw (4,) at the hog line of a stone that is slightly beyond it."""
         if not hasattr(self, "_push"):
-            # What slows and bends the stone in its first moments, along and across its way.
+            # Deceleration and curl in the first moments, along and across the path.
             path = self._paths(parameters[None])[0]
             later = path[int(0.5 * _FPS), :2] - path[0, :2]
             speed, angle = parameters[_SPEED], parameters[_ANGLE]
@@ -342,18 +344,20 @@ class _Fit:
 
 
 def _at(paths: Floats, t: Floats, column: int) -> Floats:
-    """A column of paths (n, m, 3) at times (k,), (n, k)."""
+    """Interpolate a column of paths (n, m, 3) at times (k,), (n, k)."""
     grid = np.arange(paths.shape[1]) / _FPS
     return np.stack([np.interp(t, grid, path[:, column]) for path in paths])
 
 
 def _places(paths: Floats, t: Floats) -> Floats:
-    """All x and then all y of paths at times (k,), (n, 2·k)."""
+    """Return all x and then all y of paths at times (k,), (n, 2·k)."""
     return np.concatenate([_at(paths, t, 0), _at(paths, t, 1)], axis=1)
 
 
 def with_own(ice: Ice, stone: int, friction: float, curl: float) -> Ice:
-    """The ice with one stone's friction and curl multiplied by the exponentials of two numbers."""
+    """Return the ice with one stone's friction and curl multiplied by the exponentials of two
+    numbers.
+    """
     if friction == curl == 0.0:
         return ice
     own = {

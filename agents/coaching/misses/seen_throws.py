@@ -1,4 +1,4 @@
-"""Throws whose misses can be told: what left the hand, where it ended, and on what ice."""
+"""Throws whose misses can be explained: release, ending, and ice of each."""
 
 from __future__ import annotations
 
@@ -23,14 +23,15 @@ from friction_estimation.tracks.throw_table import measure_throw, rows_until, th
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SeenThrow:
-    """A throw whose causes can be told.
+    """Throw whose miss can be explained.
 
     Parameters
     ----------
-    sheet : what is known of it
-    released : what left the hand
-    ended, sigma : where it came to rest, or crossed the line of its target, (2,) [m]
-    ices : the ice that it found
+    sheet : its measures and notes
+    released : its release
+    ended, sigma : its place of rest, or crossing of its target's line, and standard errors, (2,)
+        [m]
+    ices : the ice before it
     """
 
     sheet: ThrowSheet
@@ -48,7 +49,7 @@ def see_throws(
     rng: np.random.Generator,
     progress: Progress,
 ) -> tuple[list[SeenThrow], dict[int, str]]:
-    """The throws whose causes can be told, and why others have none."""
+    """Return the throws whose misses can be explained, and why others cannot."""
     session = SessionIce(ice, rng)
     read: list[SeenThrow] = []
     left_out: dict[int, str] = {}
@@ -82,25 +83,27 @@ def see_throws(
 
 
 def _why_not(sheet: ThrowSheet) -> str | None:
-    """Why a throw's miss cannot be told; None where it can."""
+    """Return the reason why a throw's miss cannot be explained; None if it can."""
     call, one = sheet.call, sheet.measures
     if call is None:
-        return "nothing was called that is read as a call" if sheet.note.called else "no call"
+        return "its call cannot be read" if sheet.note.called else "no call"
     if call.target is None:
         return "the call names no target"
     if call.rests and one.touched:
         return "it touched another stone"
     if call.rests and (one.right is None or one.past is None):
-        return "it was not seen to come to rest"
+        return "its place of rest was not seen"
     return None
 
 
 def _ending(
     sheet: ThrowSheet, track: Trajectory, contacts: Sequence[float]
 ) -> tuple[Floats, Floats]:
-    """Where a throw rested, or crossed the line of its target, and standard errors (2,) [m]."""
+    """Return a throw's place of rest, or crossing of its target's line, and standard errors (2,)
+    [m].
+    """
     call, one = sheet.call, sheet.measures
-    assert call is not None  # see _why_not
+    assert call is not None  # checked by _why_not
     assert call.target is not None
     if call.rests:
         assert one.right is not None
@@ -117,7 +120,7 @@ def _ending(
     past = np.flatnonzero(xy[:, 1] >= line)
     last = int(past[0]) if past.size else len(xy) - 1
     if line - xy[last, 1] > MAX_REACH:
-        raise TrackTooShortError("it was not seen to come near its target")
+        raise TrackTooShortError("it was not seen near its target")
     near = slice(max(0, last - 15), last + 1)
     across = np.polynomial.polynomial.polyfit(xy[near, 1] - line, xy[near, 0], 1)
     stated = track.sigma_xy[slide.rows[last]] if track.sigma_xy.size else slide.noise

@@ -1,4 +1,4 @@
-"""The ice of a session before each of its throws, and others that its standard errors allow."""
+"""Ice of a session before each of its throws, and samples within its standard errors."""
 
 from __future__ import annotations
 
@@ -17,12 +17,12 @@ from curling_env.worn_tracks import WornTracks
 
 @dataclass(frozen=True, kw_only=True)
 class IceBefore:
-    """The ice that a throw found.
+    """Ice before a throw.
 
     Parameters
     ----------
-    ice : as it was estimated
-    others : as its standard errors allow; the ice alone where it has none
+    ice : the estimate
+    others : samples within its standard errors; the ice alone if it has none
     """
 
     ice: Ice
@@ -30,13 +30,13 @@ class IceBefore:
 
 
 class SessionIce:
-    """An ice that wears where stones run, if it is one of those.
+    """Ice of a session, worn by its stones if it has that effect.
 
     Parameters
     ----------
-    ice : before the first throw
-    rng : source of the errors
-    draws : number of other ices
+    ice : ice before the first throw
+    rng : source of the sampled errors
+    draws : number of sampled ices
     """
 
     def __init__(self, ice: Ice, rng: np.random.Generator, draws: int = DRAWS) -> None:
@@ -48,11 +48,11 @@ class SessionIce:
 
     @property
     def now(self) -> IceBefore:
-        """The ice before the next throw."""
+        """Return the ice before the next throw."""
         return self._now
 
     def ran(self, xy: Floats) -> None:
-        """A stone ran along a path (n, 2), sheet frame [m]."""
+        """Register that a stone ran along a path (n, 2), sheet frame [m]."""
         if not self._wears:
             return
         self._passes += passes_over(self._first.ice.sheet, [xy])

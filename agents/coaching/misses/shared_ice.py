@@ -1,9 +1,9 @@
-"""What all throws of a session show of its ice together.
+"""Correction of the ice by all throws of a session.
 
-An ice file has standard errors, and all throws of a session run on one ice: what its file gets
-wrong carries all of them alike. What no cause explains should be nothing on average; where it is
-not, the ice is off, as far as its standard errors allow. The parts of every throw are corrected for
-that, by the regression of each part on that average over the ices drawn.
+An ice file has standard errors, and all throws of a session run on one ice: an error of its file
+moves all of them alike. The unexplained part should be zero on average; if it is not, the ice is
+off, within its standard errors. The parts of every throw are corrected for that, by the regression
+of each part on that average over the sampled ices.
 """
 
 from __future__ import annotations
@@ -13,19 +13,19 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.coaching.tuning import FEWEST_TOGETHER
+from agents.coaching.tuning import MIN_THROWS_TO_CORRECT_ICE
 from curling_env.typing import Floats
 from curling_env.units import Units, length
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Parts:
-    """The parts of one throw.
+    """Parts of one throw.
 
     Parameters
     ----------
-    value : (causes, 2) right and past; the last is what no cause explains [m]
-    draws : (k, causes, 2) the same on k ices and releases; draw i of all throws is of one ice
+    value : (causes, 2) right and past; the last is the unexplained part [m]
+    draws : (k, causes, 2) the same on k sampled ices and releases; draw i of all throws has one ice
     """
 
     value: Floats
@@ -34,13 +34,13 @@ class Parts:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Together:
-    """Parts that agree with what all throws show.
+    """Parts that are consistent with all throws.
 
     Parameters
     ----------
-    parts : of each throw
-    left : (2,) what is left unexplained on average, right and past [m]
-    allowed : (2,) standard deviation that the ice's errors and the scatter allowed it [m]
+    parts : parts of each throw
+    left : (2,) mean unexplained part, right and past [m]
+    allowed : (2,) standard deviation expected from the ice's errors and the scatter [m]
     """
 
     parts: list[Parts]
@@ -49,27 +49,27 @@ class Together:
 
     @property
     def remark(self) -> str | None:
-        """That the ice is not as its file says, where it is off by more than that allows."""
+        """Return a remark if the ice differs from its file by more than the expected error."""
         if not (np.abs(self.left) > 3 * self.allowed + 0.1).any():
             return None
         along = "past" if self.left[1] > 0 else "short of"
         far = length(float(self.left[1]), Units.METRES)
         return (
-            f"on average stones came to rest {far} {along} where this ice file says: it is not "
-            "the ice of these throws, or knows too little of it"
+            f"on average stones came to rest {far} {along} the prediction of this ice file: it is "
+            "not the ice of these throws, or its errors are too small"
         )
 
 
 def agree(parts: Sequence[Parts], rng: np.random.Generator) -> Together:
-    """Correct the parts of throws for what all of them show of the ice.
+    """Correct the parts of throws by the common error of the ice.
 
     Parameters
     ----------
-    parts : of each throw of a session, with equally many draws
+    parts : parts of each throw of a session, with equal numbers of draws
     rng : source of the scatter of an average
     """
     count = len(parts)
-    if count < FEWEST_TOGETHER or len({len(one.draws) for one in parts}) > 1:
+    if count < MIN_THROWS_TO_CORRECT_ICE or len({len(one.draws) for one in parts}) > 1:
         return Together(parts=list(parts), left=np.zeros(2), allowed=np.full(2, np.inf))
     unexplained = np.array([one.value[-1] for one in parts])
     # A hair on one stone should not move the ice of all.
@@ -84,7 +84,7 @@ def agree(parts: Sequence[Parts], rng: np.random.Generator) -> Together:
     for one in parts:
         off = one.draws - one.draws.mean(axis=0)
         gain = np.einsum("kci,kj->cij", off, swing) / len(swing) @ inverse
-        gain[-1] = -gain[:-1].sum(axis=0)  # the miss is what was measured: parts still add up to it
+        gain[-1] = -gain[:-1].sum(axis=0)  # the miss was measured: parts still add up to it
         agreed.append(
             Parts(
                 value=one.value - gain @ left,

@@ -1,4 +1,4 @@
-"""The parts of one throw's miss: each cause's is the mean over all orders (Shapley's value)."""
+"""Parts of one throw's miss: the mean of each cause over all orders (Shapley's value)."""
 
 from __future__ import annotations
 
@@ -24,12 +24,12 @@ from friction_estimation.tracks.measured import Measured
 
 
 class ThrowParts:
-    """The causes of one throw's miss."""
+    """Causes of one throw's miss."""
 
     def __init__(
         self, read: SeenThrow, believed: Ice | None, habits: Habits, rng: np.random.Generator
     ) -> None:
-        assert read.sheet.call is not None  # see _why_not
+        assert read.sheet.call is not None  # checked by _why_not
         self._read, self._call, self._rng = read, read.sheet.call, rng
         self._is_believed = believed is not None
         self._believed = read.ices.ice if believed is None else believed
@@ -62,23 +62,23 @@ class ThrowParts:
             self._names.append("sweeping")
 
     def parts(self) -> Parts:
-        """What each cause adds to the miss, and what none explains.
+        """Return the contribution of each cause to the miss, and the unexplained rest.
 
         Raises
         ------
-        TrackTooShortError : a throw like it does not get to the target
+        TrackTooShortError : a similar throw does not reach the target
         """
         read, target = self._read, np.array(self._call.target)
         made, meant = read.released.throw, self._meant.throw
         value = self._parts(made[None], meant[None], [read.ices.ice])[0]
         value = np.vstack([value, read.ended - target - value.sum(axis=0)])
         if not np.isfinite(value).all():
-            raise TrackTooShortError("a throw like it does not get to the target on these ices")
+            raise TrackTooShortError("a similar throw does not reach the target on these ices")
         draws = self._draws()
         return Parts(value=value, draws=np.where(np.isfinite(draws), draws, value))
 
     def result(self, parts: Parts) -> ThrowCauses:
-        """All of it, from the parts."""
+        """Return the complete result from the parts."""
         read, target = self._read, np.array(self._call.target)
         miss = read.ended - target
         names: list[Cause] = [*self._names, "neither"]
@@ -98,12 +98,14 @@ class ThrowParts:
         )
 
     def _draws(self) -> Floats:
-        """Parts under errors of the release, of the rest, of the ice and of what was meant."""
+        """Return the parts under sampled errors of the release, the rest, the ice and the
+        intention.
+        """
         read, n = self._read, DRAWS
         made = _paired(self._rng, read.released.covariance, n)
         others = list(read.ices.others)
         chosen = [others[k % len(others)] for k in range(n)]
-        # What was meant follows from where the stone crossed the line, and from the usual turn.
+        # The intention follows from where the stone crossed the line, and from the usual turn.
         wander = np.column_stack(
             [self._sign * self._spin_sigma * self._rng.standard_normal(n), made[:, X]]
         )
@@ -115,7 +117,8 @@ class ThrowParts:
         return np.concatenate([value, neither[:, None]], axis=1)
 
     def _parts(self, made: Floats, meant: Floats, ices: Sequence[Ice]) -> Floats:
-        """What each cause adds, (n, causes, 2), for n throws that were made and meant (n, 4).
+        """Return the contributions of each cause, (n, causes, 2), for n actual and intended throws
+        (n, 4).
 
         Parameters
         ----------
@@ -132,7 +135,7 @@ class ThrowParts:
         by_id = {id(ice): ice for ice in ices}
         surfaces = [self._believed, *(by_id[kind] for kind in kinds)]
         index = np.array([1 + kinds.index(id(ice)) for ice in ices])
-        # Without another ice the team is taken to know the session's, whichever that is.
+        # Without another ice the team is assumed to know the session's, whichever that is.
         on_session = chosen[None, :, 3] | (not self._is_believed)
         which = np.where(on_session, index[:, None], 0)
         sweeps = np.zeros((n, len(chosen), 2))
@@ -148,10 +151,11 @@ class ThrowParts:
         ).reshape(n, len(chosen), 2)
         parts = np.einsum("cs,nsk->nck", weights, ends)
         off = ends[:, 0] - np.array(self._call.target)
-        # A broom or a time that does not do on the believed ice what was called was read wrong too.
+        # A broom or a time that does not reach the call on the believed ice was misread too.
         line, weight = 3, 3
         if not self._is_believed:
-            # Else on other ice another throw would have been meant: the hand is held against that.
+            # Otherwise another throw would have been intended on another ice: the hand is compared
+            # with that.
             line = 3 if self._call.broom is not None else 1
             weight = 3 if self._call.hog_to_hog is not None else 0
         parts[:, line, 0] += off[:, 0]
@@ -160,7 +164,8 @@ class ThrowParts:
 
     def _errors(self) -> HandError:
         read, made, meant = self._read, self._read.released.throw, self._meant
-        # Speed, line and spin that were made less those that were meant, by the throw made.
+        # Speed, line and spin of the actual throw minus those of the intended one, by the actual
+        # throw.
         cos = np.cos(made[ANGLE])
         of_made = np.zeros((3, 4))
         of_made[0, SPEED], of_made[2, SPIN] = 1.0, self._sign
@@ -201,7 +206,7 @@ class ThrowParts:
 
 
 def _paired(rng: np.random.Generator, covariance: Floats, n: int) -> Floats:
-    """Errors (n, 4) of this covariance; the second half is the first with the other sign."""
+    """Draw errors (n, 4) of this covariance; the second half is the first with opposite sign."""
     values, vectors = np.linalg.eigh(covariance)
     half = rng.standard_normal((n // 2, 4)) * np.sqrt(np.maximum(values, 0.0)) @ vectors.T
     return np.concatenate([half, -half])
@@ -209,13 +214,13 @@ def _paired(rng: np.random.Generator, covariance: Floats, n: int) -> Floats:
 
 @lru_cache(maxsize=4)
 def _subsets(count: int) -> Flags:
-    """All choices of `count` causes, (2^count, count); the first has none."""
+    """Return all subsets of `count` causes, (2^count, count); the first is empty."""
     return (np.arange(2**count)[:, None] >> np.arange(count)) % 2 == 1
 
 
 @lru_cache(maxsize=4)
 def _shapley(count: int) -> Floats:
-    """Weights (count, 2^count) that give from the outcomes of all choices each cause's part."""
+    """Return weights (count, 2^count) that map the outcomes of all subsets to each cause's part."""
     chosen = _subsets(count)
     weights = np.zeros((count, len(chosen)))
     for row, others in enumerate(chosen):

@@ -1,1 +1,1 @@
-"""The sub-commands for coaches: throws, athletes, stones, and why throws missed."""
+"""Sub-commands for coaches: throws, athletes, stones, and causes of misses."""

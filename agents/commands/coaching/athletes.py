@@ -60,7 +60,7 @@ def athletes(
     if not found:
         problem = (
             "no athlete has two throws with a called target that were seen from the hog line to "
-            "their rest"
+            "rest; record more throws"
         )
         raise InputError(problem, source=tracks[0])
     if output is not None:
@@ -82,6 +82,6 @@ def athletes(
 def _for_each(given: list[str], tracks: list[Path], option: str) -> list[str]:
     """Repeat an ice that was given for all sessions."""
     if len(given) not in (1, len(tracks)):
-        problem = f"expected one for all sessions, or one for each of {len(tracks)}"
+        problem = f"expected one ice for all sessions, or one for each of the {len(tracks)}"
         raise InputError(f"{problem}, got {len(given)}", source=option)
     return given * len(tracks) if len(given) == 1 else given

@@ -16,9 +16,7 @@ from curling_env.commands.terminal import say
 def donate(
     tracks: TracksArgument,
     scene: Annotated[Path, Option(metavar="SCENE.json", help="The scene of the tracks.")],
-    consent: Annotated[
-        str, Option(metavar="TEXT", help="Consent of all who threw, without names.")
-    ],
+    consent: Annotated[str, Option(metavar="TEXT", help="Consent of all throwers, without names.")],
     output: OutputFile = Path("session.json"),
     *,
     results: Results,
@@ -28,7 +26,7 @@ def donate(
     \b
     Example:
         curling donate tracks.csv --scene scene.json -o session.json \\
-            --consent "All who threw, and the club, agree to publication without names."
+            --consent "All throwers and the club agree to publication without names."
 
     The file has the tracks, the scene, and the entries of throws.csv and athletes.csv without
     names: athletes and stones become numbers; notes, file names, the time of day and pictures are
@@ -54,7 +52,7 @@ def donate(
         raise InputError(error.problem, source=about) from error
     write_session(session, output)
     if left_out:
-        say(f"{left_out} called shots have other words than calls have, and were left out")
+        say(f"{left_out} called shots that are not in the vocabulary of calls were dropped")
     athletes = len({thrown.athlete for thrown in throws} - {None})
     number = len({track.throw for track in paths})
     rows = sum(map(len, paths))
@@ -66,6 +64,6 @@ def donate(
             "athletes": athletes,
             "called_left_out": left_out,
         },
-        f"{number} throws of {athletes or 'unnamed'} athletes, {rows} rows: {output}; "
-        "look into it before you publish it",
+        f"{number} throws by {athletes or 'unnamed'} athletes, {rows} rows: {output}; check it "
+        "before you publish it",
     )

@@ -1,4 +1,4 @@
-"""`curling hand-or-ice`: why throws missed."""
+"""`curling hand-or-ice`: causes of missed throws."""
 
 from __future__ import annotations
 
@@ -32,12 +32,12 @@ def hand_or_ice(
         curling estimate tracks.csv -o ice.json
         curling hand-or-ice tracks.csv --ice ice.json --believed morning.json --picture why.png
 
-    Each throw with a called target is compared with the one that was meant: it does what was called
-    on the believed ice. The miss is split into these parts, which add up to it:
+    Each throw with a called target is compared with the intended throw, which reaches the target on
+    the believed ice. The miss is split into these parts, which add up to it:
 
     \b
-        weight, line, rotation   the release, against the one that was meant
-        ice read wrong           --ice against --believed, or a broom or time called too much
+        weight, line, rotation   the release, against the intended one
+        ice read wrong           --ice against --believed, or a wrong call of broom or time
         unexplained              the rest: a hair, frost, unnoted sweeping, an odd stone
 
     JSON and CSV have the standard error of each part. See docs/coaching.md.

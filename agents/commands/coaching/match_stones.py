@@ -1,4 +1,4 @@
-"""`curling match-stones`: which stones run and curl alike."""
+"""`curling match-stones`: stones that run and curl alike."""
 
 from __future__ import annotations
 
@@ -40,9 +40,9 @@ def match_stones(
 
     The stone of each throw is in throws.csv beside the tracks (column `stone`), or in the tracks
     themselves. Friction and curl are compared with the mean of the set, with 95 % intervals, and
-    pairs of stones that run alike are suggested. Stones that cannot be distinguished yet are named,
-    with the number of throws that would settle it. Throw the stones in turn: steady changes of the
-    ice, and differences between the ends, are then taken out. See docs/coaching.md.
+    pairs of stones that run alike are suggested. Stones that cannot be distinguished yet are
+    listed, with the number of throws needed. Throw the stones in turn: steady changes of the ice
+    and differences between the ends then cancel out. See docs/coaching.md.
     """
     from agents.coaching.in_words import stones_in_words, stones_rows
     from agents.coaching.stones import match_stones as match

@@ -14,16 +14,16 @@ from curling_env.errors import InputError
 
 TracksArgument = Annotated[
     Path,
-    Argument(metavar="TRACKS.csv", help="Tracks, with a table throws.csv beside them."),
+    Argument(metavar="TRACKS.csv", help="Tracks; a table throws.csv may be in the same folder."),
 ]
-BELIEVED = Option(metavar="ICE", help="Ice that the team planned with, such as the morning's.")
+BELIEVED = Option(metavar="ICE", help="Ice that the team planned with, such as this morning's.")
 TableOption = Annotated[
     Path | None, output_to("FILE.csv", "Also write the table, in metres."), Writes()
 ]
 
 
 def refuse_throw_list(output: Path | None, tracks: Path) -> None:
-    """Refuse to write a table over the list of throws beside the tracks.
+    """Refuse to overwrite the list of throws next to the tracks.
 
     Raises
     ------
@@ -33,5 +33,5 @@ def refuse_throw_list(output: Path | None, tracks: Path) -> None:
 
     if output is not None and realpath(output) == realpath(tracks.parent / THROW_LIST):
         raise InputError(
-            "holds the notes of the throws; choose another name for the table", source=output
+            "contains the notes of the throws; expected another name for the table", source=output
         )

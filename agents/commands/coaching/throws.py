@@ -1,4 +1,4 @@
-"""`curling throws`: the table of throws that a coach reads, from tracks."""
+"""`curling throws`: a coach's table of throws, from tracks."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from curling_env.errors import InputError
 
 @grouped
 def throws(tracks: TracksArgument, output: TableOption = None, *, results: Measured) -> None:
-    """Show each throw: its times, line, handle, turns, curl, and where it came to rest.
+    """Show each throw: its times, line, handle, turns, curl, and place of rest.
 
     \b
     Examples:
@@ -18,9 +18,9 @@ def throws(tracks: TracksArgument, output: TableOption = None, *, results: Measu
         curling throws tracks.csv -o table.csv
 
     Times are those of the stone's centre; left and right are the thrower's. Values that the camera
-    did not see are blank, and so are those after a contact. JSON and CSV are in SI units, each
-    number with its standard error. Called shots in throws.csv beside the tracks are compared with
-    the throws. docs/tracking.md explains the columns, docs/coaching.md the called shots.
+    did not see, or after a contact, are blank. JSON and CSV are in SI units, each number with its
+    standard error. Called shots in throws.csv, in the folder of the tracks, are compared with the
+    throws. docs/tracking.md explains the columns, docs/coaching.md the called shots.
     """
     from agents.coaching.throw_sheet import hands_beside, sheet_rows, throw_table, write_sheets
     from friction_estimation.reports.throws_section import as_text, curl_in_words

@@ -1,1 +1,1 @@
-"""The sub-commands that play games, record them and show them."""
+"""Sub-commands that play, record and show games."""

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from typer import Option
@@ -16,6 +17,7 @@ from curling_env.commands.options import (
     SeedOption,
     SkillOption,
     grouped,
+    numbers,
     option,
 )
 from curling_env.commands.terminal import print_json, progress_bar, say, warn_about
@@ -41,7 +43,7 @@ class GameOptions:
     rules: str = option("world_curling_2024", "Rule set, such as mixed_doubles_2024.")
     ice: IceOption = "standard"
     skill: SkillOption = "elite"
-    still: bool = option(False, "Keep the ice constant, all stones alike.", "--still")
+    still: bool = option(False, "Keep the ice constant and all stones alike.", "--still")
     sweep: bool = option(True, "Sweep stones that are light, or never.")
     delivery: DeliveryOption = "hog-line"
 
@@ -51,12 +53,14 @@ class GameOptions:
         Parameters
         ----------
         ends : number of ends; by default that of the rules
-        known_ice : the ice as the players know it; by default the true one
+        known_ice : ice that the players believe in; by default the true one
 
         Raises
         ------
-        InputError : unknown rules, skill or delivery, or an ice that cannot be read
+        InputError : unknown rules, skill or delivery, skills for another number of players, or an
+            ice that cannot be read
         """
+        from curling_env.errors import InputError
         from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
         from curling_env.game.rules import rule_set
         from curling_env.game.skill_file import load_skill
@@ -64,11 +68,19 @@ class GameOptions:
         from curling_env.throw import delivery_named
 
         one_thread()
+        rules = rule_set(self.rules, **({} if ends is None else {"ends": ends}))
+        hands = [load_skill(name) for name in self.skill.split(",")]
+        players = max(rules.throwers) + 1
+        if len(hands) not in (1, players):
+            problem = f"expected one skill, or one for each of {players} players"
+            raise InputError(f"{problem}, got {len(hands)}", source="--skill")
+        each = [hands[player % len(hands)] for player in rules.throwers]
         simulator = GameSimulator(
             self.ice,
             known_ice=known_ice,
-            rules=rule_set(self.rules, **({} if ends is None else {"ends": ends})),
-            skills=load_skill(self.skill),
+            rules=rules,
+            skills=hands[0],
+            throwers=None if len(hands) == 1 else (each, each),
             ice_evolution=NO_EVOLUTION if self.still else TYPICAL_EVOLUTION,
             sweeping=self.sweep,
             delivery=delivery_named(self.delivery),
@@ -87,6 +99,10 @@ def play(
     hammer: Annotated[
         Literal["home", "away", "lot"], Option(help="Team with the first hammer.")
     ] = "lot",
+    start: Annotated[
+        Path | None, Option("--from", metavar="GAME.jsonl", help="Play on from a recorded game.")
+    ] = None,
+    at: Annotated[str, Option("--at", metavar="END,STONE", help="Its delivery.")] = "1,1",
     *,
     game: GameOptions,
     known_ice: Annotated[
@@ -106,29 +122,43 @@ def play(
         curling play --home rulebased --away draw --ends 8 -o runs/game
         curling play --home greedy --away rulebased --ice ice.json --seed 7 --json
         curling play --home rulebased --away greedy --rules mixed_doubles_2024
+        curling play --home search --away search --from 0-1-1.jsonl --at 3,8
 
     The ice wears along the stones' paths and frosts over, stones differ slightly, sweepers sweep
     light stones, and players make execution errors. With -o the game is recorded, and game.html
-    replays it in any browser; `curling replay` makes a film of the record. See docs/agents.md.
+    replays it in any browser; `curling replay` makes a film of the record. --from goes on from a
+    delivery of a recorded game, by its rules. --skill A,B gives each player of a team its own, in
+    mixed doubles that of the first and last stone first. See docs/agents.md.
     """
+    from agents.playing.board.recorded import rules_in, state_before
     from agents.playing.match import Match, PlayedGame
-    from agents.playing.record import result_of, write_record
+    from agents.playing.record import read_record, result_of, write_record
     from agents.playing.replay.film import write_film
     from agents.playing.replay.page import write_page
     from agents.playing.scoreboard import outcome, scoreboard
     from agents.playing.trained_player import player_from
-    from curling_env.errors import InputError
+    from curling_env.errors import InputError, placed
     from curling_env.game.rules import Team
     from curling_env.infrastructure.files.writing import make_directory, together
 
     if film and output is None:
-        raise InputError("--film needs a directory for it: -o DIR")
+        raise InputError("--film needs a directory: give -o DIR")
     players = (player_from(home), player_from(away))
+    record = None if start is None else read_record(start)
+    if record is not None:
+        with placed(source=start):
+            begun_by = rules_in(record)
+        game, ends = replace(game, rules=begun_by.name), begun_by.ends
     simulator = game.simulator(ends, known_ice)
+    state = None
+    if record is not None:
+        number, stone = numbers(at, "--at", "the end and the stone, such as 3,8", kind=int)
+        with placed(source=start):
+            state = state_before(record, simulator, number, stone, seed=seed)
     rules = simulator.rules
     last = None if hammer == "lot" else Team[hammer.upper()]
     paths = output is not None
-    match = Match(simulator, players, seed=seed, last_stone=last, paths=paths)
+    match = Match(simulator, players, seed=seed, last_stone=last, paths=paths, start=state)
     with progress_bar("stone") as progress:
         stones = rules.ends * rules.deliveries
         deliveries = tuple(with_progress(match, "playing", progress, stones))

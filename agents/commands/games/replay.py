@@ -39,8 +39,8 @@ def replay(
         curling replay runs/game/game.jsonl -o game.html
 
     The film shows every delivery from above as in a broadcast, with paths, call and score. An end
-    takes about a minute of film, and about as long to make. The page holds the whole game and plays
-    it in any browser.
+    takes about a minute of film, and about as long to make. The page contains the whole game and
+    plays it in any browser.
     """
     from agents.playing.record import ice_of, read_record
     from agents.playing.replay.film import write_film
@@ -51,7 +51,7 @@ def replay(
     lines = read_record(record)
     if output.suffix.lower() == ".html":
         if ends:
-            raise InputError("a page shows the whole game; --end is for films")
+            raise InputError("--end applies to films only: a page shows the whole game")
         write_page(output, lines, units)
         return
     known = load_ice(ice_of(lines, record) if ice is None else ice)

@@ -1,4 +1,4 @@
-"""`curling tournament`: many games between players, each against each."""
+"""`curling tournament`: games of every pair of players."""
 
 from __future__ import annotations
 
@@ -31,9 +31,9 @@ def tournament(
         curling tournament draw rulebased greedy --games 40 --ends 8
         curling tournament search:1000 rulebased --games 60 --workers 8
 
-    Every two players play the same number of games, each as home and with the hammer equally often.
-    Where intervals overlap, more games are needed. The table is the same on any number of workers,
-    unless a player thinks by the clock (search:0.2s). See docs/agents.md.
+    Every pair plays the same number of games, each player as home and with the hammer equally
+    often. Where intervals overlap, more games are needed. The table is the same on any number of
+    workers, unless a player has a time limit (search:0.2s). See docs/agents.md.
     """
     from agents.playing.tournament import as_text, play_tournament
     from agents.playing.trained_player import player_from

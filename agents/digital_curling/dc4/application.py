@@ -1,4 +1,4 @@
-"""A host's answers over HTTP: Digital Curling 4's requests, and a page to watch on."""
+"""HTTP application of a host: Digital Curling 4's requests, and a page for spectators."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from curling_env.infrastructure.files.schema import checked
 from curling_env.units import Units
 
 MAX_BODY = 64 * 1024
-"""Longest request [bytes]."""
+"""Maximum size of a request [bytes]."""
 REQUESTS, PERIOD = 30, 60.0
-"""Requests of a user, or failed ones of an address, in so many seconds for each path."""
+"""Maximum number of requests of a user, or failed ones of an address, in a period [s] per path."""
 LIVE = "game.json"
 
 Form = TypeVar("Form")
 
 
 class RateLimit:
-    """Counts requests by whom and for what.
+    """Counter of requests by user and path.
 
     Parameters
     ----------
-    most : requests in a period
-    period : [s]
+    most : maximum number of requests in a period
+    period : length of a period [s]
     """
 
     def __init__(self, most: int = REQUESTS, period: float = PERIOD) -> None:
@@ -60,7 +60,7 @@ class RateLimit:
         RefusedError : too many
         """
         now = time.monotonic()
-        if len(self._times) > 1000:  # of many strangers, the old ones are forgotten
+        if len(self._times) > 1000:  # of many strangers, old ones are forgotten
             recent = {k: t for k, t in self._times.items() if t and t[-1] > now - self.period}
             self._times = recent
         times = self._times.setdefault((who, path), deque())
@@ -72,11 +72,11 @@ class RateLimit:
 
 
 class Credentials:
-    """Users and passwords, compared in the same time whatever is given.
+    """Users and passwords, compared in constant time.
 
     Parameters
     ----------
-    passwords : by user
+    passwords : passwords by user
     """
 
     def __init__(self, passwords: Mapping[str, str]) -> None:
@@ -85,7 +85,7 @@ class Credentials:
         }
 
     def user(self, header: str) -> str | None:
-        """The user of an ``Authorization`` header; None for one that is not known."""
+        """Return the user of an ``Authorization`` header; None if unknown."""
         scheme, _, encoded = header.partition(" ")
         try:
             given = base64.b64decode(encoded, validate=True).decode("utf-8")
@@ -105,13 +105,13 @@ def _digest(text: str) -> bytes:
 def application(
     match: Match4, passwords: Mapping[str, str], *, units: Units = Units.METRES
 ) -> Starlette:
-    """The application of a host.
+    """Make the application of a host.
 
     Parameters
     ----------
-    match : the game that is hosted
-    passwords : by user
-    units : what lengths are told in on the page
+    match : the hosted game
+    passwords : passwords by user
+    units : units of lengths on the page
     """
     answers = _Answers(match, Credentials(passwords), units)
     one = "/matches/{match_id}"
@@ -144,7 +144,7 @@ class _Answers:
     # --- those who play ---------------------------------------------------------------------------
 
     async def make_match(self, request: Request) -> Response:
-        """The match is the one that is hosted, by the host's setting."""
+        """Answer with the hosted match, by the host's setting."""
         self._user(request, limited=True)
         await _document(request, dict[str, Any])
         return JSONResponse(self.match.hosting.game_id)
@@ -154,7 +154,7 @@ class _Answers:
         self._check_match(request.query_params.get("match_id", ""))
         wanted = request.query_params.get("expected_match_team_name", "")
         if wanted not in TEAMS:
-            raise RefusedError(422, "expected_match_team_name is team0 or team1.")
+            raise RefusedError(422, "expected_match_team_name must be team0 or team1.")
         team = await _document(request, Team4)
         return JSONResponse(TEAMS[self.match.take_seat(user, Team(TEAMS.index(wanted)), team)])
 
@@ -172,17 +172,17 @@ class _Answers:
             if wish == asked:
                 await self.match.set_up_end(user, wish)
                 return JSONResponse(None)
-        raise RefusedError(422, f"request is one of {', '.join(WISHES)}.")
+        raise RefusedError(422, f"request must be one of {', '.join(WISHES)}.")
 
     async def stream(self, request: Request) -> Response:
         user = self._user(request, limited=True)
         self._check_match(request.path_params["match_id"])
         if user not in self.match.users:
-            raise RefusedError(401, "This user plays in no team of this match.")
+            raise RefusedError(401, "This user is in no team of this match.")
         return _events(self.match, self.match.users[user])
 
     async def socket(self, connection: WebSocket) -> None:
-        """The stream over a WebSocket, of a team with its password or for those who watch."""
+        """Serve the stream over a WebSocket, of a team with its password or for spectators."""
         try:
             team = self._team_of(connection)
         except RefusedError as error:
@@ -200,11 +200,11 @@ class _Answers:
         await asyncio.gather(*tasks, return_exceptions=True)
 
     async def no_socket(self, request: Request) -> Response:
-        """An ordinary request where only WebSockets are served."""
+        """Refuse an ordinary request on a WebSocket path."""
         raise RefusedError(426, "Expected a WebSocket.")
 
     def _team_of(self, connection: WebSocket) -> Team | None:
-        """The team whose stream a connection may have; None for one that watches.
+        """Return the team whose stream a connection may have; None for a spectator.
 
         Raises
         ------
@@ -265,11 +265,11 @@ class _Answers:
         return HTMLResponse(page, headers=_headers(live_policy(self.units, LIVE)))
 
     async def icon(self, request: Request) -> Response:
-        """No picture for the tab, which browsers ask for unasked."""
+        """Return no icon for the tab; browsers request one by themselves."""
         return Response(status_code=204)
 
     async def lines(self, request: Request) -> Response:
-        """The deliveries after those that a page has, and the result."""
+        """Return the deliveries after those that a page has, and the result."""
         game, after = self.match.game, request.query_params.get("after", "0")
         if game is None or not (after.isascii() and after.isdecimal()):
             raise RefusedError(404, "There is no such delivery.")
@@ -281,7 +281,7 @@ class _Answers:
     def _latest(self, request: Request) -> dict[str, Any]:
         self._check_match(request.path_params["match_id"])
         if self.match.latest is None:
-            raise RefusedError(404, "The match has not begun.")
+            raise RefusedError(404, "The match has not started.")
         return self.match.latest
 
     def _check_match(self, match_id: str) -> None:
@@ -292,7 +292,7 @@ class _Answers:
         user = self.credentials.user(request.headers.get("Authorization", ""))
         if user is None:
             self.failures.take(_address(request), "password")
-            raise RefusedError(401, "User or password is wrong.")
+            raise RefusedError(401, "Wrong user or password.")
         if limited:
             self.limit.take(user, request.scope["path"])
         return user
@@ -303,18 +303,18 @@ def _address(request: HTTPConnection) -> str:
 
 
 async def _document(request: Request, form: type[Form]) -> Form:
-    """The body of a request.
+    """Read the body of a request.
 
     Raises
     ------
-    RefusedError : it is too long
-    InputError : it is not of that form
+    RefusedError : the body is too long
+    InputError : the body has another form
     """
     body = b""
     async for piece in request.stream():
         body += piece
         if len(body) > MAX_BODY:
-            raise RefusedError(413, f"A request has at most {MAX_BODY} bytes.")
+            raise RefusedError(413, f"The request is too long; expected at most {MAX_BODY} bytes.")
     return checked(parse_json(body, source=""), form)
 
 
@@ -325,7 +325,7 @@ def _events(match: Match4, team: Team | None) -> Response:
 
 
 async def _server_sent(match: Match4, team: Team | None) -> AsyncIterator[str]:
-    """The events of a stream as text; a comment keeps it open where nothing happens."""
+    """Yield the events of a stream as text; a comment keeps it open while nothing happens."""
     async with aclosing(match.events(team)) as events:
         async for event in events:
             if event is None:
@@ -335,7 +335,7 @@ async def _server_sent(match: Match4, team: Team | None) -> AsyncIterator[str]:
 
 
 async def _tell(connection: WebSocket, match: Match4, team: Team | None) -> None:
-    """Tell the events of a stream over a WebSocket, which keeps itself open, and close it."""
+    """Send the events of a stream over a WebSocket, which keeps itself open, and close it."""
     async with aclosing(match.events(team)) as events:
         async for event in events:
             if event is not None:
@@ -353,7 +353,7 @@ def _headers(policy: str) -> dict[str, str]:
 
 
 async def _until_gone(connection: WebSocket) -> None:
-    """Wait until a client leaves; what it says there is for nobody."""
+    """Wait until a client leaves, and ignore its messages."""
     while (await connection.receive())["type"] != "websocket.disconnect":
         pass
 
@@ -371,5 +371,5 @@ async def _refuse_input(request: Request, error: Exception) -> Response:
 WAITING = """<!doctype html>
 <html lang="en"><head><meta charset="utf-8"><meta http-equiv="refresh" content="2">
 <title>Curling</title></head>
-<body><p>The game begins when both teams are there.</p></body></html>
+<body><p>The game starts when both teams are connected.</p></body></html>
 """

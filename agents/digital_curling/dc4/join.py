@@ -1,4 +1,4 @@
-"""Plays on Digital Curling 4's server: HTTP requests, and a stream of server-sent events."""
+"""Client of Digital Curling 4's server: HTTP requests, and a stream of server-sent events."""
 
 from __future__ import annotations
 
@@ -45,30 +45,30 @@ from curling_env.game.rules.rulesets import ARRANGEMENTS
 from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import Short, checked, within
 
-PATIENCE = 20.0
-"""Time in which the server must answer a request [s]."""
-SILENCE = 120.0
-"""Time after which a stream without even a ping is taken for broken [s]; they come each 30 s."""
-TRIES = 5
-"""Times that a stream is opened anew, or a shot is sent, before the game is given up."""
-PAUSE = 2.0
-"""Time before the next try [s]."""
+REQUEST_TIMEOUT = 20.0
+"""Timeout of a request [s]."""
+STREAM_TIMEOUT = 120.0
+"""Time without even a ping after which a stream counts as broken [s]; pings come every 30 s."""
+MAX_ATTEMPTS = 5
+"""Number of attempts to open a stream, or to send a shot, before the game is given up."""
+RETRY_DELAY = 2.0
+"""Time before the next attempt [s]."""
 KINDS = ("latest_state_update", "state_update")
-"""Events that tell a state: the latest, and those before it to who comes late."""
-BUSY = (429, 502, 503, 504)
-"""Answers after which a request may be made again."""
+"""Events with a state: the latest, and those before it for a late client."""
+RETRY_STATUSES = (429, 502, 503, 504)
+"""Statuses after which a request may be repeated."""
 MAX_EVENT = 2**20
-"""Longest event that is read [bytes]."""
+"""Maximum length of an event [bytes]."""
 
 
 class MatchDoubles(msgspec.Struct):
-    """What it tells of mixed doubles."""
+    """Mixed-doubles data of a match."""
 
     positioned_stones_pattern: Annotated[int, within(0, ARRANGEMENTS - 1)] = 0
 
 
 class MatchData(msgspec.Struct):
-    """What a server tells of a match."""
+    """Server's data of a match."""
 
     standard_end_count: int | None = None
     applied_rule: int | Short | None = None
@@ -80,21 +80,21 @@ class MatchData(msgspec.Struct):
 
     @property
     def rules(self) -> str:
-        """The rules by their number or name."""
+        """Return the rules by their number or name."""
         rule = self.applied_rule
         named = RULES[rule] if isinstance(rule, int) and 0 <= rule < len(RULES) else rule
         return RULES[2] if self.game_mode in MODES else str(named)
 
     @property
     def arrangement(self) -> int:
-        """Which arrangement of the placed stones is played."""
+        """Return the arrangement of the placed stones."""
         settings = self.mixed_doubles_settings or self.mix_doubles_settings
         return 0 if settings is None else settings.positioned_stones_pattern
 
 
 @dataclass(frozen=True, kw_only=True)
 class Place4:
-    """Where to play, and as whom.
+    """Server, match and user.
 
     Parameters
     ----------
@@ -102,11 +102,11 @@ class Place4:
     match_id : the match
     team : the team wanted; the server may give the other one
     user, password : for Basic authentication
-    certificate : file of a certificate that is trusted beside those of the system, PEM
+    certificate : file of a certificate to trust in addition to those of the system, PEM
 
     Raises
     ------
-    InputError : an address that is none, or a file that holds no certificate
+    InputError : an invalid address, or a file without a certificate
     """
 
     url: str
@@ -120,13 +120,13 @@ class Place4:
         parts = urlsplit(self.url)
         if parts.scheme not in ("http", "https") or not parts.hostname or parts.username:
             raise InputError(
-                f"a server is named https://HOST or http://HOST:PORT, got {self.url[:80]!r}"
+                f"expected a server https://HOST or http://HOST:PORT, got {self.url[:80]!r}"
             )
         if self.certificate is not None:
             self.trust()
 
     def trust(self) -> ssl.SSLContext:
-        """Whose certificates are believed: those of the system's authorities, and the one given."""
+        """Return the trusted certificates: those of the system's authorities, and the given one."""
         context = ssl.create_default_context()
         if self.certificate is not None:
             try:
@@ -139,16 +139,16 @@ class Place4:
 
     @property
     def is_open(self) -> bool:
-        """Whether the password crosses a network that others may read."""
+        """Return whether the password crosses a network unencrypted."""
         parts = urlsplit(self.url)
         return parts.scheme == "http" and parts.hostname not in ("127.0.0.1", "localhost", "::1")
 
 
 class _NoRedirects(HTTPRedirectHandler):
-    """The password goes to the server that was named, and to no other."""
+    """Handler that refuses redirects: the password goes only to the named server."""
 
     def redirect_request(self, *args: Any, **kwargs: Any) -> None:
-        """No request takes the place of the first."""
+        """Return None: no other request replaces the first."""
 
 
 class Connection4:
@@ -156,8 +156,8 @@ class Connection4:
 
     Parameters
     ----------
-    place : where, and as whom
-    log : notes what is said
+    place : server, match and user
+    log : log of the messages
     """
 
     def __init__(self, place: Place4, log: WireLog) -> None:
@@ -170,36 +170,36 @@ class Connection4:
         self._headers = {"Authorization": f"Basic {token}", "User-Agent": "curling-sheet"}
 
     def ask(self, path: str, query: dict[str, str] | None = None, body: Any = None) -> Any:
-        """The document that answers a request; one with a body is a POST.
+        """Return the document that answers a request; one with a body is a POST.
 
         Raises
         ------
-        InputError : it is refused, or nobody answers
+        InputError : the request is refused, or there is no answer
         """
         data = None if body is None else msgspec.json.encode(body)
         return self._answer(path, query, data)
 
     def post(self, path: str, query: dict[str, str], body: Any) -> Any:
-        """The document that answers a request that changes something; see `ask`."""
+        """Return the document that answers a request that changes something; see `ask`."""
         return self._answer(path, query, b"" if body is None else msgspec.json.encode(body))
 
     def _answer(self, path: str, query: dict[str, str] | None, data: bytes | None) -> Any:
         if data is not None:
             said = data or urlencode(query or {}).encode()
             self.log.sent(path.encode() + b" " + said)
-        with closing(self._open(path, query, data, PATIENCE)) as response:
+        with closing(self._open(path, query, data, REQUEST_TIMEOUT)) as response:
             text = response.read(MAX_EVENT)
         return parse_json(text, source=self.place.url) if text.strip() else None
 
     def states(self) -> Iterator[tuple[State4, bool]]:
-        """The states that the stream tells, and whether each is the latest, until it ends.
+        """Yield the states of the stream, and whether each is the latest, until it ends.
 
         Raises
         ------
-        InputError : an event that is none
+        InputError : an invalid event
         """
         path = f"/matches/{self.place.match_id}/stream"
-        with closing(self._open(path, None, None, SILENCE)) as response:
+        with closing(self._open(path, None, None, STREAM_TIMEOUT)) as response:
             kind, data = "", b""
             while line := response.readline(MAX_EVENT + 1):
                 if len(line) + len(data) > MAX_EVENT:
@@ -237,21 +237,21 @@ class Connection4:
         except (OSError, HTTPException) as error:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, ssl.SSLError):
-                raise InputError(_distrust(reason), source=self.place.url) from error
+                raise InputError(_tls_failure(reason), source=self.place.url) from error
             raise NoAnswerError(f"no answer: {str(reason)[:120]}", source=self.place.url) from error
 
 
 class NoAnswerError(InputError):
-    """Nobody answers, or the connection broke."""
+    """No answer, or the connection broke."""
 
 
 class RefusedByServerError(InputError):
-    """The server refuses a request.
+    """Request that the server refuses.
 
     Parameters
     ----------
     status : HTTP status
-    detail : what the server says
+    detail : the server's message
     source : its address
     """
 
@@ -269,14 +269,14 @@ def play_on_web_server(
 
     Parameters
     ----------
-    place : where, and as whom
-    client : plays for the team
-    log : notes all that is said
+    place : server, match and user
+    client : client of the team
+    log : log of all messages
     on_update : called after each position
 
     Raises
     ------
-    InputError : a request is refused, a state is none, or the server is gone for good
+    InputError : a request is refused, a state is invalid, or the server is lost
     """
     connection = Connection4(place, log)
     given = connection.ask(f"/matches/{place.match_id}")
@@ -310,25 +310,28 @@ def play_on_web_server(
                 if client.result is not None:
                     return
             problem: InputError = NoAnswerError(
-                f"the server hung up before the game was over ({client.place()})", source=place.url
+                f"the server closed the connection before the game was over ({client.place()})",
+                source=place.url,
             )
         except (NoAnswerError, RefusedByServerError) as error:
-            if isinstance(error, RefusedByServerError) and error.status not in BUSY:
+            if isinstance(error, RefusedByServerError) and error.status not in RETRY_STATUSES:
                 raise
             problem = error
         except (OSError, HTTPException) as error:
-            problem = NoAnswerError(f"the stream broke off ({client.place()})", source=place.url)
+            problem = NoAnswerError(
+                f"the stream was interrupted ({client.place()})", source=place.url
+            )
             problem.__cause__ = error
         failures += 1
-        if failures >= TRIES:
+        if failures >= MAX_ATTEMPTS:
             raise problem
-        time.sleep(PAUSE)
+        time.sleep(RETRY_DELAY)
 
 
 def answer_state(
     connection: Connection4, client: Client, reader: Reader4, state: State4, is_latest: bool
 ) -> None:
-    """Take note of a state, and answer the latest where that is expected."""
+    """Register a state, and answer the latest if an answer is expected."""
     client.names = (state.first_team_name or "team0", state.second_team_name or "team1")
     update = reader.read(state)
     if update is None:
@@ -342,7 +345,7 @@ def answer_state(
     if not isinstance(answer, MoveLine):
         return
     if not isinstance(answer.move, ShotMessage):
-        # Version 4 knows no way to concede: the stone is thrown away.
+        # Version 4 has no concession: the stone is thrown away.
         answer = MoveLine(move=client.thrown_away())
     assert isinstance(answer.move, ShotMessage)
     query = {"match_id": connection.place.match_id}
@@ -350,7 +353,7 @@ def answer_state(
 
 
 def _ask_for_placement(connection: Connection4, client: Client, state: State4) -> None:
-    """Ask for the placement of an end of mixed doubles, if that is for the client to decide."""
+    """Request the placement of an end of mixed doubles, if the client decides it."""
     doubles = state.doubles
     if doubles is None or doubles.end_setup_team != TEAMS[client.team]:
         return
@@ -360,39 +363,39 @@ def _ask_for_placement(connection: Connection4, client: Client, state: State4) -
 
 
 def _send(connection: Connection4, path: str, query: dict[str, str], body: Shot4 | None) -> None:
-    """Send a shot or a wish, again if the server is busy or nobody answers."""
+    """Send a shot or a request, repeatedly if the server is busy or does not answer."""
     perhaps_there = False
-    for number in range(TRIES):
+    for number in range(MAX_ATTEMPTS):
         try:
             connection.post(path, query, body)
             return
         except NoAnswerError:
             perhaps_there = True
-            if number == TRIES - 1:
+            if number == MAX_ATTEMPTS - 1:
                 raise
         except RefusedByServerError as error:
             if perhaps_there and error.status in (400, 409):
                 return  # the one before has arrived: it is not our turn any more
-            if error.status not in BUSY or number == TRIES - 1:
+            if error.status not in RETRY_STATUSES or number == MAX_ATTEMPTS - 1:
                 raise
-        time.sleep(PAUSE)
+        time.sleep(RETRY_DELAY)
 
 
-def _distrust(error: ssl.SSLError) -> str:
-    """Why a connection over https is not made."""
+def _tls_failure(error: ssl.SSLError) -> str:
+    """Return the reason why a connection over https fails."""
     if isinstance(error, ssl.SSLCertVerificationError):
         why = error.verify_message.rstrip(".")
         return (
-            f"the server's certificate is not trusted: {why[:120]}; if it is the server that you "
-            "mean, --certificate FILE.pem trusts its certificate"
+            f"the server's certificate is not trusted: {why[:120]}; to trust it, give "
+            "--certificate FILE.pem"
         )
     if error.reason == "WRONG_VERSION_NUMBER":
-        return "the server speaks no https there; http:// may be meant"
-    return f"no safe connection: {(error.reason or str(error)).lower().replace('_', ' ')[:120]}"
+        return "the server does not support https there; try http://"
+    return f"no secure connection: {(error.reason or str(error)).lower().replace('_', ' ')[:120]}"
 
 
 def _detail(text: bytes) -> str:
-    """What a server says in a refusal, as one short line."""
+    """Return the server's message in a refusal, as one short line."""
     try:
         document = json.loads(text)
     except ValueError:

@@ -1,4 +1,4 @@
-"""A hosted game as clients of version 4 meet it: who sits where, what is told, and shots."""
+"""Hosted game for clients of version 4: seats, events, and shots."""
 
 from __future__ import annotations
 
@@ -31,21 +31,21 @@ from curling_env.game.rules import Team
 from curling_env.throw import Skill, Throw
 
 PING_EVERY = 30.0
-"""Time after which a stream that has nothing to tell says that it lives [s]."""
+"""Interval of pings on a stream without events [s]."""
 MAX_WAITING = 256
-"""Events that a stream may be behind; one that takes none is ended."""
-HURRY = 20
-"""Twentieths of a second that a shot may come before the host listens for it."""
+"""Maximum number of waiting events of a stream; a slower one is closed."""
+EARLY_SHOT_TICKS = 20
+"""Number of twentieths of a second that a shot may come before the host listens for it."""
 Event = tuple[str, dict[str, Any]]
 
 
 class RefusedError(CurlingError):
-    """A request that cannot be granted.
+    """Request that cannot be granted.
 
     Parameters
     ----------
     status : HTTP status
-    problem : why
+    problem : the reason
     """
 
     def __init__(self, status: int, problem: str) -> None:
@@ -54,12 +54,12 @@ class RefusedError(CurlingError):
 
 
 class Match4:
-    """A hosted game, its teams and its streams.
+    """Hosted game with its teams and streams.
 
     Parameters
     ----------
     hosting : the game
-    seats : the teams that clients of version 4 take
+    seats : teams that clients of version 4 take
     """
 
     def __init__(self, hosting: Hosting, seats: set[Team]) -> None:
@@ -77,13 +77,13 @@ class Match4:
 
     @property
     def game(self) -> HostedGame | None:
-        """The game, once it has begun."""
+        """Game, once it has started."""
         return self.hosting.game
 
     # --- what clients do --------------------------------------------------------------------------
 
     def take_seat(self, user: str, wanted: Team, team: Team4) -> Team:
-        """Register a user's team; who comes again keeps the seat.
+        """Register a user's team; a returning user keeps the seat.
 
         Raises
         ------
@@ -102,7 +102,7 @@ class Match4:
         return free[0]
 
     async def shoot(self, user: str, shot: Shot4) -> None:
-        """A user's shot.
+        """Process a user's shot.
 
         Raises
         ------
@@ -111,8 +111,8 @@ class Match4:
         team = self._team_of(user)
         if self.game is not None and self.game.awaits_placement:
             raise RefusedError(409, "End setup required.")
-        # The stream may have told a quick client of its turn a moment before the host listens.
-        for _ in range(HURRY):
+        # The stream may have reached a quick client a moment before the host listens.
+        for _ in range(EARLY_SHOT_TICKS):
             if self._is_expected(team) or not self._is_turn_of(team):
                 break
             await asyncio.sleep(0.05)
@@ -124,24 +124,24 @@ class Match4:
             answer.set_result(shot)
 
     async def set_up_end(self, user: str, request: Request4) -> None:
-        """What a user asks for in mixed doubles, before an end.
+        """Process a user's request before an end of mixed doubles.
 
         Raises
         ------
-        RefusedError : fours are played, it is not for the user's team to decide, the end has begun,
-            or the game is over
+        RefusedError : fours are played, the other team decides, the end has started, or the game is
+            over
         """
         team = self._team_of(user)
         if not self.hosting.setting.is_doubles:
             raise RefusedError(400, "end-setup is only for mixed doubles.")
-        for _ in range(HURRY):  # see `shoot`
+        for _ in range(EARLY_SHOT_TICKS):  # see `shoot`
             if self._placement is not None or not self._is_to_place(team):
                 break
             await asyncio.sleep(0.05)
         if self.game is not None and not self.game.awaits_placement:
-            raise RefusedError(409, "The end has begun.")
+            raise RefusedError(409, "The end has started.")
         if self._placement is None or self._placement[0] is not team:
-            raise RefusedError(409, "It is not for this team to decide.")
+            raise RefusedError(409, "The other team decides.")
         answer = self._placement[1]
         self._placement = None
         if not answer.done():
@@ -151,9 +151,9 @@ class Match4:
         return self.game is not None and self.game.awaits_placement and self.game.decides is team
 
     def _team_of(self, user: str) -> Team:
-        """The team of a user in a match that is not over."""
+        """Return the team of a user in a match that is not over."""
         if user not in self.users:
-            raise RefusedError(401, "This user plays in no team of this match.")
+            raise RefusedError(401, "This user is in no team of this match.")
         if self.game is not None and self.game.is_over:
             raise RefusedError(409, "The match is over.")
         return self.users[user]
@@ -165,7 +165,7 @@ class Match4:
         return self.game is not None and self.game.update["next_team"] == TEAMS[team]
 
     async def decision(self, team: Team, left: float) -> Shot4:
-        """A team's next shot.
+        """Return a team's next shot.
 
         Raises
         ------
@@ -181,7 +181,7 @@ class Match4:
             self._expected = None
 
     async def placement(self, team: Team, left: float) -> Request4:
-        """What a team asks for before an end of mixed doubles.
+        """Return a team's request before an end of mixed doubles.
 
         Raises
         ------
@@ -196,10 +196,12 @@ class Match4:
         finally:
             self._placement = None
 
-    # --- what they are told -----------------------------------------------------------------------
+    # --- messages to them -------------------------------------------------------------------------
 
     def publish(self) -> None:
-        """Tell all streams of the position; after the last shot of an end, of where that ended."""
+        """Send the position to all streams; after the last shot of an end, first its final
+        position.
+        """
         game = self.game
         assert game is not None
         end = game.update["state"]["end"]
@@ -219,13 +221,14 @@ class Match4:
                 self._put(stream, event)
 
     async def events(self, team: Team | None) -> AsyncGenerator[Event | None]:
-        """What a stream tells, from the events of the end before on; None when nothing happens.
+        """Yield the events of a stream, from those of the end before on; None while nothing
+        happens.
 
-        A team whose stream had broken off when an end was over learns how that went on.
+        A team whose stream was interrupted at the end of an end receives its course.
 
         Parameters
         ----------
-        team : whose stream it is; None for someone who watches
+        team : team of the stream; None for a spectator
         """
         queue: asyncio.Queue[Event | None] = asyncio.Queue(MAX_WAITING)
         for _, state in (*self._shown_before, *self._shown[:-1]):
@@ -251,13 +254,13 @@ class Match4:
             self._streams.discard(queue)
 
     def close(self) -> None:
-        """End all streams when they have told everything."""
+        """Close all streams after their last events."""
         for stream in tuple(self._streams):
             self._put(stream, None)
 
     @property
     def latest(self) -> dict[str, Any] | None:
-        """The latest state, if there is one."""
+        """Return the latest state, if there is one."""
         return self._shown[-1][1] if self._shown else None
 
     def _put(self, stream: asyncio.Queue[Event | None], event: Event | None) -> None:
@@ -281,7 +284,7 @@ class Match4:
         )
 
     def _after_the_end(self, game: HostedGame) -> dict[str, Any]:
-        """Where the stones of an end came to rest, before the next one begins."""
+        """Return the final position of an end, before the next one starts."""
         shot, doubles = game.shots[-1], game.setting.is_doubles
         total = None if doubles else game.game.rules.deliveries
         return self._state(game, game.last_thrown) | {
@@ -297,7 +300,7 @@ class Match4:
 
 
 def doubles_of(game: HostedGame) -> Doubles4 | None:
-    """What a state of mixed doubles has more than one of fours; None for fours."""
+    """Return the additional state of mixed doubles; None for fours."""
     if not game.setting.is_doubles:
         return None
     home, away = (game.power_plays.get(team) for team in Team)
@@ -318,15 +321,15 @@ class HttpSeat(Seat):
 
     Parameters
     ----------
-    match : the game, whose streams tell what there is to tell
+    match : the game, whose streams carry all messages
     team : the client's team
-    brings_errors : whether its players err as it says, else as the host's setting says
+    brings_errors : use the client's execution errors instead of those of the host's setting
     """
 
     def __init__(self, match: Match4, team: Team, *, brings_errors: bool = True) -> None:
         self.match, self.team, self._brings_errors = match, team, brings_errors
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Wait until a team has registered and listens."""
         await self.match.ready[self.team].wait()
         taken = self.match.teams[self.team]
@@ -342,7 +345,7 @@ class HttpSeat(Seat):
             )
 
     async def tell(self, message: dict[str, Any]) -> None:
-        """The streams tell it."""
+        """Do nothing: the streams carry the message."""
 
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
         begin = time.perf_counter()
@@ -353,12 +356,12 @@ class HttpSeat(Seat):
         return Placement(*placement_of(await self.match.placement(self.team, left)))
 
     async def leave(self) -> None:
-        """The streams end when they have told everything."""
+        """Close the streams after their last events."""
         self.match.close()
 
 
 def called(shot: Shot4) -> Call | ShotMessage:
-    """A shot with its own spin; as version 3 has it where it goes backwards."""
+    """Return a shot with its own spin; in the form of version 3 if it goes backwards."""
     move = move_from(shot)
     throw = throw_of(move)
     if throw is None:

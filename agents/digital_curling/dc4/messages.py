@@ -1,8 +1,8 @@
-"""Digital Curling 4's states and shots, and how they read in the words of version 3.
+"""States and shots of Digital Curling 4, and their conversion to version 3.
 
-A stone that is out of play lies at (0, 0). Scores have an entry for each scheduled end and one for
-an extra end, 0 where none was played. A positive angular velocity is cw; the angle of a shot is
-counted from the x axis, so that π/2 is straight.
+A stone that is out of play is at (0, 0). Scores have an entry for each scheduled end and one for an
+extra end, 0 if it was not played. A positive angular velocity is cw; the angle of a shot is from
+the x axis, so that π/2 is straight.
 
 In mixed doubles a team's placed stone has the first slot. Before an end, and after its last shot,
 a state has neither a number of shots nor a team to throw; the one before an end has no last move
@@ -39,20 +39,20 @@ from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.infrastructure.files.schema import Short, within
 
 SPINS = (math.pi / 6, math.pi / 2)
-"""Smallest and largest spin that its servers play [rad/s]."""
+"""Smallest and largest spin on its servers [rad/s]."""
 DELIVERIES = 2 * STONES_PER_TEAM
 DELIVERIES_OF_DOUBLES = 2 * STONES_OF_DOUBLES
 RULES = ("fgz_rule", "no_tick_rule", "modified_fgz_rule")
-"""Its rules by the numbers that it has for them; the last one is that of mixed doubles."""
+"""Its rules by number; the last one is that of mixed doubles."""
 MODES = ("mixed_doubles", "mix_doubles")
-"""What mixed doubles are called, now and before."""
+"""Names of mixed doubles, current and former."""
 Request4 = Literal["center_house", "center_guard", "pp_left", "pp_right"]
-"""What the team that decides on the placement may ask for."""
+"""Requests of the team that decides on the placement."""
 WISHES: tuple[Request4, ...] = ("center_house", "center_guard", "pp_left", "pp_right")
 
 
 class Shot4(msgspec.Struct):
-    """A shot, as it is sent and as the last move is told."""
+    """Shot, as sent and as reported in the last move."""
 
     translational_velocity: Annotated[float, within(0.0, 100.0)]
     shot_angle: Annotated[float, within(-100.0, 100.0)]
@@ -60,7 +60,7 @@ class Shot4(msgspec.Struct):
 
 
 class Player4(msgspec.Struct):
-    """How exactly a player throws."""
+    """Accuracy of a player."""
 
     max_velocity: Annotated[float, within(0.1, 100.0)] = 4.0
     shot_std_dev: Annotated[float, within(0.0, 10.0)] = 0.0076
@@ -69,7 +69,7 @@ class Player4(msgspec.Struct):
 
 
 class Team4(msgspec.Struct):
-    """What a client says of its team."""
+    """Client's data on its team."""
 
     team_name: Short
     use_default_config: bool = False
@@ -80,19 +80,19 @@ class Team4(msgspec.Struct):
 
     @property
     def players(self) -> list[Player4]:
-        """Its four players, lead first."""
+        """Return its four players, lead first."""
         return [self.player1, self.player2, self.player3 or Player4(), self.player4 or Player4()]
 
 
 class PowerPlays4(msgspec.Struct):
-    """The end of each team's power play, null before it."""
+    """End of each team's power play, null before it."""
 
     team0: Annotated[int, within(0, 255)] | None = None
     team1: Annotated[int, within(0, 255)] | None = None
 
 
 class Doubles4(msgspec.Struct):
-    """What mixed doubles have more than fours."""
+    """Additional state of mixed doubles."""
 
     end_setup_team: TeamName
     positioned_stones_pattern: Annotated[int, within(0, ARRANGEMENTS - 1)] = 0
@@ -100,7 +100,7 @@ class Doubles4(msgspec.Struct):
 
 
 class Coordinates4(msgspec.Struct):
-    """Where the stones lie."""
+    """Positions of the stones."""
 
     data: dict[TeamName, Annotated[list[Point], msgspec.Meta(max_length=STONES_PER_TEAM)]]
 
@@ -113,7 +113,7 @@ class Score4(msgspec.Struct):
 
 
 class State4(msgspec.Struct):
-    """A state, as the stream has it."""
+    """State, as in the stream."""
 
     end_number: Annotated[int, within(0, 255)]
     score: Score4
@@ -133,17 +133,17 @@ class State4(msgspec.Struct):
 
     @property
     def doubles(self) -> Doubles4 | None:
-        """What mixed doubles have more, by either of its names."""
+        """Return the additional state of mixed doubles, by either of its names."""
         return self.mixed_doubles_settings or self.mix_doubles_settings
 
     @property
     def deliveries(self) -> int:
-        """Number of stones that both teams deliver in an end."""
+        """Return the number of stones that both teams deliver in an end."""
         return DELIVERIES if self.doubles is None else DELIVERIES_OF_DOUBLES
 
     @property
     def awaits_placement(self) -> bool:
-        """Whether an end of mixed doubles waits for the placement."""
+        """Return whether an end of mixed doubles waits for the placement."""
         return (
             self.doubles is not None
             and self.total_shot_number is None
@@ -154,7 +154,7 @@ class State4(msgspec.Struct):
 
     @property
     def delivered(self) -> int:
-        """Number of stones delivered in the end; −1 while it waits for the placement."""
+        """Return the number of stones delivered in the end; −1 while it waits for the placement."""
         if self.awaits_placement:
             return -1
         if self.total_shot_number is None and self.next_shot_team is None:
@@ -163,12 +163,12 @@ class State4(msgspec.Struct):
 
     @property
     def ends(self) -> int:
-        """Number of scheduled ends."""
+        """Return the number of scheduled ends."""
         return max(len(self.score.team0) - 1, 1)
 
     @property
     def place(self) -> tuple[int, int, bool]:
-        """What tells two states of a game apart: end, shot, and whether it is over."""
+        """Return the key of a state: end, shot, and whether it is over."""
         return self.end_number, self.delivered, self.winner_team is not None
 
 
@@ -176,7 +176,7 @@ class State4(msgspec.Struct):
 
 
 def move_from(shot: Shot4) -> ShotMessage:
-    """A shot in the words of version 3."""
+    """Convert a shot to version 3."""
     speed, angle = shot.translational_velocity, shot.shot_angle
     velocity = Point(speed * math.cos(angle), speed * math.sin(angle))
     return ShotMessage(
@@ -185,7 +185,7 @@ def move_from(shot: Shot4) -> ShotMessage:
 
 
 def player_from(player: Player4) -> PlayerMessage:
-    """A player in the words of version 3."""
+    """Convert a player to version 3."""
     return PlayerMessage(
         max_speed=player.max_velocity,
         stddev_speed=player.shot_std_dev,
@@ -194,10 +194,10 @@ def player_from(player: Player4) -> PlayerMessage:
 
 
 class Reader4:
-    """Reads a game's states one by one, as version 3 would tell them.
+    """Reader of a game's states one by one, converted to version 3.
 
-    After the last shot of an end, version 4 tells first where the stones came to rest, and then of
-    the next end; version 3 tells both at once.
+    After the last shot of an end, version 4 first sends the final position and then the next end;
+    version 3 sends both at once.
     """
 
     def __init__(self) -> None:
@@ -205,11 +205,11 @@ class Reader4:
         self._last: Shot4 | None = None
 
     def read(self, state: State4) -> Update | None:
-        """The update that a state stands for; None for one that says nothing new.
+        """Return the update of a state; None for one that has nothing new.
 
         Raises
         ------
-        InputError : a state that no game comes to
+        InputError : an impossible state
         """
         over = state.winner_team is not None
         if self._place is not None and state.place <= self._place:
@@ -228,7 +228,7 @@ class Reader4:
 
 
 def _state_from(state: State4) -> StateMessage:
-    """A state in the words of version 3."""
+    """Convert a state to version 3."""
     shot, over = max(state.delivered, 0), state.winner_team is not None
     deliveries = state.deliveries
     hammer = None
@@ -250,7 +250,7 @@ def _state_from(state: State4) -> StateMessage:
             state.first_team_extra_end_remaining_time,
             state.second_team_extra_end_remaining_time,
         )
-    told = StateMessage(
+    converted = StateMessage(
         end=played,
         shot=shot % deliveries,
         hammer=hammer,
@@ -265,20 +265,20 @@ def _state_from(state: State4) -> StateMessage:
         game_result=result,
         thinking_time_remaining=dict(zip(TEAMS, clock, strict=True)),
     )
-    return told if state.doubles is None else _doubles_from(state, state.doubles, told)
+    return converted if state.doubles is None else _doubles_from(state, state.doubles, converted)
 
 
-def _doubles_from(state: State4, doubles: Doubles4, told: StateMessage) -> DoublesMessage:
-    """A state of mixed doubles, with what it has more than one of fours."""
+def _doubles_from(state: State4, doubles: Doubles4, converted: StateMessage) -> DoublesMessage:
+    """Convert a state of mixed doubles, with its additional fields."""
     ends = doubles.power_play_end
     had = zip(TEAMS, (ends.team0, ends.team1), strict=True)
     decides, side = doubles.end_setup_team, None
     if state.end_number == (ends.team1 if decides == TEAMS[1] else ends.team0):
-        # The guard alone is moved by nothing before the first shot; later nobody asks for the side.
+        # Nothing but a guard moves before the first shot; later the side is not needed.
         places = [at for team in state.stone_coordinate.data.values() for at in team[:1]]
         side = "left" if any(at.x < 0 for at in places) else "right"
     return DoublesMessage(
-        **{name: getattr(told, name) for name in StateMessage.__struct_fields__},
+        **{name: getattr(converted, name) for name in StateMessage.__struct_fields__},
         decides=decides,
         is_placed=not state.awaits_placement,
         side=side,
@@ -302,12 +302,12 @@ def _stones_from(state: State4) -> PerTeam:
 
 
 def shot_of(move: ShotMessage, spin: float | None = None) -> Shot4:
-    """A shot of version 3 as one of version 4.
+    """Convert a shot of version 3 to version 4.
 
     Parameters
     ----------
     move : the shot
-    spin : its spin, ccw positive, where that is not ±π/2 [rad/s]
+    spin : its spin, ccw positive, if it is not ±π/2 [rad/s]
     """
     x, y = move.velocity.x, move.velocity.y
     side = 1.0 if move.rotation == "cw" else -1.0
@@ -319,14 +319,14 @@ def shot_of(move: ShotMessage, spin: float | None = None) -> Shot4:
 
 
 def request_of(side: Side | None, throws_first: bool) -> Request4:
-    """What a team asks for that decides on the placement."""
+    """Return the request of a team that decides on the placement."""
     if side is not None:
         return "pp_left" if side == "left" else "pp_right"
     return "center_guard" if throws_first else "center_house"
 
 
 def placement_of(request: Request4) -> tuple[Side | None, bool]:
-    """The side of a power play, and whether the team throws first, without the hammer."""
+    """Return the side of a power play, and whether the team throws first, without the hammer."""
     if request in ("pp_left", "pp_right"):
         return ("left" if request == "pp_left" else "right"), False
     return None, request == "center_guard"
@@ -340,15 +340,15 @@ def state_of(
     clocks: tuple[Sequence[float], Sequence[float]],
     doubles: Doubles4 | None = None,
 ) -> dict[str, Any]:
-    """An update of a hosted game as a state of version 4.
+    """Return an update of a hosted game as a state of version 4.
 
     Parameters
     ----------
-    update : as clients of version 3 are told
+    update : update for clients of version 3
     names : names of the teams
-    last_move : the shot before, as it left the hand
+    last_move : the shot before, as executed
     clocks : time left to both teams for the game, and for an extra end [s]
-    doubles : of mixed doubles, what they have more
+    doubles : additional state of mixed doubles
     """
     state = update["state"]
     scores, extra = state["scores"], state["extra_end_score"]
@@ -356,10 +356,10 @@ def state_of(
     score = {team: [*(p or 0 for p in scores[team]), extra[team] or 0] for team in TEAMS}
     game, extra_end = clocks
     settings = None if doubles is None else msgspec.to_builtins(doubles)
-    # Before an end of mixed doubles is set up it has no numbers of shots.
+    # Before an end of mixed doubles is set up it has no shot numbers.
     waits = doubles is not None and update["next_team"] is None and result is None
     total = None if waits else state["shot"]
-    # The settings have had two names.
+    # The setting has two names, current and former.
     return {
         "winner_team": None if result is None else result["winner"],
         "first_team_name": names[0],
@@ -384,12 +384,12 @@ def state_of(
 def coordinates_of(
     stones: dict[str, list[Any]], *, doubles: bool = False
 ) -> dict[str, list[dict[str, float]]]:
-    """The places of stones by team and slot; (0, 0) where there is none.
+    """Return the places of stones by team and slot; (0, 0) for none.
 
     Parameters
     ----------
-    stones : by team and slot, null where there is none
-    doubles : whether they are those of mixed doubles
+    stones : stones by team and slot, null for none
+    doubles : true for mixed doubles
     """
     nowhere = {"x": 0.0, "y": 0.0}
     places = {

@@ -1,4 +1,4 @@
-"""Hosts a game with a page to watch on, and with clients of version 4 where they play."""
+"""Host of a game with a page for spectators, and for clients of version 4."""
 
 from __future__ import annotations
 
@@ -20,26 +20,26 @@ from curling_env.infrastructure.files.schema import checked
 from curling_env.infrastructure.web_server import Certificate, listening, serving
 from curling_env.units import Units
 
-FAREWELL = 2.0
-"""Time after the game in which pages still learn how it ended [s]."""
+RESULT_SECONDS = 2.0
+"""Time after the game during which pages can still get the result [s]."""
 MAX_USERS = 100
 
 
 def read_passwords(path: Path | None) -> dict[str, str]:
-    """Passwords by user; new ones for the users team0 and team1 if no file has any.
+    """Read passwords by user; make new ones for team0 and team1 without a file.
 
     Raises
     ------
-    InputError : a file that has none, or a user with whom Basic authentication cannot work
+    InputError : a file without passwords, or a user name that Basic authentication does not allow
     """
     if path is None:
         return {name: secrets.token_urlsafe(12) for name in TEAMS}
     with placed(source=path):
         users = checked(read_json(path), dict[str, str])
     if not 1 <= len(users) <= MAX_USERS or any(not u or ":" in u for u in users):
-        raise InputError(f"expected 1 to {MAX_USERS} users, whose names have no colon", source=path)
+        raise InputError(f"expected 1 to {MAX_USERS} users with names without a colon", source=path)
     if any(len(password) < 8 for password in users.values()):
-        raise InputError("a password has at least 8 characters", source=path)
+        raise InputError("expected passwords of at least 8 characters", source=path)
     return users
 
 
@@ -63,13 +63,13 @@ async def host_on_the_web(
     ----------
     hosting : the game
     seats : as in `host_game`
-    over_http : the teams that clients of version 4 take; their seats are made here
-    passwords : by user, for those clients
-    address, ports : where clients of version 3 come in
-    http_port : where the page is, and clients of version 4 come in
-    own_errors : the teams whose clients say how exactly they throw
-    units : what lengths are told in on the page
-    certificate : serves https with it; None for http
+    over_http : teams that clients of version 4 take; their seats are made here
+    passwords : passwords by user, for those clients
+    address, ports : address and ports for clients of version 3
+    http_port : port of the page and for clients of version 4
+    own_errors : teams whose clients set their execution errors
+    units : units of lengths on the page
+    certificate : certificate for https; None for http
     opened : called with the ports once they are open
 
     Raises
@@ -95,7 +95,7 @@ async def host_on_the_web(
                 ports=ports,
                 opened=lambda tcp: opened(tcp, port),
             )
-            await asyncio.sleep(FAREWELL)
+            await asyncio.sleep(RESULT_SECONDS)
         finally:
             match.close()
     return game

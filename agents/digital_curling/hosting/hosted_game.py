@@ -1,4 +1,4 @@
-"""A game that is hosted: moves in, positions out, clocks and the record; without any network."""
+"""Hosted game without any network: moves in, positions out, clocks and the record."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ Document = dict[str, Any]
 
 
 class HostedGame:
-    """A game between two teams.
+    """Game between two teams.
 
     Parameters
     ----------
-    setting : what it is played with
+    setting : settings of the game
     names : names of team 0 and team 1
-    orders : who of each team's players is lead, second, third and fourth
+    orders : lead, second, third and fourth among each team's players
     """
 
     def __init__(
@@ -40,57 +40,57 @@ class HostedGame:
         self.state = first if setting.is_doubles else self.simulator.begin_end(first)
         self.clock = [setting.thinking_time, setting.thinking_time]
         self.last_thrown: Throw | None = None
-        """The throw before, as it left the hand."""
+        """Throw before, as executed."""
         self._game_clock = self.clock
         self.result: Document | None = None
         self.update: Document = {}
-        """What clients are told of the position."""
+        """Position as sent to clients."""
         self.shots: list[Document] = []
-        """Each shot, with its path, as Digital Curling's logs have it."""
+        """Each shot with its path, as in Digital Curling's logs."""
         self._head = head_line(
             names, first.game, self.simulator, ice=setting.ice_name, seed=setting.seed
         )
         self.power_plays: dict[Team, int] = {}
-        """The end of each team's power play."""
+        """End of each team's power play."""
         self._lines: list[Document] = []
         self._headings: dict[int, float] = {}
         self._tell(None)
 
     @property
     def game(self) -> Game:
-        """The game as it stands; no end is in play once it is over."""
+        """Current game; no end is in play once it is over."""
         return self.state.game
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has ended."""
+        """Return whether the game has ended."""
         return self.result is not None
 
     @property
     def awaits_placement(self) -> bool:
-        """Whether, in mixed doubles, a team has to decide on the placement of the next end."""
+        """Return whether a team has to decide on the placement of the next end of mixed doubles."""
         return not self.is_over and self.game.end is None
 
     @property
     def decides(self) -> Team:
-        """The team that decides on it, or has decided."""
+        """Team that decides on the placement, or has decided."""
         return self.game.last_stone
 
     @property
     def to_throw(self) -> Team:
-        """The team whose turn it is."""
+        """Team whose turn it is."""
         if self.game.end is None:
             raise InputError("the game is over")
         return self.game.end.to_throw
 
     @property
     def view(self) -> PlayerView:
-        """What the team sees that throws, or that decides on the placement."""
+        """Return the view of the team that throws, or that decides on the placement."""
         return self.simulator.view(self.state)
 
     @property
     def example(self) -> PlayerView:
-        """What the team to throw sees in an end, be it only about to begin."""
+        """Return the view of the team to throw in an end, even before it has started."""
         state = self.state
         return self.simulator.view(
             self.simulator.begin_end(state) if self.awaits_placement else state
@@ -98,17 +98,17 @@ class HostedGame:
 
     @property
     def clocks(self) -> tuple[list[float], list[float]]:
-        """Time left to both teams for the game, and for an extra end [s]."""
+        """Return the time left to both teams for the game, and for an extra end [s]."""
         if self._game_clock is self.clock:
             return self.clock, [self.setting.extra_time] * 2
         return self._game_clock, self.clock
 
     def lines_after(self, number: int) -> list[Document]:
-        """The lines of the record from that delivery on, counted from 0."""
+        """Return the lines of the record from a delivery on, counted from 0."""
         return self._lines[number:]
 
     def record(self) -> list[Document]:
-        """The lines of the game so far, as `curling replay` plays them."""
+        """Return the lines of the game up to now, for `curling replay`."""
         result = result_of(self.game)
         if self.result is None:
             result["reason"] = "in play"
@@ -123,7 +123,7 @@ class HostedGame:
     # --- moves ------------------------------------------------------------------------------------
 
     def place(self, side: Side | None, throws_first: bool) -> None:
-        """The team decides that has to: the next end begins.
+        """Apply the placement by the team that decides, and start the next end.
 
         A power play that the rules do not allow becomes the usual placement, as on the
         competition's server.
@@ -141,12 +141,12 @@ class HostedGame:
         self._tell(None)
 
     def shoot(self, move: ShotMessage | Call, seconds: float) -> None:
-        """The team to throw throws; it has lost if its time is up.
+        """Execute a throw of the team to throw; it loses if its time is up.
 
         Parameters
         ----------
-        move : a shot from the wire, or a call of a player of this project
-        seconds : that it took
+        move : a shot of the protocol, or a call of a player of this project
+        seconds : thinking time of the move
         """
         team = self.to_throw
         if self._spend(team, seconds):
@@ -170,11 +170,11 @@ class HostedGame:
         self._tell(_last_move(actual, shot, trajectory if self.setting.send_trajectory else None))
 
     def give_up(self, team: Team, reason: str = "concede") -> None:
-        """A team concedes, has no time left or has gone: the other one wins.
+        """End the game: a team concedes, has no time left or has disconnected.
 
         Parameters
         ----------
-        team : who loses
+        team : losing team
         reason : `concede` or `time_limit`
         """
         state = dict(self.update["state"])
@@ -185,7 +185,7 @@ class HostedGame:
             "shot": min(state["shot"] + 1, self.game.rules.deliveries - 1),
             "hammer": None,
             "game_result": self.result,
-            "thinking_time_remaining": self._clock_told(),
+            "thinking_time_remaining": self._clock_message(),
         }
         last_move = {"actual_move": {"type": "concede"}, "free_guard_zone_foul": False}
         self._note({"type": "concede"}, {"type": "concede"}, None)
@@ -195,12 +195,12 @@ class HostedGame:
     # --- what follows from a move -----------------------------------------------------------------
 
     def _spend(self, team: Team, seconds: float) -> bool:
-        """Let a clock run; whether it is up."""
+        """Run a clock down; return whether it is up."""
         self.clock[team] = max(round(self.clock[team] - seconds, 3), 0.0)
         return self.clock[team] <= 0
 
     def _next_end(self) -> None:
-        """Begin the next end, or end the game."""
+        """Start the next end, or end the game."""
         game = self.game
         self._headings = {}
         if game.is_over:
@@ -213,7 +213,7 @@ class HostedGame:
             self.state = self.simulator.begin_end(self.state)
 
     def _tell(self, last_move: Document | None) -> None:
-        """Note what clients are told."""
+        """Make the update for the clients."""
         clock = (self.clock[0], self.clock[1])
         self.update = {
             "cmd": "update",
@@ -222,7 +222,7 @@ class HostedGame:
             "state": state_of(self.game, headings=self._headings, clock=clock),
         }
 
-    def _clock_told(self) -> Document:
+    def _clock_message(self) -> Document:
         return dict(zip(TEAMS, self.clock, strict=True))
 
     def _note(self, selected: Any, actual: Any, trajectory: Document | None) -> None:
@@ -240,7 +240,7 @@ class HostedGame:
 
 
 def _called(move: ShotMessage | Call) -> tuple[ShotMessage, Call]:
-    """A move as a shot of the wire and as a call."""
+    """Return a move as a shot of the protocol and as a call."""
     if isinstance(move, Call):
         return move_of(move.throw), move
     return move, Call(throw=throw_of(move) or hardly_thrown(move))

@@ -1,6 +1,6 @@
-"""A host's logs in Digital Curling's form, for the viewers that its users have.
+"""Logs of a host in Digital Curling's form, for its users' viewers.
 
-A folder holds ``game.dcl2``, one JSON object a line with tag, number, time and what happened, and
+A folder has ``game.dcl2``, one JSON object a line with tag, number, time and event, and
 ``shot_e000s00.json`` and so on, each shot with its path.
 """
 
@@ -20,16 +20,16 @@ from curling_env.infrastructure.files.storage import write_text
 
 
 def local_time() -> str:
-    """Date and time of day, as the logs have it."""
+    """Return date and time of day in the form of the logs."""
     return datetime.now().astimezone().isoformat(timespec="seconds")
 
 
 class DcLog:
-    """The lines of ``game.dcl2``.
+    """Lines of ``game.dcl2``.
 
     Parameters
     ----------
-    now : gives the time of day
+    now : function that returns the time of day
     """
 
     def __init__(self, now: Callable[[], str] = local_time) -> None:
@@ -37,15 +37,15 @@ class DcLog:
         self._now = now
 
     def game(self, message: dict[str, Any]) -> None:
-        """Note a message of the game."""
+        """Log a message of the game."""
         self._add("gam", message)
 
     def error(self, problem: str) -> None:
-        """Note why a game broke off."""
+        """Log the reason why a game broke off."""
         self._add("err", problem)
 
     def entry(self, tag: str, log: Any, number: int) -> dict[str, Any]:
-        """An entry with its tag, number and time."""
+        """Return an entry with its tag, number and time."""
         return {
             "tag": tag,
             "id": number,
@@ -69,23 +69,23 @@ class DcLog:
     def beginning(
         self,
         greeting: dict[str, Any],
-        told: dict[str, Any],
+        game: dict[str, Any],
         names: tuple[str, str],
         orders: tuple[tuple[int, ...], tuple[int, ...]],
     ) -> None:
-        """Note all that comes before the first position.
+        """Log everything before the first position.
 
         Parameters
         ----------
         greeting : the message `dc`
-        told : the `game` of `is_ready`
+        game : the `game` of `is_ready`
         names, orders : names and players of both teams
         """
         self.game(greeting)
-        self.game({"cmd": "meta", "meta": "config", "config": {"version": 1, "game": told}})
+        self.game({"cmd": "meta", "meta": "config", "config": {"version": 1, "game": game}})
         for team, name in zip(TEAMS, names, strict=True):
             self.game({"cmd": "dc_ok", "name": name, "team": team})
-        self.game({"cmd": "is_ready", "game": told, "team": None})
+        self.game({"cmd": "is_ready", "game": game, "team": None})
         for team, order in zip(TEAMS, orders, strict=True):
             self.game({"cmd": "ready_ok", "team": team, "player_order": list(order)})
         self.game({"cmd": "new_game", "name": dict(zip(TEAMS, names, strict=True))})

@@ -1,8 +1,8 @@
-"""Who sits for a team: a client on a connection, or a player of this project.
+"""Seats of the teams: a client on a connection, or a player of this project.
 
-A client may send what it likes: lines that are no moves are counted and dropped while its clock
-runs, and after a few it loses its seat. What it sends out of its turn waits in the network, so that
-a flood costs the host nothing.
+A client may send anything: lines that are not moves are counted and dropped while its clock runs,
+and after a few it loses its seat. Lines out of turn wait in the network, so that a flood costs the
+host nothing.
 """
 
 from __future__ import annotations
@@ -22,35 +22,35 @@ from curling_env.game.rules import Team
 from curling_env.game.rules.rulesets import Side
 from curling_env.throw import Skill
 
-GREETING_PATIENCE = 10.0
-"""Time in which a client says its name [s]."""
-READY_PATIENCE = 900.0
-"""Time in which a client says that it is ready [s]."""
-WRITE_PATIENCE = 10.0
-"""Time in which a client must take a line [s]."""
-GOODBYE_PATIENCE = 5.0
-"""Time that a client has to hang up after the game [s]."""
+GREETING_TIMEOUT = 10.0
+"""Timeout for a client's name [s]."""
+READY_TIMEOUT = 900.0
+"""Timeout for a client's readiness [s]."""
+WRITE_TIMEOUT = 10.0
+"""Timeout for sending a line to a client [s]."""
+CLOSE_TIMEOUT = 5.0
+"""Timeout for a client to close the connection after the game [s]."""
 MAX_CLIENT_LINE = 64 * 1024
-"""Longest line of a client [bytes]; a move has some hundred."""
+"""Maximum length of a client's line [bytes]; a move has some hundred."""
 WAITING_LINES = 4
-"""Lines of a client that are read ahead of their turn."""
+"""Number of a client's lines that are read ahead of its turn."""
 MAX_BAD_LINES = 10
-"""A client loses its seat with the next line that is none of the protocol's."""
+"""Maximum number of invalid lines before a client loses its seat."""
 
 
 class SeatLostError(CurlingError):
-    """Nobody sits for a team any more; the text says why."""
+    """A team has lost its seat; the text has the reason."""
 
 
 class Turn(NamedTuple):
-    """What a seat decided, and the time that it took [s]."""
+    """Decision of a seat, and its duration [s]."""
 
     move: ShotMessage | ConcedeMessage | Call
     seconds: float
 
 
 class Placement(NamedTuple):
-    """How a team wants the stones placed: the side of a power play, or whether it throws first."""
+    """Placement of the stones: the side of a power play, or whether the team throws first."""
 
     side: Side | None = None
     throws_first: bool = False
@@ -61,77 +61,77 @@ class OutOfTimeError(Exception):
 
 
 class Seat(ABC):
-    """Whoever decides for a team."""
+    """Seat that decides for a team."""
 
     name: str = ""
     order: Order = tuple(range(THROWERS))
     throwers: tuple[Skill, ...] | None = None
-    """Execution errors that a team brings; by default those of the setting."""
+    """Execution errors of a team's own; by default those of the setting."""
 
     @abstractmethod
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
-        """Learn its name, and wait until it is ready; see `ClientSeat`."""
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
+        """Get the name, and wait until the seat is ready; see `ClientSeat`."""
 
     @abstractmethod
     async def tell(self, message: dict[str, Any]) -> None:
-        """Tell it what it need not answer."""
+        """Send a message that needs no answer."""
 
     @abstractmethod
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
-        """Its move.
+        """Return a move.
 
         Parameters
         ----------
-        update : the position, as clients are told
-        view : the same as players of this project see it
+        update : position as sent to clients
+        view : the same as a view for players of this project
         left : time on its clock [s]
 
         Raises
         ------
-        SeatLostError : it has gone
+        SeatLostError : the client has disconnected
         OutOfTimeError : its time is up
         """
 
     async def place(self, view: PlayerView, left: float) -> Placement:
-        """In mixed doubles, the placement of the coming end; by default the usual one.
+        """Return the placement of the coming end of mixed doubles; by default the usual one.
 
         Parameters
         ----------
-        view : the game as players of this project see it
+        view : the game as a view for players of this project
         left : time for it [s]
 
         Raises
         ------
-        SeatLostError : it has gone
+        SeatLostError : the client has disconnected
         OutOfTimeError : its time is up
         """
         return Placement()
 
     @abstractmethod
     async def leave(self) -> None:
-        """Say goodbye."""
+        """Close the seat."""
 
 
 class PlayerSeat(Seat):
-    """A player of this project, with a clock like everyone.
+    """Player of this project, with a clock like any client.
 
     Parameters
     ----------
-    player : who decides
+    player : player that decides
     """
 
     def __init__(self, player: Player) -> None:
         self.name = player.name
         self.player, self.pace = player, Pace(player)
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
-        """It is ready at once; its first decision compiles before its clock runs."""
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
+        """Return at once; the first decision compiles before its clock runs."""
 
     async def tell(self, message: dict[str, Any]) -> None:
-        """It sees the game when its turn comes."""
+        """Do nothing: the player gets the game on its turn."""
 
     async def leave(self) -> None:
-        """It has nothing to close."""
+        """Do nothing: there is no connection to close."""
 
     async def warm_up(self, view: PlayerView) -> None:
         """Compile and plan before the clock runs."""
@@ -150,7 +150,7 @@ class PlayerSeat(Seat):
 
 
 class ClientSeat(Seat):
-    """A client on a connection.
+    """Client on a connection.
 
     Parameters
     ----------
@@ -163,22 +163,22 @@ class ClientSeat(Seat):
         self._listening = asyncio.create_task(self._listen())
         self._bad = 0
         self._gone = False
-        self._why = "it hung up"
+        self._why = "it closed the connection"
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
-        """Greet the client, tell it the game, and wait until it is ready.
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
+        """Greet the client, announce the game, and wait until it is ready.
 
         Raises
         ------
-        SeatLostError : it hung up, took too long, or said something else
+        SeatLostError : it disconnected, took too long, or sent something else
         """
         await self.tell(greeting)
-        name = await self._expect(DcOk, GREETING_PATIENCE)
+        name = await self._expect(DcOk, GREETING_TIMEOUT)
         self.name = name.name
-        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": told})
-        ready = await self._expect(ReadyOk, READY_PATIENCE)
+        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": game})
+        ready = await self._expect(ReadyOk, READY_TIMEOUT)
         if sorted(ready.player_order) != list(range(THROWERS)):
-            raise SeatLostError(f"player_order {ready.player_order} does not name each player once")
+            raise SeatLostError(f"player_order {ready.player_order} does not list each player once")
         self.order = tuple(ready.player_order)
 
     async def tell(self, message: dict[str, Any]) -> None:
@@ -186,16 +186,16 @@ class ClientSeat(Seat):
 
         Raises
         ------
-        SeatLostError : it hung up, or takes nothing
+        SeatLostError : it disconnected, or does not read
         """
         try:
             self._writer.write(write_line(message))
-            await asyncio.wait_for(self._writer.drain(), WRITE_PATIENCE)
+            await asyncio.wait_for(self._writer.drain(), WRITE_TIMEOUT)
         except (OSError, TimeoutError) as error:
-            raise SeatLostError("it takes no more lines") from error
+            raise SeatLostError("it does not read its messages") from error
 
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
-        # What came before the position is no answer to it.
+        # A line sent before the position is not an answer to it.
         while not self._lines.empty():
             self._held(await self._next())
             self._count_bad("a line out of turn")
@@ -218,9 +218,9 @@ class ClientSeat(Seat):
             return Turn(message.move, max(came - begin, 0.0))
 
     async def leave(self) -> None:
-        """Give the client time to hang up, and then do it."""
+        """Give the client time to close the connection, and then close it."""
         try:
-            async with asyncio.timeout(GOODBYE_PATIENCE):
+            async with asyncio.timeout(CLOSE_TIMEOUT):
                 while not self._gone:
                     await self._next()
         except TimeoutError:
@@ -228,18 +228,18 @@ class ClientSeat(Seat):
         await self.close()
 
     async def close(self) -> None:
-        """Hang up."""
+        """Close the connection."""
         self._listening.cancel()
         self._writer.close()
         try:
-            await asyncio.wait_for(self._writer.wait_closed(), GOODBYE_PATIENCE)
+            await asyncio.wait_for(self._writer.wait_closed(), CLOSE_TIMEOUT)
         except (OSError, TimeoutError):
             return
 
     # --- its lines --------------------------------------------------------------------------------
 
     async def _listen(self) -> None:
-        """Queue the client's lines with the times at which they came; None when it has gone."""
+        """Queue the client's lines with their arrival times; None when it has disconnected."""
         try:
             while line := await self._reader.readline():
                 if not line.endswith(b"\n"):
@@ -248,7 +248,7 @@ class ClientSeat(Seat):
                     await self._lines.put((time.perf_counter(), line))
         except ValueError:
             self._why = f"it sent a line of more than {MAX_CLIENT_LINE} bytes"
-        except OSError:  # it hung up with something unread
+        except OSError:  # it disconnected with unread data
             pass
         await self._lines.put(None)
 
@@ -256,7 +256,7 @@ class ClientSeat(Seat):
         try:
             _, text = self._held(await asyncio.wait_for(self._next(), patience))
         except TimeoutError as error:
-            raise SeatLostError(f"it said nothing for {patience:g} s") from error
+            raise SeatLostError(f"it sent nothing for {patience:g} s") from error
         try:
             message = from_client(text)
         except InputError as error:
@@ -266,19 +266,19 @@ class ClientSeat(Seat):
         return message
 
     async def _next(self) -> tuple[float, bytes] | None:
-        """The next line with the time at which it came; None when the client has gone."""
+        """Return the next line with its arrival time; None when the client has disconnected."""
         line = await self._lines.get()
         self._gone = self._gone or line is None
         return line
 
     def _held(self, line: tuple[float, bytes] | None) -> tuple[float, bytes]:
-        """The line, as long as the seat is held."""
+        """Return the line if the seat is still held."""
         if line is None:
             raise SeatLostError(self._why)
         return line
 
     def _count_bad(self, problem: str) -> None:
-        """Count a line that is none; the seat is lost after too many."""
+        """Count an invalid line; the seat is lost after too many."""
         self._bad += 1
         if self._bad > MAX_BAD_LINES:
             raise SeatLostError(f"too many bad lines, last: {problem}")

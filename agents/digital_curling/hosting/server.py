@@ -1,4 +1,4 @@
-"""Plays a game between two seats, and lets clients take them over TCP."""
+"""Server of a game between two seats, with clients over TCP."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ _Answer = TypeVar("_Answer")
 
 @dataclass
 class Hosting:
-    """A game while it is hosted, and what is kept of it.
+    """Hosted game and its records.
 
     Parameters
     ----------
-    setting : what it is played with
-    remark : called with what the person at the host should know
+    setting : settings of the game
+    remark : called with remarks for the host's user
     changed : called when there is a new position to show
     """
 
@@ -59,7 +59,7 @@ class Hosting:
 
     @property
     def greeting(self) -> dict[str, Any]:
-        """The host's first line."""
+        """Return the host's first line."""
         return {
             "cmd": "dc",
             "version": {"major": PROTOCOL, "minor": 0},
@@ -68,7 +68,7 @@ class Hosting:
         }
 
     def write(self, folder: Path, units: Units = Units.METRES) -> None:
-        """Write the logs, the record and its page for what has been played."""
+        """Write the logs, the record and its page for the game up to now."""
         lines = self._played.record()
         with together():
             self.log.write(folder, self.game, self.game_id, self.date_time)
@@ -76,7 +76,7 @@ class Hosting:
             write_page(folder / "game.html", lines, units)
 
     def summary(self) -> dict[str, Any]:
-        """The result of the game for JSON."""
+        """Return the result of the game for JSON."""
         game = self._played
         assert game.result is not None
         return {
@@ -93,7 +93,7 @@ class Hosting:
         }
 
     def sentences(self) -> tuple[str, str]:
-        """The line score, and the winner."""
+        """Return the line score and the winner."""
         game, found = self._played, self.summary()
         table = scoreboard(game.game, game.names)
         return table, outcome_of(game.names, found["winner"], found["reason"])
@@ -104,13 +104,13 @@ class Hosting:
         return self.game
 
     async def play(self, seats: tuple[Seat, Seat]) -> HostedGame:
-        """Play the game between two seats that are ready, to its end."""
+        """Play the game between two ready seats to its end."""
         names, orders = (seats[0].name, seats[1].name), (seats[0].order, seats[1].order)
         given = self.setting.throwers
         own = [seat.throwers or given[team] for team, seat in enumerate(seats)]
         self.setting = replace(self.setting, throwers=(own[0], own[1]))
         game = self.game = HostedGame(self.setting, names, orders)
-        self.log.beginning(self.greeting, self.setting.told, names, orders)
+        self.log.beginning(self.greeting, self.setting.announcement, names, orders)
         for seat in seats:
             if isinstance(seat, PlayerSeat):
                 await seat.warm_up(game.example)
@@ -135,9 +135,9 @@ class Hosting:
         return game
 
     async def _placement(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
-        """The placement of an end of mixed doubles, for which no clock runs down.
+        """Get the placement of an end of mixed doubles, which uses no time of the clock.
 
-        Who takes longer over it than its clock has left loses nevertheless.
+        A team that takes longer than its clock has left loses nevertheless.
         """
         team = game.decides
         clock = game.clock[team]
@@ -148,7 +148,7 @@ class Hosting:
             game.place(placement.side, placement.throws_first)
 
     async def _turn(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
-        """One move, or what stands for it where a team has gone or has no time left."""
+        """Get one move, or its substitute if a team has disconnected or has no time left."""
         team = game.to_throw
         await self._tell_one(seats, lost, team.other, game.update)
         clock = game.clock[team]
@@ -170,7 +170,7 @@ class Hosting:
         team: Team,
         ask: Callable[[Seat], Awaitable[_Answer]],
     ) -> _Answer | None:
-        """What a team answers; None where it has gone or has no time left, and so gives up."""
+        """Get a team's answer; None if it has disconnected or has no time left, and so loses."""
         if team in lost:
             game.give_up(team)
             return None
@@ -203,15 +203,15 @@ class Hosting:
         self, seats: tuple[Seat, Seat], lost: set[Team], team: Team, error: SeatLostError
     ) -> None:
         lost.add(team)
-        self.remark(f"{TEAMS[team]} ({seats[team].name}) has left the game: {error}")
+        self.remark(f"{TEAMS[team]} ({seats[team].name}) left the game: {error}")
 
 
 class Door:
-    """A port at which clients of one team come in, one at a time.
+    """Port for clients of one team, one at a time.
 
     Parameters
     ----------
-    team : which team
+    team : team of the clients
     """
 
     def __init__(self, team: Team) -> None:
@@ -225,25 +225,25 @@ class Door:
 
         Raises
         ------
-        InputError : the port is taken, or the address is none of this machine's
+        InputError : the port is taken, or the address is not one of this machine's
         """
         try:
             server = await asyncio.start_server(
                 self._come_in, address, port, limit=MAX_CLIENT_LINE, backlog=8
             )
         except OSError as error:
-            # asyncio names the address once more beside what the system says.
+            # asyncio repeats the address in addition to the system's message.
             number = error.errno or 0
             reason = (os.strerror(number) if number > 0 else "no such address").lower()
             raise InputError(
-                f"cannot listen there: {reason}", source=f"{address}:{port}"
+                f"cannot listen on this address: {reason}", source=f"{address}:{port}"
             ) from error
         self.port = int(server.sockets[0].getsockname()[1])
         return server
 
     async def _come_in(self, reader: asyncio.StreamReader, writer: asyncio.StreamWriter) -> None:
         if self._is_taken:
-            writer.close()  # somebody sits here already
+            writer.close()  # the seat is already taken
             return
         self._is_taken = True
         connection = writer.get_extra_info("socket")
@@ -255,9 +255,9 @@ class Door:
         while True:
             seat = await self._arrived.get()
             try:
-                await seat.prepare(hosting.greeting, hosting.setting.told, self.team)
+                await seat.prepare(hosting.greeting, hosting.setting.announcement, self.team)
             except SeatLostError as error:
-                hosting.remark(f"a client for {TEAMS[self.team]} was sent away: {error}")
+                hosting.remark(f"a client for {TEAMS[self.team]} was refused: {error}")
                 await seat.close()
                 self._is_taken = False
                 continue
@@ -278,8 +278,8 @@ async def host_game(
     Parameters
     ----------
     hosting : the game
-    players : a seat for each team that is taken already; None for one that a client takes
-    address, ports : where clients of team 0 and of team 1 come in
+    players : seat of each team that is already taken; None for one that a client takes
+    address, ports : address, and ports for clients of team 0 and of team 1
     opened : called with the ports once they are open
 
     Raises
@@ -304,12 +304,12 @@ async def host_game(
 
 
 async def _prepared(seat: Seat, hosting: Hosting, team: Team) -> Seat:
-    await seat.prepare(hosting.greeting, hosting.setting.told, team)
+    await seat.prepare(hosting.greeting, hosting.setting.announcement, team)
     return seat
 
 
 def _without_trajectory(update: dict[str, Any]) -> dict[str, Any]:
-    """The message as the game's log has it; the shots' own files have their paths."""
+    """Return the message as in the game's log; the paths are in the shots' own files."""
     last_move = update["last_move"]
     if last_move is None or "trajectory" not in last_move:
         return update

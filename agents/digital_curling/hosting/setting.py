@@ -1,4 +1,4 @@
-"""What a hosted game is played with."""
+"""Settings of a hosted game."""
 
 from __future__ import annotations
 
@@ -17,36 +17,36 @@ from curling_env.ice import Ice
 from curling_env.throw import FROM_HACK, MAX_SPEED, SKILLS, Skill, skill_named
 
 THROWERS = 4
-"""Players of a team."""
+"""Number of players of a team."""
 Order = tuple[int, ...]
-"""Who of a team's players is lead, second, third and fourth."""
+"""Lead, second, third and fourth among a team's players."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class HostSetting:
-    """What a game is played with.
+    """Settings of a hosted game.
 
     Parameters
     ----------
-    ice : the ice when the game begins
+    ice : ice at the start of the game
     ice_name : its name or file, for the record
     rule_name : name of the rules
-    arrangement : of the placed stones, in mixed doubles
-    ends : scheduled ends
-    five_rock : whether guards are protected for five stones, else for four
+    arrangement : arrangement of the placed stones, in mixed doubles
+    ends : number of scheduled ends
+    five_rock : protect guards for five stones, otherwise for four
     thinking_time, extra_time : clock of each team for the game, and for each extra end [s]
     throwers : execution errors of the four players of team 0 and of team 1; in mixed doubles, the
         first two play
-    max_speed : the fastest throw that a player may mean [m/s]
-    announced : name of the physics that clients are told
-    send_trajectory : whether clients are told the paths of each shot
-    ice_evolution : how the ice changes during the game
-    sweeping : whether stones that are light are swept, as the host's sweepers judge
-    seed : seed of everything random
+    max_speed : maximum speed that a player may intend [m/s]
+    announced : name of the physics announced to clients
+    send_trajectory : send the paths of each shot to clients
+    ice_evolution : change of the ice during the game
+    sweeping : let the host's sweepers sweep light stones
+    seed : seed of all randomness
 
     Raises
     ------
-    InputError : rules, clocks, throwers or speeds with which no game can be played
+    InputError : invalid rules, clocks, throwers or speeds
     """
 
     ice: Ice
@@ -70,29 +70,29 @@ class HostSetting:
 
     def __post_init__(self) -> None:
         if not (0 < self.thinking_time < 1e6 and 0 < self.extra_time < 1e6):
-            raise InputError("a clock has more than 0 s and less than 1,000,000 s")
+            raise InputError("a clock must have more than 0 s and less than 1,000,000 s")
         if any(len(team) != THROWERS for team in self.throwers):
-            raise InputError(f"a team has {THROWERS} throwers")
+            raise InputError(f"expected {THROWERS} throwers in a team")
         rules = self.rules
         if not (rules.placed_stones or rules.stones == 2 * THROWERS):
-            raise InputError(f"games with {rules.name} are not hosted")
+            raise InputError(f"games with {rules.name} cannot be hosted")
         if not 0 < self.max_speed <= MAX_SPEED:
-            raise InputError(f"a greatest speed lies above 0 and up to {MAX_SPEED} m/s")
+            raise InputError(f"the maximum speed must be above 0 and at most {MAX_SPEED} m/s")
 
     @property
     def rules(self) -> RuleSet:
-        """The rules of the game."""
-        told = SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock)
-        return rules_of(told, name=self.rule_name, arrangement=self.arrangement)
+        """Rules of the game."""
+        message = SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock)
+        return rules_of(message, name=self.rule_name, arrangement=self.arrangement)
 
     @property
     def is_doubles(self) -> bool:
-        """Whether mixed doubles are played."""
+        """True for mixed doubles."""
         return self.rules.placed_stones
 
     @property
     def players(self) -> dict[str, list[dict[str, Any]]]:
-        """The players of both teams in Digital Curling's form."""
+        """Return the players of both teams in Digital Curling's form."""
         return {
             name: [
                 {
@@ -100,7 +100,8 @@ class HostSetting:
                     "max_speed": self.max_speed,
                     "stddev_speed": skill.sigma_speed,
                     "stddev_angle": skill.sigma_angle,
-                    # Clients of the competition's library look for these; a seed is not told.
+                    # Clients of the competition's library need these keys; the seed is not
+                    # disclosed.
                     "seed": None,
                     "randomize_hand": False,
                 }
@@ -110,8 +111,8 @@ class HostSetting:
         }
 
     @property
-    def told(self) -> dict[str, Any]:
-        """The `game` of `is_ready`."""
+    def announcement(self) -> dict[str, Any]:
+        """Return the `game` of `is_ready`."""
         per_team = dict.fromkeys(TEAMS, self.thinking_time)
         return {
             "rule": "normal",
@@ -127,7 +128,7 @@ class HostSetting:
         }
 
     def simulator(self, orders: tuple[Order, Order]) -> GameSimulator:
-        """The simulator of the game, with the throwers in the order that the teams chose."""
+        """Make the simulator of the game, with the throwers in the teams' order."""
         rules = self.rules
         by_stone = [
             [
@@ -149,7 +150,7 @@ class HostSetting:
 
 
 def throwers_from(text: str) -> tuple[Skill, ...]:
-    """The execution errors of a team's four players, as they are given on a command line.
+    """Parse the execution errors of a team's four players from a command line.
 
     Parameters
     ----------
@@ -157,7 +158,7 @@ def throwers_from(text: str) -> tuple[Skill, ...]:
 
     Raises
     ------
-    InputError : another number of players, or an error that is none
+    InputError : another number of players, or an invalid error
     """
     given = [_thrower(part.strip()) for part in text.split(",")]
     if len(given) == 1:
@@ -175,8 +176,8 @@ def _thrower(text: str) -> Skill:
         skill = Skill(name=text, sigma_speed=float(speed), sigma_angle=float(angle))
     except ValueError as error:
         raise InputError(
-            f"an execution error is a name or SPEED:ANGLE, such as 0.0076:0.0018, got {text[:40]!r}"
+            f"expected a skill's name or SPEED:ANGLE, such as 0.0076:0.0018, got {text[:40]!r}"
         ) from error
     if skill.sigma_speed > 1 or skill.sigma_angle > 1:
-        raise InputError(f"no player errs by {text[:40]} m/s and rad")
+        raise InputError(f"execution error out of range: {text[:40]} m/s and rad")
     return skill

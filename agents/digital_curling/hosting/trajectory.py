@@ -1,4 +1,4 @@
-"""The paths of a shot in Digital Curling's form: one frame each tenth of a second."""
+"""Paths of a shot in Digital Curling's form: one frame each tenth of a second."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ def trajectory_of(
     headings: Mapping[int, float],
     finish: Mapping[int, float],
 ) -> dict[str, Any]:
-    """The paths of a shot.
+    """Return the paths of a shot.
 
     Parameters
     ----------
-    shot : with its paths
+    shot : shot with its paths
     before : stones on the sheet before, delivery frame
     headings, finish : headings of the handles before and after, by identifier of the stone [rad]
     """
@@ -57,7 +57,7 @@ def trajectory_of(
 
 
 def turned(shot: PlayedShot, headings: Mapping[int, float]) -> dict[int, float]:
-    """Headings of the handles after a shot by identifier of the stone [rad]."""
+    """Return headings of the handles after a shot by identifier of the stone [rad]."""
     outcome = shot.outcome
     after = dict(headings)
     stayed = {stone.stone for stone in shot.stones_after}
@@ -71,7 +71,7 @@ def turned(shot: PlayedShot, headings: Mapping[int, float]) -> dict[int, float]:
 
 
 def _path(shot: PlayedShot, k: int, headings: Mapping[int, float]) -> tuple[int, Floats, Floats]:
-    """Identifier, times, and x, y, heading of a path, delivery frame."""
+    """Return identifier, times, and x, y, heading of a path, delivery frame."""
     run = shot.outcome.trajectories[k]
     stone = shot.outcome.stones[shot.outcome.moved[k]].stone
     places = to_delivery(run.xy, shot.direction)
@@ -84,6 +84,6 @@ def _path(shot: PlayedShot, k: int, headings: Mapping[int, float]) -> tuple[int,
 
 
 def _change(stone: int, value: list[float]) -> dict[str, Any]:
-    """A stone's place in a frame."""
+    """Return a stone's position in a frame."""
     team, slot = divmod(stone, STONES_PER_TEAM)
     return {"team": TEAMS[team], "index": slot, "value": stone_on_the_wire(*value)}

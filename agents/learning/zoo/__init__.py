@@ -1,4 +1,4 @@
-"""Hyperparameters for RL Zoo, with which default runs learn.
+"""Hyperparameters for RL Zoo with which default runs learn.
 
 One YAML file for each algorithm, in the form of https://github.com/DLR-RM/rl-baselines3-zoo.
 ``python -m agents.learning.zoo ppo`` prints where a file is, for RL Zoo's ``--conf-file``.
@@ -14,11 +14,11 @@ ALGORITHMS = ("ppo", "sac", "td3")
 
 
 def file_of(algorithm: str) -> Path:
-    """The file of an algorithm's hyperparameters.
+    """Return the file of an algorithm's hyperparameters.
 
     Raises
     ------
-    InputError : there is none
+    InputError : an algorithm without a file
     """
     if algorithm not in ALGORITHMS:
         raise InputError(

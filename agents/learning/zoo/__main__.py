@@ -1,4 +1,4 @@
-"""Prints where the file of an algorithm's hyperparameters is: ``python -m agents.learning.zoo``."""
+"""Print the path of an algorithm's hyperparameters: ``python -m agents.learning.zoo``."""
 
 import sys
 

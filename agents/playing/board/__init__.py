@@ -1,6 +1,6 @@
-"""The position board: stones laid out by hand, the best call for them, and playing on.
+"""Position board: stones placed by hand, the best call for them, and the game that continues.
 
-- `set_up`: a position that was laid out, as a game that goes on from it
+- `set_up`: a game that starts from a position placed by hand
 - `advice`: the best calls in a position, each with its chances
-- `kept_game`: a game as the list of its throws, which is played again to go on
+- `kept_game`: a game as the list of its throws, which is replayed to continue
 """

@@ -1,7 +1,7 @@
-"""The best calls in a position, each with its chances.
+"""Best calls in a position, each with its chances.
 
 The player `search` proposes shots; the best of every kind and handle is then thrown equally often
-with the thrower's errors, so that their chances can be compared.
+with the thrower's errors, so that their chances are comparable.
 """
 
 from __future__ import annotations
@@ -23,14 +23,18 @@ from curling_env.throw import Throw
 from curling_env.typing import Floats
 
 TRIALS = 400
-"""Throws of each proposed shot: a chance is then known to 2.5 % of all throws or better."""
+"""Number of throws of each proposed shot: a chance is then known to 2.5 % of all throws or
+better.
+"""
 SAME_LINE, SAME_WEIGHT = 0.003, 0.03
-"""Shots of one handle whose lines [rad] and weights (as a share) differ by less are one shot."""
+"""Differences of line [rad] and weight (relative) below which two shots of one handle are one
+shot.
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Advice:
-    """A call, and what comes of it when the thrower throws it again and again.
+    """Call with the results of many throws of it.
 
     Parameters
     ----------
@@ -39,9 +43,9 @@ class Advice:
     description : the throw in a curler's words
     win_probability, standard_error : probability of winning the game after it, and its error
     lies_shot : share of the throws after which the thrower's team lies shot
-    points : points that the thrower's team lies then, on average; negative where the others do.
-        After the last stone of an end it is the score.
-    rests : (n, 2) where the thrown stone ends, sheet frame [m]; NaN where it left play
+    points : mean points that the thrower's team then counts; negative if the opponents count. After
+        the last stone of an end it is the score.
+    rests : (n, 2) end of the thrown stone, sheet frame [m]; NaN if it left play
     """
 
     shot: str
@@ -62,19 +66,19 @@ def best_calls(
     count: int = 4,
     trials: int = TRIALS,
 ) -> list[Advice]:
-    """The best calls for the team to throw, the best first.
+    """Return the best calls for the team to throw, the best first.
 
     Parameters
     ----------
-    simulator : the ice, the rules, and the skill of whoever throws
+    simulator : the ice, the rules, and the skill of the thrower
     state : a game with an end in play
-    player : the player who proposes shots; keep one, because it remembers the ice
+    player : player that proposes shots; reuse one, because it remembers the ice
     count : number of calls
-    trials : throws of each by which its chances are told
+    trials : number of throws of each for its chances
 
     Raises
     ------
-    InputError : no end is in play, or no throw that gets there
+    InputError : no end is in play, or no throw that reaches the house
     """
     view = simulator.view(state)
     end = view.game.end
@@ -83,7 +87,7 @@ def best_calls(
     searcher = SearchPlayer() if player is None else player
     proposed = _different(searcher.shots_by_kind(view))[: 3 * count]
     if not proposed:
-        raise InputError("no throw on this ice gets to the far house")
+        raise InputError("no throw on this ice reaches the far house")
     lines, rules = view.game.lines, view.game.rules
     evaluator = PositionEvaluator(
         searcher.network(rules, view.ice), rules, lines, skill_feature(view.skill.sigma_angle)
@@ -122,7 +126,7 @@ def _described(view: PlayerView, throw: Throw) -> Description:
 
 
 def _different(shots: list[ShotEstimate]) -> list[ShotEstimate]:
-    """Shots that differ from every better one by handle, line or weight."""
+    """Return shots that differ from every better one by handle, line or weight."""
     kept: list[ShotEstimate] = []
     for shot in shots:
         alike = any(

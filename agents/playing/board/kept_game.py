@@ -1,7 +1,7 @@
-"""A game as the list of its throws: what an address or a file keeps, and what goes on from it.
+"""Game as the list of its throws: the content of an address or a file, from which it continues.
 
-Everything random follows from the seed and the throws, so that the same list always gives the same
-game. Throws are rounded before they are played; what is kept is what was played.
+All randomness follows from the seed and the throws, so that the same list always gives the same
+game. Throws are rounded before they are played; the rounded throws are stored.
 """
 
 from __future__ import annotations
@@ -18,24 +18,24 @@ from curling_env.ice import Ice
 from curling_env.throw import Skill, Throw
 
 DECIMALS = 5
-"""Digits of a kept throw behind the point: its stone rests where it did to a millimetre."""
+"""Number of decimals of a stored throw, enough for a place of rest to a millimetre."""
 MAX_THROWS = 400
-"""Most throws of a kept game: ten ends of fours and some extra ends."""
+"""Maximum number of throws of a stored game: ten ends of fours and some extra ends."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class KeptGame:
-    """A game between a person and a player.
+    """Game between a person and a player.
 
     Parameters
     ----------
-    throws : throws so far, in order, as they were called
-    position : position that it begins with; None for a game from its first end
-    person : the team of the person
-    opponent : name of the other player, as `curling play` takes it
+    throws : throws up to now, in order, as called
+    position : initial position; None for a game from its first end
+    person : team of the person
+    opponent : name of the other player, as in `curling play`
     rules : name of the rules
     ends : number of ends of a game from its first end
-    seed : seed of everything random; whose stone is last in the first end follows from it too
+    seed : seed of all randomness, including the hammer of the first end
 
     Raises
     ------
@@ -52,32 +52,32 @@ class KeptGame:
 
     def __post_init__(self) -> None:
         if len(self.throws) > MAX_THROWS:
-            raise InputError(f"a game has at most {MAX_THROWS} throws, got {len(self.throws)}")
+            raise InputError(f"expected at most {MAX_THROWS} throws, got {len(self.throws)}")
         if self.seed < 0:
             raise InputError(f"a seed must be at least 0, got {self.seed}")
 
     @property
     def rule_set(self) -> RuleSet:
-        """Its rules."""
+        """Rules of the game."""
         if self.position is not None:
             return self.position.rules(rule_set(self.rules))
         return rule_set(self.rules, ends=self.ends)
 
 
 class GameTable:
-    """Plays a kept game again, and on.
+    """Replay of a stored game, and its continuation.
 
     Parameters
     ----------
     game : the game
-    ice : the ice it is played on
+    ice : ice of the game
     skills : execution errors of home and away
-    sweeping : whether sweepers help a stone that is light
-    opponent : the player of its name; one that is kept remembers the ice
+    sweeping : let sweepers help a light stone
+    opponent : the player with that name; a reused one remembers the ice
 
     Raises
     ------
-    InputError : an unknown player or set of rules, or a position that cannot be
+    InputError : an unknown player or set of rules, or an impossible position
     """
 
     def __init__(
@@ -101,11 +101,11 @@ class GameTable:
             self.start = set_up(self.simulator, game.position, seed=game.seed)
 
     def played(self, *, paths_from: int = 0) -> Iterator[PlayedDelivery]:
-        """The kept deliveries in order.
+        """Return the stored deliveries in order.
 
         Parameters
         ----------
-        paths_from : the first delivery whose stones' paths are kept
+        paths_from : first delivery to keep the stones' paths of
 
         Raises
         ------
@@ -118,7 +118,7 @@ class GameTable:
             state = delivery.after
 
     def play_on(self, state: GameState) -> Iterator[PlayedDelivery]:
-        """What the opponent throws until it is the person's turn, or the game is over."""
+        """Let the opponent throw until it is the person's turn, or the game is over."""
         while not (state.game.is_over or self.to_throw(state) is self.game.person):
             state = self.begun(state)
             team = self.game.person.other
@@ -131,7 +131,7 @@ class GameTable:
             state = delivery.after
 
     def conceded(self, state: GameState) -> GameState:
-        """The game, given up by the opponent where it wants to and may."""
+        """Return the game, conceded by the opponent if it wants to and may."""
         team = self.game.person.other
         if state.game.is_over or self.to_throw(state) is not team:
             return state
@@ -141,19 +141,19 @@ class GameTable:
         return state
 
     def begun(self, state: GameState) -> GameState:
-        """The game with an end in play."""
+        """Return the game with an end in play."""
         if state.game.end is not None or state.game.is_over:
             return state
         return self.simulator.begin_end_as(state, self.players[state.game.last_stone])
 
     def to_throw(self, state: GameState) -> Team:
-        """The team that throws next."""
+        """Team that throws next."""
         end = self.begun(state).game.end
         return self.game.person if end is None else end.to_throw
 
     def _deliver(self, state: GameState, throw: Throw, shot: str, *, paths: bool) -> PlayedDelivery:
         if state.game.is_over:
-            raise InputError("the game is over: it takes no further throw")
+            raise InputError("the game is over: no further throw is possible")
         before = self.begun(state)
         end = before.game.end
         assert end is not None  # the game is not over
@@ -164,16 +164,16 @@ class GameTable:
 
 
 class Person(Player):
-    """A person: throws what is called, and has stones put back as players usually do."""
+    """Person: throws what is called, and has stones put back as players usually do."""
 
     name = "person"
 
     def call(self, view: PlayerView) -> Call:
-        raise InputError("a person's throw is called by the person")
+        raise InputError("a person's throw must be called by the person")
 
 
 def rounded(throw: Throw) -> Throw:
-    """The throw as it is kept."""
+    """Return the throw as stored."""
     return Throw(
         speed=max(round(throw.speed, DECIMALS), 10.0**-DECIMALS),
         angle=round(throw.angle, DECIMALS),
@@ -183,5 +183,5 @@ def rounded(throw: Throw) -> Throw:
 
 
 def kept_throws(deliveries: Sequence[PlayedDelivery]) -> tuple[Throw, ...]:
-    """The throws that are kept of deliveries."""
+    """Return the stored throws of deliveries."""
     return tuple(delivery.shot.call.throw for delivery in deliveries)

@@ -1,4 +1,4 @@
-"""A position laid out by hand, as a game that goes on from it."""
+"""Position placed by hand, as a game that continues from it."""
 
 from __future__ import annotations
 
@@ -15,17 +15,17 @@ from curling_env.sheet import Direction, to_delivery
 from curling_env.typing import Floats
 
 MAX_ENDS_LEFT = 12
-"""Most ends that a laid-out game may still have: ten, and two for which end is played to."""
+"""Maximum number of ends left in such a game: ten, and two to set the direction of play."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class LaidStone:
-    """A stone on the board.
+    """Stone on the board.
 
     Parameters
     ----------
     x, y : its centre, sheet frame [m]
-    team : the team it belongs to
+    team : its team
     """
 
     x: float
@@ -35,20 +35,20 @@ class LaidStone:
 
 @dataclass(frozen=True, kw_only=True)
 class Position:
-    """A position laid out by hand.
+    """Position placed by hand.
 
     Parameters
     ----------
     stones : stones on the sheet
     direction : the end played to
     hammer : the team that delivers last
-    delivered : stones delivered so far by both teams, with those that are gone
+    delivered : number of stones delivered by both teams, including removed ones
     ends_left : ends to play, with this one
-    score : points of home and away so far
+    score : points of home and away
 
     Raises
     ------
-    InputError : a score, or a number of ends, that no game has
+    InputError : an impossible score or number of ends
     """
 
     stones: tuple[LaidStone, ...] = ()
@@ -60,40 +60,44 @@ class Position:
 
     def __post_init__(self) -> None:
         if not 1 <= self.ends_left <= MAX_ENDS_LEFT:
-            raise InputError(f"1 to {MAX_ENDS_LEFT} ends are left, got {self.ends_left}")
+            raise InputError(f"expected 1 to {MAX_ENDS_LEFT} ends left, got {self.ends_left}")
         if min(self.score) < 0 or max(self.score) > 99:
-            raise InputError(f"a team has 0 to 99 points, got {self.score[0]} : {self.score[1]}")
+            raise InputError(
+                f"expected 0 to 99 points for each team, got {self.score[0]} : {self.score[1]}"
+            )
 
     @property
     def ends_before(self) -> int:
-        """Ends that count as played, so that this one is played to its end of the sheet."""
+        """Return the number of ends that count as played, so that this one has its direction of
+        play.
+        """
         return 2 if self.direction is Direction.AWAY else 1
 
     def rules(self, rules: RuleSet) -> RuleSet:
-        """The rules of a game that has as many ends as are left after those before."""
+        """Return the rules of a game with these ends played and left."""
         return replace(rules, ends=self.ends_before + self.ends_left)
 
 
 def set_up(simulator: GameSimulator, position: Position, *, seed: int = 0) -> GameState:
-    """The game that goes on from a position.
+    """Make the game that continues from a position.
 
     Parameters
     ----------
     simulator : its rules must be those of `Position.rules`
     position : the position
-    seed : seed of everything random that follows
+    seed : seed of all randomness that follows
 
     Raises
     ------
-    InputError : stones off the sheet, in each other or out of play, more of a team's than it has
-        delivered, or rules that place stones of their own
+    InputError : stones off the sheet, overlapping or out of play, more of a team's than it has
+        delivered, or rules with placed stones
     """
     rules, lines = simulator.rules, simulator.lines
     if rules.placed_stones:
-        raise InputError(f"{rules.name} places stones itself: lay positions out for fours")
+        raise InputError(f"{rules.name} places stones itself; expected rules of fours")
     if not 0 <= position.delivered < rules.deliveries:
         raise InputError(
-            f"0 to {rules.deliveries - 1} stones were delivered, got {position.delivered}"
+            f"expected 0 to {rules.deliveries - 1} delivered stones, got {position.delivered}"
         )
     places = np.array([(stone.x, stone.y) for stone in position.stones], dtype=np.float64)
     places = places.reshape(-1, 2)
@@ -103,8 +107,8 @@ def set_up(simulator: GameSimulator, position: Position, *, seed: int = 0) -> Ga
     for k, ((x, y), stone) in enumerate(zip(there.tolist(), position.stones, strict=True), start=1):
         if not (lines.on_sheet(x, y) and lines.past_hog_line(y)):
             raise InputError(
-                f"stone {k} at ({stone.x:g}, {stone.y:g}) m is out of play: a stone lies between "
-                "the hog line, the back line and the side lines"
+                f"stone {k} at ({stone.x:g}, {stone.y:g}) m is out of play: expected between the "
+                "hog line, the back line and the side lines"
             )
         number = sum(other.team is stone.team for other in lying)
         lying.append(RestingStone(stone.team, number, x, y))
@@ -114,7 +118,8 @@ def set_up(simulator: GameSimulator, position: Position, *, seed: int = 0) -> Ga
         lies = sum(stone.team is team for stone in lying)
         if lies > had:
             raise InputError(
-                f"{lies} stones of the {team.label} team lie there, and it has delivered {had}"
+                f"{lies} stones of the {team.label} team are on the sheet, but it has delivered "
+                f"{had}"
             )
     before = position.ends_before
     state = simulator.new_game(seed, last_stone=position.hammer)

@@ -1,7 +1,7 @@
-"""A league: generations of a player that meet themselves and their past, and learn from it.
+"""League: generations of a player that learn by playing themselves and earlier generations.
 
-- `settings`: what a league is configured with
-- `self_play`: ends played side by side by two networks
-- `fit`: a value network fitted to ends that were played
+- `settings`: configuration of a league
+- `self_play`: ends played in parallel by two networks
+- `fit`: a value network fitted to played ends
 - `run`: the league itself, generation by generation
 """

@@ -1,4 +1,4 @@
-"""A value network fitted to positions and how ends are scored from them."""
+"""Value network fitted to positions and the scores of their ends."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.playing.league.self_play import PlayedEnds, shares_of
-from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, NETWORK_WIDTHS, ROWS_PER_STEP
+from agents.playing.league.tuning import BATCH_SIZE_FACTOR, NETWORK_WIDTHS, PARALLEL_ENDS
 from agents.playing.search.positions import SCORES, SLOTS
 from agents.playing.search.value_network import (
     POSITION_FEATURES,
@@ -23,15 +23,15 @@ from curling_env.typing import Floats, Indices, Progress, no_progress, with_prog
 
 
 class Lesson(NamedTuple):
-    """Positions with so many stones to come, and how ends are scored from them.
+    """Positions with a number of stones to come, and the scores of their ends.
 
     Parameters
     ----------
-    left : stones to come
+    left : number of stones to come
     stones : (n, 16, 2) positions
     score_values : (n, 13) value of each score to the team with the hammer
     skill : (n,) skill of the players; see `value_network.skill_feature`
-    shares : (n, 13) how likely each score is; 1 for the score that came
+    shares : (n, 13) probability of each score; 1 for the actual score
     """
 
     left: int
@@ -42,7 +42,7 @@ class Lesson(NamedTuple):
 
 
 class _Row(NamedTuple):
-    """Features of some positions, and how ends are scored from them."""
+    """Features of some positions, and the scores of their ends."""
 
     stones: NDArray[np.float32]
     places: Indices
@@ -61,20 +61,20 @@ def fit_value_network(
     begin: ValueNetwork | None = None,
     progress: Progress = no_progress,
 ) -> ValueNetwork:
-    """Fit the network that best predicts how ends are scored; each position is also seen mirrored.
+    """Fit a network to predict the scores of ends; each position is also used mirrored.
 
-    The first weights are those of a network to begin with, or come from torch's own generator,
-    which the caller seeds.
+    The initial weights are those of a given network, or come from torch's own generator, which the
+    caller seeds.
 
     Parameters
     ----------
     lines : lines of the sheet
     lessons : positions and how ends are scored from them
-    rng : source of the order of training
+    rng : source of the training order
     layers : units of the hidden layers: two for a stone, two for the position
     epochs : passes through the lessons
     learning_rate : highest learning rate of the schedule
-    begin : a network to begin with, whose layers have these units; None for random weights
+    begin : initial network with layers of these sizes; None for random weights
     progress : called after each epoch
     """
     import torch
@@ -93,13 +93,13 @@ def fit_value_network(
             for module, (weights, offset) in zip(linear, begin.layers, strict=True):
                 module.weight.copy_(torch.from_numpy(weights.T.copy()))
                 module.bias.copy_(torch.from_numpy(offset.copy()))
-    steps = epochs * -(-len(rows) // ROWS_PER_STEP)
+    steps = epochs * -(-len(rows) // BATCH_SIZE_FACTOR)
     optimiser = torch.optim.AdamW([*stone.parameters(), *position.parameters()], weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, total_steps=steps + 1)
     for _ in with_progress(range(epochs), "learning", progress):
         order = rng.permutation(len(rows))
-        for first in range(0, len(rows), ROWS_PER_STEP):
-            some = [rows[k] for k in order[first : first + ROWS_PER_STEP]]
+        for first in range(0, len(rows), BATCH_SIZE_FACTOR):
+            some = [rows[k] for k in order[first : first + BATCH_SIZE_FACTOR]]
             begins = np.cumsum([0, *(SLOTS * len(row.shares) for row in some)])
             team = np.concatenate([r.places + at for r, at in zip(some, begins, strict=False)])
             team //= SLOTS // 2
@@ -122,7 +122,7 @@ def fit_value_network(
 
 
 def negative_log_likelihood(network: ValueNetwork, lines: Lines, ends: PlayedEnds) -> float:
-    """Mean over positions of minus the log of the probability of the score that came."""
+    """Return the mean negative log-likelihood of the actual scores over positions."""
     losses: list[Floats] = []
     for left, stones, score_values, skill, came in lessons_of(ends):
         there = stones.astype(np.float64)
@@ -132,7 +132,7 @@ def negative_log_likelihood(network: ValueNetwork, lines: Lines, ends: PlayedEnd
 
 
 def lessons_of(ends: PlayedEnds) -> Iterator[Lesson]:
-    """After each delivery that was not random: the positions, and the scores that came."""
+    """Return the positions after each delivery that was not random, and the actual scores."""
     deliveries, n = len(ends.stones), len(ends.score)
     shares, skill = shares_of(ends.score), np.broadcast_to(ends.skill, n)
     for delivered in range(deliveries - 1):
@@ -144,8 +144,8 @@ def lessons_of(ends: PlayedEnds) -> Iterator[Lesson]:
 
 def _rows_of(lines: Lines, lesson: Lesson) -> Iterator[_Row]:
     left, stones, score_values, skill, shares = lesson
-    for first in range(0, len(stones), ENDS_SIDE_BY_SIDE):
-        some = slice(first, first + ENDS_SIDE_BY_SIDE)
+    for first in range(0, len(stones), PARALLEL_ENDS):
+        some = slice(first, first + PARALLEL_ENDS)
         came = shares[some].astype(np.float32)
         for mirror in (1.0, -1.0):
             mirrored = stones[some].astype(np.float64) * np.array([mirror, 1.0])

@@ -1,13 +1,13 @@
-"""A league for ends: a player meets itself and its past, and learns the value of positions.
+"""League for ends: a player meets itself and its past, and learns the value of positions.
 
 Each generation plays ends: it simulates shots before every delivery and throws the one whose
-position it values most. A network learns from how these ends were scored and is the next
+position it values most. A network learns from the scores of these ends and becomes the next
 generation. The first generation uses a heuristic. A share of the ends is played against earlier
 generations, so that the player still beats them.
 
 The randomness of every batch of ends follows from the run's seed, the generation and the batch, and
-the ends of a generation are kept in its file. So a run that was stopped goes on from its last whole
-generation.
+the ends of a generation are stored in its file. So a run that was stopped continues from its last
+complete generation.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from agents.playing.league.self_play import (
     sigmas_of,
 )
 from agents.playing.league.settings import LeagueSettings, league_settings
-from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_ENDS_LEFT
+from agents.playing.league.tuning import LEAD_SPREAD, MAX_ENDS_LEFT, PARALLEL_ENDS
 from agents.playing.search.positions import EndSimulator
 from agents.playing.search.value_network import ValueNetwork, network_from
 from curling_env.errors import InputError
@@ -41,13 +41,13 @@ from curling_env.typing import Integers, Progress, no_progress, with_progress
 
 
 class HeadToHead(NamedTuple):
-    """The result of a generation against an opponent.
+    """Result of a generation against an opponent.
 
     Parameters
     ----------
     opponent : number of the opponent's generation; 0 for the heuristic
     ends : number of ends played
-    points : points scored less conceded, per end
+    points : points scored minus points conceded, per end
     error : standard error of the points
     """
 
@@ -64,14 +64,14 @@ def run_league(
     progress: Progress = no_progress,
     report: Callable[[str], None] = lambda _sentence: None,
 ) -> ValueNetwork:
-    """Play the league, generation after generation, and leave each one's file in a folder.
+    """Play the league, generation after generation, and write each one's file to a folder.
 
-    Generations with the same settings that are already there are used as they are. The last one is
-    written as `model.npz` too.
+    Existing generations with the same settings are reused. The last one is also written as
+    `model.npz`.
 
     Parameters
     ----------
-    directory : folder for the files; it is made if it is missing
+    directory : folder for the files; made if missing
     settings : settings of the league
     progress : called after each batch of ends and each epoch of learning
     report : called with a sentence for every result against an earlier generation
@@ -90,7 +90,7 @@ def run_league(
     experience: list[PlayedEnds] = []
     for number in range(len(settings.generations)):
         path = folder / f"generation-{number + 1}.npz"
-        # The heuristic plays worse than all that follow, so its ends are used only once.
+        # The heuristic plays worse than all later generations, so its ends are used only once.
         earlier = experience if number > 1 else []
         if path.exists():
             network, fresh = _read_generation(path, settings)
@@ -110,7 +110,7 @@ def run_league(
             )
             document = _document(network, settings)
             write_model(path, {**document, "ends": [ends_document(ends) for ends in fresh]})
-            keep(f"{number + 1} generations are kept in {folder}; repeat the command to go on")
+            keep(f"{number + 1} generations are kept in {folder}; repeat the command to continue")
         players.append(network)
         experience = [*earlier, *fresh]
     newest = players[-1]
@@ -129,12 +129,12 @@ def _play_generation(
     number: int,
     progress: Progress,
 ) -> tuple[list[PlayedEnds], list[HeadToHead]]:
-    """The ends of one generation, and its results against earlier ones."""
-    batches = range(-(-settings.generations[number] // ENDS_SIDE_BY_SIDE))
+    """Return the ends of one generation, and its results against earlier ones."""
+    batches = range(-(-settings.generations[number] // PARALLEL_ENDS))
     newest, fresh = len(players) - 1, []
     scored: dict[int, list[Integers]] = {}
     for batch in with_progress(batches, f"generation {number + 1}", progress):
-        # Two batches in a row have the same opponent, once with and once without the hammer.
+        # Two consecutive batches have the same opponent, once with and once without the hammer.
         draw = np.random.default_rng((settings.seed, number, 2**20 + batch // 2))
         past = newest > 0 and draw.random() < settings.past
         opponent = int(draw.integers(newest)) if past else newest
@@ -157,9 +157,9 @@ def _play_generation(
 def _play_batch(
     simulator: EndSimulator, players: Players, settings: LeagueSettings, rng: np.random.Generator
 ) -> PlayedEnds:
-    """Ends of games with random leads and ends left, by players of the league's skill."""
-    left = rng.integers(1, MAX_ENDS_LEFT + 1, ENDS_SIDE_BY_SIDE)
-    lead = np.rint(rng.normal(0, LEAD_SPREAD, ENDS_SIDE_BY_SIDE)).astype(int)
+    """Play ends of games with random leads and ends left, by players of the league's skill."""
+    left = rng.integers(1, MAX_ENDS_LEFT + 1, PARALLEL_ENDS)
+    lead = np.rint(rng.normal(0, LEAD_SPREAD, PARALLEL_ENDS)).astype(int)
     values = score_values(simulator.rules, lead, left)
     sigma = sigmas_of(skill_named(settings.skill))
     return play_ends(simulator, players, values, sigma, rng, effort=Effort(settings.tried))
@@ -173,7 +173,7 @@ def _document(network: ValueNetwork, settings: LeagueSettings) -> dict[str, Any]
 
 
 def ends_document(ends: PlayedEnds) -> dict[str, Any]:
-    """Ends as a model file holds them."""
+    """Return ends in the form of a model file."""
     return {
         "stones": ends.stones,
         "score": ends.score,
@@ -184,7 +184,7 @@ def ends_document(ends: PlayedEnds) -> dict[str, Any]:
 
 
 def ends_from(document: dict[str, Any]) -> PlayedEnds:
-    """The ends in such a document."""
+    """Read the ends in such a document."""
     names = ("stones", "score", "worth", "skill", "earnest")
     return PlayedEnds(*(document[name] for name in names))
 
@@ -198,12 +198,14 @@ def _read_generation(path: Path, settings: LeagueSettings) -> tuple[ValueNetwork
     except (KeyError, TypeError, ValueError, InputError) as error:
         raise InputError("is not a generation of a league", source=path) from error
     if saved != settings:
-        raise InputError("is of a league with other settings; choose another folder", source=path)
+        raise InputError(
+            "is from a league with other settings; expected another folder", source=path
+        )
     return network_from(document, path), ends
 
 
 def _check_ends(played: list[PlayedEnds]) -> None:
-    """Refuse ends of which one array does not fit to the others."""
+    """Refuse ends with arrays that do not fit together."""
     for ends in played:
         arrays = [np.asarray(array) for array in ends]
         if any(array.dtype.kind not in "biuf" for array in arrays):
@@ -211,9 +213,9 @@ def _check_ends(played: list[PlayedEnds]) -> None:
         stones, score, values, skill, greedy_from = arrays
         n = len(score) if score.ndim == 1 else -1
         if stones.ndim != 4 or stones.shape[1:] != (n, 16, 2) or values.shape[:1] != (n,):
-            raise ValueError("expected as many ends in each array")
+            raise ValueError("expected the same number of ends in each array")
         if values.ndim != 2 or any(array.shape not in ((), (n,)) for array in (skill, greedy_from)):
-            raise ValueError("expected as many ends in each array")
+            raise ValueError("expected the same number of ends in each array")
 
 
 def _sentence(number: int, result: HeadToHead) -> str:

@@ -1,7 +1,7 @@
-"""Ends played side by side by two networks, or by a heuristic that stands in for one.
+"""Ends played in parallel by two networks, or by a heuristic in place of one.
 
-Before each delivery candidate shots are simulated, and the one is thrown that leads to the highest
-value. A league (`agents.playing.league.run`) and `scripts/train_value_network.py` both play this
+Before each delivery candidate shots are simulated, and the one that leads to the highest value is
+thrown. A league (`agents.playing.league.run`) and `scripts/train_value_network.py` both play this
 way.
 """
 
@@ -43,7 +43,7 @@ Players = tuple[ValueNetwork | None, ValueNetwork | None]
 
 
 class PlayedEnds(NamedTuple):
-    """Ends that were played side by side.
+    """Ends played in parallel.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class PlayedEnds(NamedTuple):
     score : (n,) score of the team with the hammer
     score_values : (n, 13) value of each score to that team
     skill : skill of the players, for all or (n,); see `value_network.skill_feature`
-    greedy_from : first delivery from which on both teams choose the best shot, for all or (n,)
+    greedy_from : first delivery from which both teams choose the best shot, for all or (n,)
     """
 
     stones: NDArray[np.float32]
@@ -62,13 +62,13 @@ class PlayedEnds(NamedTuple):
 
 
 class Effort(NamedTuple):
-    """How many shots are simulated before a delivery.
+    """Number of shots simulated before a delivery.
 
     Parameters
     ----------
-    shots : so many are simulated once
-    best : so many of the best of them again
-    repeats : and those so often
+    shots : number of shots simulated once
+    best : number of the best of them simulated again
+    repeats : number of simulations of those
     """
 
     shots: int = SIMULATED_SHOTS
@@ -77,12 +77,12 @@ class Effort(NamedTuple):
 
 
 class ExploratoryPrefix(NamedTuple):
-    """Random throws with which ends begin, so that unusual positions are met too.
+    """Random throws at the start of ends, so that unusual positions occur too.
 
     Parameters
     ----------
     until : (n,) first delivery of each end that is not random
-    button_share : (2, n) how readily each team draws to the button, the hammer team first
+    button_share : (2, n) share of draws to the button of each team, the hammer team first
     """
 
     until: Integers
@@ -90,7 +90,7 @@ class ExploratoryPrefix(NamedTuple):
 
 
 def end_simulator(ice: str, rules: str, delivery: str = "hog-line") -> EndSimulator:
-    """The simulator of ends towards the away end.
+    """Make the simulator of ends towards the away end.
 
     Parameters
     ----------
@@ -108,7 +108,7 @@ def end_simulator(ice: str, rules: str, delivery: str = "hog-line") -> EndSimula
 
 
 def score_values(rules: RuleSet, lead: Integers, left: Integers) -> Floats:
-    """Win probability after each score of an end in n games, (n, 13).
+    """Return the win probability after each score of an end in n games, (n, 13).
 
     Parameters
     ----------
@@ -121,7 +121,9 @@ def score_values(rules: RuleSet, lead: Integers, left: Integers) -> Floats:
 
 
 def sigmas_of(skill: Skill) -> Floats:
-    """Standard deviations of a player's errors: speed [m/s], angle [rad], spin [rad/s]."""
+    """Return the standard deviations of a player's errors: speed [m/s], angle [rad], spin
+    [rad/s].
+    """
     return np.array([skill.sigma_speed, skill.sigma_angle, skill.sigma_spin])
 
 
@@ -136,7 +138,7 @@ def play_ends(
     skill: Floats | float = 0.0,
     prefix: ExploratoryPrefix | None = None,
 ) -> PlayedEnds:
-    """Play ends side by side.
+    """Play ends in parallel.
 
     Parameters
     ----------
@@ -144,8 +146,8 @@ def play_ends(
     players : networks of the two teams
     values : (n, 13) value of each score to the team with the hammer
     sigma : standard deviations of the execution errors, (3,) or (n, 3)
-    rng : source of everything random
-    effort : how many shots are simulated before each delivery
+    rng : source of all randomness
+    effort : number of shots simulated before each delivery
     skill : the players' skill as the networks see it, for all or (n,)
     prefix : random throws at the beginning; None for none
     """
@@ -176,9 +178,9 @@ def play_ends(
 
 
 def _first_positions(simulator: EndSimulator, n: int, rng: np.random.Generator) -> Floats:
-    """Positions before the first delivery, (n, 16, 2): empty, or with the placed stones.
+    """Return positions before the first delivery, (n, 16, 2): empty, or with the placed stones.
 
-    Of ends with placed stones, some are power plays to either side.
+    Some of the ends with placed stones are power plays to either side.
     """
     stones = np.full((n, SLOTS, 2), np.nan)
     if not simulator.rules.placed_stones:
@@ -195,12 +197,12 @@ def _first_positions(simulator: EndSimulator, n: int, rng: np.random.Generator) 
 
 
 class Decision(NamedTuple):
-    """Positions of ends side by side, before the same delivery of each.
+    """Positions of parallel ends, before the same delivery of each.
 
     Parameters
     ----------
     simulator : ice, rules and lines
-    player : values the positions that follow; None for the heuristic
+    player : network that values the following positions; None for the heuristic
     stones : (n, 16, 2) positions
     delivered : number of stones delivered in them
     score_values : (n, 13) value of each score to the team with the hammer
@@ -215,12 +217,12 @@ class Decision(NamedTuple):
     skill: Floats
 
     def after(self, shots: Shots, errors: Floats) -> Floats:
-        """Positions after each shot with its error, (m, 16, 2)."""
+        """Return positions after each shot with its error, (m, 16, 2)."""
         before = self.stones[shots.position]
         return self.simulator.play(before, self.delivered, shots.throws + errors)
 
     def values(self, shots: Shots, errors: Floats) -> Floats:
-        """Value of each shot with its error, for the team that throws it, (m,)."""
+        """Return the value of each shot with its error, for the team that throws it, (m,)."""
         after, simulator = self.after(shots, errors), self.simulator
         left = simulator.rules.deliveries - self.delivered - 1
         by_score = self.score_values[shots.position]
@@ -232,14 +234,14 @@ class Decision(NamedTuple):
         return value if simulator.mover(self.delivered) == 0 else -value
 
     def score_shares(self, after: Floats, position: Indices) -> Floats:
-        """How likely each score is in positions after the delivery, (m, 13), as the network says.
+        """Return the network's probability of each score after the delivery, (m, 13).
 
         After the last delivery the score is known.
 
         Parameters
         ----------
         after : (m, 16, 2) positions
-        position : (m,) index of the position that each comes from
+        position : (m,) index of the position before each
         """
         simulator = self.simulator
         left = simulator.rules.deliveries - self.delivered - 1
@@ -252,7 +254,7 @@ class Decision(NamedTuple):
 
 
 def shares_of(score: Integers) -> Floats:
-    """Scores (n,) as shares of each of `SCORES`, (n, 13): 1 for what came, 0 for all else."""
+    """Return scores (n,) as shares of each of `SCORES`, (n, 13): 1 for the actual one, else 0."""
     capped = np.clip(score, -MAX_POINTS, MAX_POINTS)
     return np.eye(len(SCORES))[capped + MAX_POINTS]
 
@@ -260,7 +262,7 @@ def shares_of(score: Integers) -> Floats:
 def best_by_simulation(
     decision: Decision, shots: Shots, sigma: Floats, effort: Effort, rng: np.random.Generator
 ) -> Shots:
-    """The best shot of each position: some are simulated once, the best of them again."""
+    """Return the best shot of each position: some are simulated once, the best of them again."""
     shots = some_of_each(shots, effort.shots, rng)
     first = decision.values(shots, errors_of(shots, sigma, rng))
     best = best_of_each(shots.position, first, effort.best)
@@ -271,19 +273,19 @@ def best_by_simulation(
 
 
 def errors_of(shots: Shots, sigma: Floats, rng: np.random.Generator) -> Floats:
-    """Errors of execution, (m, 3), from the standard deviations (n, 3) of each position."""
+    """Draw execution errors, (m, 3), from the standard deviations (n, 3) of each position."""
     return rng.standard_normal((len(shots), 3)) * sigma[shots.position]
 
 
 def some_of_each(shots: Shots, most: int, rng: np.random.Generator) -> Shots:
-    """At most so many shots of each position, by chance."""
+    """Choose a limited number of shots of each position at random."""
     return shots[best_of_each(shots.position, rng.random(len(shots)), most)]
 
 
 def _random_throws(
     shots: Shots, button_share: Floats, table: AimingTable, rng: np.random.Generator
 ) -> Floats:
-    """A random throw for each position, (n, 3): any shot, or a draw to the button."""
+    """Return a random throw for each position, (n, 3): any shot, or a draw to the button."""
     # There are many more hits than draws, so the kind of shot is drawn first.
     rank = rng.random(len(shots)) ** np.bincount(shots.kind)[shots.kind]
     any_shot = shots.throws[best_of_each(shots.position, rank, 1)]
@@ -296,9 +298,9 @@ def _random_throws(
 def _heuristic_values(
     simulator: EndSimulator, stones: Floats, points: Integers, left: int, by_score: Floats
 ) -> Floats:
-    """Value of positions by a heuristic, (n,).
+    """Return the value of positions by a heuristic, (n,).
 
-    Points that lie now count more, the later it is; stones near the tee count too.
+    Points count more the later it is; stones near the tee count too.
     """
     near = np.nan_to_num(np.exp(-np.hypot(stones[:, :, 0], stones[:, :, 1]) / HEURISTIC_RADIUS))
     half = SLOTS // 2
@@ -311,7 +313,7 @@ def _heuristic_values(
 
 
 def best_of_each(position: Indices, value: Floats, most: int) -> Indices:
-    """Indices of the `most` best values of each position."""
+    """Return the indices of the `most` best values of each position."""
     order = np.lexsort((-value, position))
     starts = np.r_[True, np.diff(position[order]) != 0]
     begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))

@@ -1,4 +1,4 @@
-"""The settings of a league, as a configuration file holds them."""
+"""Settings of a league, as in a configuration file."""
 
 from __future__ import annotations
 
@@ -13,24 +13,24 @@ from curling_env.throw import skill_named
 
 @dataclass(frozen=True, kw_only=True)
 class LeagueSettings:
-    """Who plays whom, how often, and how the network learns.
+    """Settings of opponents, number of ends, and learning.
 
     Parameters
     ----------
     generations : number of ends that each generation plays
-    past : share of the ends that are played against earlier generations
+    past : share of the ends against earlier generations
     tried : number of shots simulated before each delivery
     layers : units of the hidden layers: two for a stone, two for the position
-    epochs : passes through the ends that were played
+    epochs : passes through the played ends
     learning_rate : highest learning rate of the schedule
     ice : file or preset to play on
     skill : skill of all players
     rules : name of the rules
-    seed : seed of everything random
+    seed : seed of all randomness
 
     Raises
     ------
-    InputError : a setting that makes no sense
+    InputError : an invalid setting
     """
 
     generations: tuple[int, ...] = (512, 768, 1536)
@@ -58,12 +58,12 @@ class LeagueSettings:
         for name in ("past", "learning_rate"):
             value = getattr(self, name)
             if not isinstance(value, int | float) or not 0 <= value <= 1:
-                raise InputError(f"{name} must lie within 0 and 1, got {str(value)[:40]}")
+                raise InputError(f"{name} must be between 0 and 1, got {str(value)[:40]}")
         good = _is_whole(self.tried, REPEATED_SHOTS, 10**6) and _is_whole(self.epochs, 1, 10**4)
         if not (good and 0 < self.learning_rate < 1 and _is_whole(self.seed, 0, 2**32 - 1)):
             raise InputError(
-                f"tried is a whole number of at least {REPEATED_SHOTS}, epochs of at least 1, seed "
-                "of at least 0, and learning_rate lies within 0 and 1"
+                f"tried must be a whole number of at least {REPEATED_SHOTS}, epochs of at least "
+                "1, seed of at least 0, and learning_rate between 0 and 1"
             )
         for name in ("ice", "skill", "rules"):
             if not isinstance(getattr(self, name), str):
@@ -80,7 +80,7 @@ def _is_whole(value: Any, least: int, most: int) -> bool:
 
 
 def league_settings(document: dict[str, Any], **others: Any) -> LeagueSettings:
-    """Settings from the mapping in a configuration file.
+    """Read settings from the mapping in a configuration file.
 
     Parameters
     ----------
@@ -89,7 +89,7 @@ def league_settings(document: dict[str, Any], **others: Any) -> LeagueSettings:
 
     Raises
     ------
-    InputError : an unknown key, or a value that makes no sense
+    InputError : an unknown key, or an invalid value
     """
     if not isinstance(document, dict) or not all(isinstance(key, str) for key in document):
         raise InputError("expected settings by name")
@@ -98,7 +98,9 @@ def league_settings(document: dict[str, Any], **others: Any) -> LeagueSettings:
     known = [f.name for f in fields(LeagueSettings)]
     unknown = sorted(set(given) - set(known))
     if unknown:
-        raise InputError(f"unknown key {unknown[0]!r} in a league; known are {', '.join(known)}")
+        raise InputError(
+            f"unknown key {unknown[0]!r} in a league; expected one of {', '.join(known)}"
+        )
     values: dict[str, Any] = {
         name: tuple(value) if isinstance(value, list) else value for name, value in given.items()
     }

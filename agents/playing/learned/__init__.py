@@ -1,10 +1,10 @@
-"""Ends played by a network that has learnt which shot to call.
+"""Player of ends by a network that has learned which shot to call.
 
-- `features`: what the network sees of an observation of `CurlingEnd-v0`
-- `views`: the positions of observations as a player sees them
-- `values`: what each shot is worth by simulation, thrown once or with the errors of the hand
-- `network`: from there to the shots of the list in `curling_env.envs.game.shots`
+- `features`: the network's input from an observation of `CurlingEnd-v0`
+- `views`: the positions of observations from a player's view
+- `values`: the value of each shot by simulation, thrown once or with execution errors
+- `network`: the network, with scores for the shots of `curling_env.envs.game.shots`
 - `player`: the network as a player of games
-- `lessons`: positions, and what every shot is worth in them
-- `fit`: the network as PyTorch trains it
+- `lessons`: positions with the value of every shot
+- `fit`: training of the network with PyTorch
 """

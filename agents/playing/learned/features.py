@@ -1,9 +1,8 @@
-"""What a network that calls shots sees of a position.
+"""Input features of a position for a network that calls shots.
 
-An observation of `CurlingEnd-v0` tells where each stone lies. What decides is how stones lie to
-each other and to the tee, so that is worked out first: for each stone that lies, and for each place
-of the list to which a stone may be drawn. What each shot promises, as `values` tells it, is beside
-it.
+An observation of `CurlingEnd-v0` has the position of each stone. Relations between stones and to
+the tee matter most, so they are computed first: for each stone on the sheet, and for each place of
+the list to which a stone may be drawn. The promise of each shot, from `values`, is added.
 """
 
 from __future__ import annotations
@@ -30,12 +29,12 @@ LINES = Lines(width=Sheet().width)
 PLACES = np.array([*DRAWS.values(), *GUARDS.values()])
 """Places to draw to, (12, 2) delivery frame [m]."""
 DELIVERIES = 16
-MOST_POINTS = 4
-"""Larger scores are seen as this one."""
+MAX_POINTS = 4
+"""Maximum score; larger ones are seen as this one."""
 _DELIVERED, _HAMMER, _PROTECTED = (
     CONTEXT.index(name) for name in ("stones delivered", "hammer", "guards protected")
 )
-WHOLE_FEATURES = DELIVERIES + 2 * MOST_POINTS + 1 + 2
+WHOLE_FEATURES = DELIVERIES + 2 * MAX_POINTS + 1 + 2
 PLACE_FEATURES = len(PLACES) + 8
 
 
@@ -44,12 +43,12 @@ class Seen(NamedTuple):
 
     Parameters
     ----------
-    stones : (n, 16, s) of each stone, own ones first; zero where there is none
-    there : (n, 16) 1 where there is a stone
-    places : (n, 12, p) of each place of `PLACES`
-    whole : (n, w) of the position as a whole
-    possible : (n, 201) whether there is each shot of the list
-    prospects : (n, 201) points that it promises, thrown once without error
+    stones : (n, 16, s) features of each stone, own ones first; zero if absent
+    there : (n, 16) 1 for each stone on the sheet
+    places : (n, 12, p) features of each place of `PLACES`
+    whole : (n, w) features of the position as a whole
+    possible : (n, 201) true for each shot of the list that exists
+    prospects : (n, 201) points expected after one throw without error
     """
 
     stones: Singles
@@ -61,11 +60,11 @@ class Seen(NamedTuple):
 
 
 def checked(observations: ArrayLike) -> Floats:
-    """Flat observations of `CurlingEnd-v0`, (n, k).
+    """Check flat observations of `CurlingEnd-v0`, (n, k).
 
     Raises
     ------
-    InputError : they are not
+    InputError : observations of another form
     """
     seen = np.asarray(observations, dtype=np.float64)
     if seen.ndim != 2 or seen.shape[1] < len(CONTEXT) + 3 * SLOTS:
@@ -77,7 +76,7 @@ def checked(observations: ArrayLike) -> Floats:
 
 
 def positions_of(seen: Floats) -> Floats:
-    """Where the stones lie, (n, 16, 2) delivery frame [m], own ones first; NaN where there is none.
+    """Return positions of the stones, (n, 16, 2) delivery frame [m], own ones first; NaN if absent.
 
     Parameters
     ----------
@@ -89,12 +88,12 @@ def positions_of(seen: Floats) -> Floats:
 
 
 def features_of(observations: ArrayLike, once: Singles) -> Seen:
-    """What the network sees of positions.
+    """Return the network's input for positions.
 
     Parameters
     ----------
     observations : (n, k) flat observations of `CurlingEnd-v0`
-    once : (n, 201) what each shot promises; see `values.ShotValues.once`
+    once : (n, 201) points expected of each shot; see `values.ShotValues.once`
 
     Raises
     ------
@@ -117,36 +116,36 @@ def features_of(observations: ArrayLike, once: Singles) -> Seen:
 
 
 def delivered_in(seen: Floats) -> Indices:
-    """How many stones were delivered before observations (n, k), (n,)."""
+    """Return the number of stones delivered before observations (n, k), (n,)."""
     delivered = np.rint(seen[:, _DELIVERED] * DELIVERIES).astype(np.intp)
     return np.clip(delivered, 0, DELIVERIES - 1)
 
 
 def hammer_in(seen: Floats) -> Flags:
-    """Whether the thrower has the hammer in observations (n, k), (n,)."""
+    """Return whether the thrower has the hammer in observations (n, k), (n,)."""
     return seen[:, _HAMMER] > 0
 
 
 def friction_in(seen: Floats) -> Floats:
-    """The mean friction that observations (n, k) tell, (n,)."""
+    """Return the mean friction in observations (n, k), (n,)."""
     return mean_friction(seen[:, len(CONTEXT)])
 
 
 def _of_the_whole(seen: Floats, positions: Floats, delivered: Indices) -> Singles:
     n = len(seen)
-    # In whatever order a team throws, own points are positive.
-    points: Integers = np.clip(points_of(LINES, positions), -MOST_POINTS, MOST_POINTS)
+    # In either throwing order, own points are positive.
+    points: Integers = np.clip(points_of(LINES, positions), -MAX_POINTS, MAX_POINTS)
     whole = np.zeros((n, WHOLE_FEATURES), dtype=np.float32)
     rows = np.arange(n)
     whole[rows, delivered] = 1
-    whole[rows, DELIVERIES + MOST_POINTS + points] = 1
+    whole[rows, DELIVERIES + MAX_POINTS + points] = 1
     whole[:, -2] = seen[:, _HAMMER]
     whole[:, -1] = seen[:, _PROTECTED]
     return whole
 
 
 def _of_places(positions: Floats) -> Singles:
-    """How the stones lie to each place, (n, 12, PLACE_FEATURES)."""
+    """Return the relation of the stones to each place, (n, 12, PLACE_FEATURES)."""
     n = len(positions)
     apart: Any = positions[:, None] - PLACES[:, None]
     dx, dy = apart[..., 0], apart[..., 1]

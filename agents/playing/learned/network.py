@@ -1,11 +1,11 @@
-"""The network that calls shots: from what it sees to the worth of every shot of the list.
+"""Network that calls shots: from its input to the value of every shot of the list.
 
-Every stone, and every place to which one may be drawn, is described by itself. The descriptions of
+Every stone, and every place to which one may be drawn, is described separately. The descriptions of
 the stones are summed for each team, so that their order does not matter (Zaheer et al. 2017), and
-the sums say what the position is like. Each shot about a stone then follows from the stone, the
-position and what the shot promises when it is thrown once without error; each draw from its place
-and the same. What is promised also counts by itself: the network learns how often shots come off,
-and what else makes them good.
+the sums describe the position. Each shot at a stone then follows from the stone, the position and
+the expected points of the shot thrown once without error; each draw likewise from its place. The
+expected points also count directly: the network learns how often shots succeed, and what else makes
+them good.
 """
 
 from __future__ import annotations
@@ -38,11 +38,11 @@ from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.typing import Integers, Singles
 
 HANDLES = 2
-"""Shots about a place: with either handle."""
+"""Shots to a place: with either handle."""
 OF_PLACES = HANDLES * len(PLACES)
-"""Shots about places, which the list begins with."""
+"""Shots to places, which come first in the list."""
 OF_A_STONE = (len(SHOTS) - 1 - OF_PLACES) // SLOTS
-"""Shots about a stone."""
+"""Shots at a stone."""
 ABOUT_PLACES, ABOUT_STONES = slice(0, OF_PLACES), slice(OF_PLACES, len(SHOTS) - 1)
 STONE_UNITS, WHOLE_UNITS, HEAD_UNITS = 32, 64, 32
 SIZES: dict[str, tuple[int, int]] = {
@@ -59,7 +59,7 @@ SIZES: dict[str, tuple[int, int]] = {
 }
 """Inputs and outputs of each layer."""
 IMPOSSIBLE = -1e9
-"""What a shot that there is not counts."""
+"""Score of a shot that does not exist."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -102,12 +102,12 @@ class ShotNetwork:
         if {name: w.shape for name, (w, _) in layers.items()} != SIZES or any(
             b.shape != (SIZES[name][1],) for name, (_, b) in layers.items()
         ):
-            raise InputError("holds weights that do not fit its settings", source=source)
+            raise InputError("contains weights that do not fit its settings", source=source)
         check_finite(document["shots"], source)
         return cls(layers=layers)
 
     def save(self, path: str | Path, **said: Any) -> None:
-        """Write the network in half precision, and beside it what is said of it.
+        """Write the network in half precision, with its description.
 
         Raises
         ------
@@ -117,13 +117,13 @@ class ShotNetwork:
         write_model(path, {"shots": halves, **said})
 
     def seen(self, observations: ArrayLike, views: Sequence[PlayerView] | None = None) -> Seen:
-        """What the network sees of positions; every shot is thrown once for it.
+        """Return the input of the network for positions; every shot is thrown once for it.
 
         Parameters
         ----------
         observations : (n, k) flat observations of `CurlingEnd-v0`
-        views : the same positions as the player sees them, with the ice as it is known; by default
-            on the ice that `views.views_of` takes for it
+        views : the same positions from the player's view, with the known ice; by default on the ice
+            of `views.views_of`
 
         Raises
         ------
@@ -133,9 +133,9 @@ class ShotNetwork:
         return features_of(observations, self._values.once(views))
 
     def worths(self, seen: Seen) -> Singles:
-        """How much each shot of the list is called for, (n, 201): logits.
+        """Return the logit of each shot of the list, (n, 201).
 
-        Shots that there are not are `IMPOSSIBLE`.
+        Shots that do not exist are `IMPOSSIBLE`.
         """
         n = len(seen.whole)
         stones = self._layer("stone 2", self._layer("stone 1", seen.stones))
@@ -171,18 +171,19 @@ class ShotNetwork:
         rng: np.random.Generator | None = None,
         views: Sequence[PlayerView] | None = None,
     ) -> tuple[Integers, None]:
-        """The number of the shot that is called, for one observation or for many.
+        """Return the number of the called shot, for one observation or for many.
 
-        Every shot is simulated once, a few milliseconds a position. An observation tells little of
-        the ice: without `views` its mean friction counts, on ice that else is as `standard`.
+        Every shot is simulated once, a few milliseconds a position. An observation has little on
+        the ice: without `views` its mean friction is used, on ice that is otherwise like
+        `standard`.
 
         Parameters
         ----------
         observation : (k,) or (n, k), of ``CurlingEnd-v0`` made with ``actions="shots"``
         action_masks : (201,) or (n, 201), 0 for each shot that may not be called
-        deterministic : whether the best shot is called, rather than one drawn by its chances
-        rng : source of the randomness, where it is drawn
-        views : n positions as the player sees them, with the ice as it is known
+        deterministic : call the best shot instead of sampling by probability
+        rng : source of randomness for sampling
+        views : n positions from the player's view, with the known ice
 
         Returns
         -------

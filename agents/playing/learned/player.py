@@ -1,4 +1,4 @@
-"""A network that calls shots, as a player of games."""
+"""Network that calls shots, as a player of games."""
 
 from __future__ import annotations
 
@@ -14,11 +14,11 @@ from curling_env.game import Call, Player, PlayerView
 from curling_env.ice import Ice
 
 PACKAGE, FILE = "agents.models", "ends.npz"
-"""Where the package's own network is."""
+"""Location of the package's own network."""
 
 
 class LearnedPlayer(Player):
-    """Calls the shots that a network has learnt to call; each is simulated once to see its worth.
+    """Player that calls the shots of a network; each is simulated once for its value.
 
     Parameters
     ----------
@@ -47,8 +47,8 @@ class LearnedPlayer(Player):
         return self._shots.call_of(shot, view)
 
     def _observation(self, view: PlayerView) -> GameObservation:
-        """What makes the observations on the ice as it is known."""
+        """Return the maker of observations on the known ice."""
         if self._seen is None or self._seen[0] is not view.ice:
-            # Of whatever width the sheet is, the network sees metres as it has learnt them.
+            # On a sheet of any width, the network sees metres as in training.
             self._seen = (view.ice, GameObservation("flat", KnownIce(view.ice), LINES))
         return self._seen[1]

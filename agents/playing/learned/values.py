@@ -1,9 +1,8 @@
-"""What every shot of the list is worth in a position, by simulation.
+"""Value of every shot of the list in a position, by simulation.
 
-A position is worth the points that the value network of `search` expects of it. What a network sees
-of a shot is where it leaves the stones when it is thrown once without error; what it learns from is
-the mean over throws with the errors of the hand, the better shots more and more often, as `search`
-throws them.
+A position's value is the points that the value network of `search` expects of it. The network's
+input for a shot is the resulting position after one throw without error; its target is the mean
+over throws with execution errors, the better shots more and more often, as `search` throws them.
 """
 
 from __future__ import annotations
@@ -26,11 +25,11 @@ from curling_env.physics.aim import Aim
 from curling_env.typing import Floats, Indices, Progress, Singles, no_progress
 
 ROUNDS = ((8, len(SHOTS)), (24, 16), (64, 6))
-"""How often shots are thrown in each round, an even number, and how many of the best are."""
+"""Number of throws of each shot per round, an even number, and number of best shots kept."""
 
 
 class _Known(NamedTuple):
-    """What is worked out once for an ice, and serves all positions on it."""
+    """Quantities computed once for an ice, for all positions on it."""
 
     ice: Ice
     settings: tuple[Any, ...]
@@ -40,26 +39,27 @@ class _Known(NamedTuple):
 
 
 class ShotValues:
-    """Simulates shots on the ice as the player knows it; keeps what it knows of the last ice."""
+    """Simulator of shots on the ice as the player knows it; it caches the last ice."""
 
     def __init__(self) -> None:
         self._shots = ShotActions()
         self._known: _Known | None = None
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # What is kept only saves time, and engines hold addresses of this process.
+        # The cache only saves time, and engines hold addresses of this process.
         return ShotValues, ()
 
     def once(self, views: Sequence[PlayerView]) -> Singles:
-        """Points that each shot promises, thrown once without error, over one thrown through.
+        """Return the points of each shot thrown once without error, relative to a throw through the
+        house.
 
         Parameters
         ----------
-        views : n positions, as the player who throws sees them
+        views : n positions from the thrower's view
 
         Returns
         -------
-        (n, 201) points; NaN where there is no such shot
+        (n, 201) points; NaN if there is no such shot
         """
         found = np.full((len(views), len(SHOTS)), np.nan, dtype=np.float32)
         for row, view in zip(found, views, strict=True):
@@ -71,16 +71,16 @@ class ShotValues:
     def once_and_expected(
         self, views: Sequence[PlayerView], *, progress: Progress = no_progress
     ) -> tuple[Singles, Singles]:
-        """What `once` tells, and the points that each shot is worth as the hand throws it.
+        """Return the result of `once`, and the expected points of each shot with execution errors.
 
         Parameters
         ----------
-        views : n positions, as the player who throws sees them; errors follow from their seeds
+        views : n positions from the thrower's view; errors follow from their seeds
         progress : called after every position
 
         Returns
         -------
-        both (n, 201); NaN where there is no such shot
+        both (n, 201); NaN if there is no such shot
         """
         once = np.full((len(views), len(SHOTS)), np.nan, dtype=np.float32)
         expected = once.copy()
@@ -108,7 +108,7 @@ class ShotValues:
         return total / count
 
     def _throws(self, view: PlayerView) -> tuple[Indices, Floats]:
-        """Which shots there are (m,), and the throw of each (m, 3)."""
+        """Return the existing shots (m,), and the throw of each (m, 3)."""
         mask = self._shots.mask(view)
         assert mask is not None
         there = np.flatnonzero(mask)
@@ -116,7 +116,7 @@ class ShotValues:
         return there, np.array([(one.speed, one.angle, one.spin) for one in throws])
 
     def _points(self, view: PlayerView, executed: Floats) -> Floats:
-        """Points to the thrower of the positions that throws (m, 3) leave, (m,)."""
+        """Return the thrower's points in the positions after throws (m, 3), (m,)."""
         end, known = end_of(view), self._knowledge(view)
         position = position_of(end)
         before = np.broadcast_to(position, (len(executed), *position.shape))

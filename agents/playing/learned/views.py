@@ -1,8 +1,8 @@
-"""The positions that observations tell, as a player sees them.
+"""Positions of observations from a player's view.
 
-An observation tells of the ice what an agent is told. Where nothing else is known of it, the
-`standard` ice with the mean friction that the observation tells stands for it, played on by the
-usual rules, from the hog line, by `elite` players.
+An observation has only what an agent knows of the ice. If nothing else is known, it is replaced by
+the `standard` ice with the observed mean friction, played on by the usual rules, from the hog line,
+by `elite` players.
 """
 
 from __future__ import annotations
@@ -25,22 +25,22 @@ from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Team
 from curling_env.ice import load_ice
 
 ICE, SKILL = "standard", "elite"
-"""What stands for what an observation does not tell."""
+"""Defaults for what an observation does not contain."""
 AGENT = Team.HOME
-SAME = 1e-4
-"""Means of friction that differ by less of themselves are one."""
+SAME_FRICTION = 1e-4
+"""Relative difference below which mean frictions count as one."""
 
 
 def views_of(
     observations: ArrayLike, simulator: GameSimulator | None = None, *, seed: int = 0
 ) -> list[PlayerView]:
-    """What the player who throws sees of positions.
+    """Return the thrower's views of positions.
 
     Parameters
     ----------
     observations : (n, k) flat observations of `CurlingEnd-v0`
-    simulator : ice, rules and hands of the game that they are of; by default the usual ones
-    seed : seed of the player's random numbers; each position has others
+    simulator : ice, rules and skills of their game; by default the usual ones
+    seed : seed of the player's random numbers, which differ between positions
 
     Raises
     ------
@@ -52,7 +52,7 @@ def views_of(
     )
     views: list[PlayerView] = []
     for k, (places, delivered, hammer, friction) in enumerate(facts):
-        game = simulator or _simulator_on(round(float(np.log(friction)) / SAME))
+        game = simulator or _simulator_on(round(float(np.log(friction)) / SAME_FRICTION))
         state = game.new_game(seed + k, last_stone=AGENT if hammer else AGENT.other)
         state = game.begin_end(state)
         stones = tuple(
@@ -72,10 +72,10 @@ def views_of(
 
 @lru_cache(maxsize=16)
 def _simulator_on(friction: int) -> GameSimulator:
-    """The usual game on ice of a mean friction: its logarithm over `SAME`."""
+    """Return the usual game on ice with a mean friction: its logarithm over `SAME_FRICTION`."""
     ice = load_ice(ICE)
     mu = ice.friction.mu
-    ratio = float(np.exp(SAME * friction) / mu.mean())
-    if abs(ratio - 1) > SAME:
+    ratio = float(np.exp(SAME_FRICTION * friction) / mu.mean())
+    if abs(ratio - 1) > SAME_FRICTION:
         ice = replace(ice, friction=replace(ice.friction, mu=mu * ratio))
     return GameSimulator(ice, skills=SKILL)

@@ -1,4 +1,4 @@
-"""The greedy player: it simulates every shot it knows and looks one delivery ahead."""
+"""Greedy player: it simulates every shot of its list and looks one delivery ahead."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.ice import Ice
 from curling_env.throw import Delivery
 
 TRIALS = 8
-"""Simulations of each shot, with the same execution errors for every shot."""
+"""Number of simulations of each shot, with the same execution errors for every shot."""
 DRAWS = (
     (0.0, 0.0),
     (0.4, 0.2),
@@ -26,11 +26,13 @@ DRAWS = (
 """Places to draw to [m]."""
 GUARDS = ((0.0, -3.2), (0.0, -2.4), (0.9, -3.0), (-0.9, -3.0))
 OFF_CENTRE = 0.12
-"""How far beside its centre a stone is hit for a roll [m]."""
+"""Offsets from the centre at which a stone is hit for a roll [m]."""
 
 
 class GreedyPlayer(AimingPlayer):
-    """Chooses the shot whose position has the highest mean value, without the opponent's answer."""
+    """Player that chooses the shot with the highest mean value of its position, before any
+    reply.
+    """
 
     name = "greedy"
 
@@ -46,7 +48,7 @@ class GreedyPlayer(AimingPlayer):
         return calls[int(np.argmax(values))]
 
     def shots(self, view: PlayerView) -> list[Call]:
-        """The candidate shots."""
+        """Return the candidate shots."""
         end = view.game.end
         assert end is not None
         protected = guards(view.game.rules, view.game.lines, end.stones, view.team, end.delivered)
@@ -78,7 +80,7 @@ class GreedyPlayer(AimingPlayer):
         return total / TRIALS
 
     def _simulator_of(self, view: PlayerView) -> GameSimulator:
-        """A simulator of the known ice, in which both teams have one's own skill."""
+        """Make a simulator of the known ice, with the player's own skill for both teams."""
         known = self._simulator
         if known is None or known[0] is not view.ice or known[1] != view.delivery:
             simulator = GameSimulator(

@@ -1,6 +1,6 @@
-"""The value of a position to a team in points, by a rule of thumb.
+"""Value of a position to a team in points, by a rule of thumb.
 
-The numbers are chosen, neither learnt nor measured: a club skip would accept them.
+The numbers are chosen, neither learned nor measured: a club skip would accept them.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ GUARD = 0.12
 
 
 def heuristic_value(game: Game, team: Team) -> float:
-    """Value of a game to a team, from the current end or the one just over [points]."""
+    """Return the value of a game to a team, from the current end or the one just over [points]."""
     if game.end is None:
         return _between_ends(game, team)
     return _in_play(game, team)

@@ -1,1 +1,1 @@
-"""A recorded game as a film (`film`) or as an animated page (`page`)."""
+"""Replay of a recorded game as a film (`film`) or as an animated page (`page`)."""

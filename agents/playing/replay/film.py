@@ -1,4 +1,4 @@
-"""A recorded game as a film, seen from above as in a broadcast."""
+"""Film of a recorded game, seen from above as in a broadcast."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from curling_env.units import Units, side
 from curling_env.units import speed as speed_in
 
 FPS = 30.0
-"""Frames a second of a film [1/s]."""
+"""Frame rate of a film [1/s]."""
 SPEED = 8.0
 """Playback speed: the 25 s of a draw take three."""
 HOLD = 0.8
-"""Time for which a position after a ruling, or at the end of an end, is shown [s]."""
+"""Display time of a position after a ruling, or at the end of an end [s]."""
 
 
 def deliveries_of(
     lines: Sequence[dict[str, Any]], ends: Collection[int] | None = None
 ) -> list[dict[str, Any]]:
-    """The recorded deliveries of some ends, or of all.
+    """Return the recorded deliveries of some ends, or of all.
 
     Parameters
     ----------
@@ -50,9 +50,7 @@ def deliveries_of(
     played = {int(line["end"]) for line in deliveries}
     missing = sorted(set(ends) - played)
     if missing:
-        raise InputError(
-            f"end {missing[0]} was not played; there are 1 to {max(played, default=0)}"
-        )
+        raise InputError(f"end {missing[0]} was not played; expected 1 to {max(played, default=0)}")
     return [line for line in deliveries if line["end"] in ends]
 
 
@@ -65,7 +63,7 @@ def frames_of(
     fps: float = FPS,
     units: Units = Units.METRES,
 ) -> Iterator[tuple[int, Image]]:
-    """The frames of a recorded game, each with the number of its delivery among those shown.
+    """Yield the frames of a recorded game, each with the number of its delivery among those shown.
 
     Parameters
     ----------
@@ -73,8 +71,8 @@ def frames_of(
     ice : ice whose friction is painted under the lines
     ends : numbers of the ends to show, from 1; None for all
     speed : playback speed over real time
-    fps : frames a second of the film [1/s]
-    units : what lengths are told in
+    fps : frame rate of the film [1/s]
+    units : units of displayed lengths
 
     Yields
     ------
@@ -113,13 +111,13 @@ def write_film(
     units: Units = Units.METRES,
     progress: Progress = no_progress,
 ) -> None:
-    """Write a recorded game as a film, complete or not at all.
+    """Write a recorded game as a film, completely or not at all.
 
     Parameters
     ----------
-    path : film to write
+    path : film file to write
     lines, ice, ends, speed, units : see `frames_of`
-    progress : called with the number of deliveries that are written
+    progress : called with the number of written deliveries
 
     Raises
     ------
@@ -140,7 +138,7 @@ def write_film(
 def _with_headings(
     deliveries: Sequence[dict[str, Any]],
 ) -> Iterator[tuple[dict[str, Any], dict[int, float]]]:
-    """Each delivery with the headings of the resting stones, which a record does not hold."""
+    """Add the headings of the resting stones, which a record does not contain, to each delivery."""
     headings: dict[int, float] = {}
     end = None
     for line in deliveries:
@@ -151,7 +149,7 @@ def _with_headings(
 
 
 def _turned(headings: dict[int, float], line: dict[str, Any]) -> dict[int, float]:
-    """Headings after a delivery; the headings of a path begin at 0."""
+    """Return the headings after a delivery; the headings of a path begin at 0."""
     if line["fault"] is not None:
         return headings
     turned = {path["stone"]: path["theta"][-1] for path in line["paths"]}
@@ -166,7 +164,7 @@ def _stones(lying: Sequence[dict[str, Any]], headings: dict[int, float]) -> list
 
 
 def _outcome(line: dict[str, Any], before: Sequence[StoneState]) -> Outcome:
-    """The outcome of a delivery, with the resting stones first and the delivered one last.
+    """Return the outcome of a delivery, with the resting stones first and the delivered one last.
 
     Raises
     ------
@@ -217,7 +215,9 @@ def _trajectory(path: dict[str, Any], heading: float) -> Trajectory:
 def _scene(
     lines: Sequence[dict[str, Any]], line: dict[str, Any], units: Units, end: int | None = None
 ) -> DrawnScene:
-    """Title and facts of a delivery, with the score before an end: by default before its own."""
+    """Return title and facts of a delivery, with the score before an end: by default before its
+    own.
+    """
     head, thrown = lines[0], line["thrown"]
     home, away = _score_before(lines, int(line["end"]) if end is None else end)
     facts = [
@@ -236,7 +236,7 @@ def _scene(
 
 
 def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any], units: Units) -> DrawnScene:
-    """The same after it, with the ruling, or with the points of an end counted."""
+    """Return the same after it, with the ruling, or with the points of an end counted."""
     ended = "score_of_end" in line
     scene = _scene(lines, line, units, int(line["end"]) + 1 if ended else None)
     title = scene.title
@@ -250,12 +250,12 @@ def _after(lines: Sequence[dict[str, Any]], line: dict[str, Any], units: Units) 
 
 
 def _name(head: dict[str, Any], team: str) -> str:
-    """A team as it is called everywhere: the player's name and its side."""
+    """Return a team's label: the player's name and its side."""
     return f"{head[team]} ({team})"
 
 
 def _weight(line: dict[str, Any], units: Units) -> str:
-    """Time from hog line to hog line, or the speed of a stone that stops or hits before."""
+    """Return the hog-to-hog time, or the speed of a stone that stops or hits before."""
     thrown = line["thrown"]
     path = max(line["paths"], key=lambda path: path["t"][-1] - path["t"][0], default=None)
     lain = {stone["stone"] for stone in line["before"]}
@@ -273,7 +273,7 @@ def _weight(line: dict[str, Any], units: Units) -> str:
 
 
 def _broom(line: dict[str, Any]) -> float:
-    """Where the broom is held on the far tee line, right of the centre line [m]."""
+    """Return the position of the broom on the far tee line, right of the centre line [m]."""
     thrown, lain = line["thrown"], {stone["stone"] for stone in line["before"]}
     start = next((abs(p["y"][0]) for p in line["paths"] if p["stone"] not in lain), HOG_LINE_Y)
     return float(thrown.get("x", 0.0) - (start + TEE_Y) * np.tan(thrown["angle"]))

@@ -1,4 +1,4 @@
-"""A recorded game as one animated page that needs neither the network nor another file."""
+"""Recorded game as one animated page that needs neither the network nor another file."""
 
 from __future__ import annotations
 
@@ -13,30 +13,30 @@ from curling_env.infrastructure.page_policy import directives_of, policy_of
 from curling_env.units import Units
 
 POLICY = "<!--POLICY-->"
-"""Place of the content security policy in the template."""
+"""Placeholder of the content security policy in the template."""
 PLACE = "/*RECORD*/"
-"""Place of the record in the template."""
+"""Placeholder of the record in the template."""
 
 
 def page_of(lines: Sequence[dict[str, Any]], units: Units = Units.METRES, *, live: str = "") -> str:
-    """The HTML page of a recorded game.
+    """Return the HTML page of a recorded game.
 
     Parameters
     ----------
     lines : lines of the game, from `record.lines_of` or `record.read_record`
-    units : what lengths are told in
-    live : where the page's server tells of the deliveries to come; empty for a game that is over
+    units : units of displayed lengths
+    live : address of the server's feed of further deliveries; empty for a finished game
     """
     template = _template(units, live)
-    # A name must not end the script element that holds the record.
+    # A name must not end the script element that contains the record.
     record = json.dumps(list(lines), separators=(",", ":")).replace("<", "\\u003c")
-    # Only the script that comes with the template may run, whatever the record holds.
-    policy = policy_of(template) if not live else ""  # a server says it in a header
+    # Only the script of the template may run, whatever the record contains.
+    policy = policy_of(template) if not live else ""  # a server sends it in a header
     return template.replace(POLICY, policy).replace(PLACE, record)
 
 
 def live_policy(units: Units, live: str) -> str:
-    """The content security policy of a page that asks its server for more; see `page_of`."""
+    """Return the content security policy of a page that asks its server for more; see `page_of`."""
     return directives_of(_template(units, live), connect=True)
 
 
@@ -49,5 +49,5 @@ def _template(units: Units, live: str) -> str:
 def write_page(
     path: str | Path, lines: Sequence[dict[str, Any]], units: Units = Units.METRES
 ) -> None:
-    """Write the page of a recorded game, complete or not at all; see `page_of`."""
+    """Write the page of a recorded game, completely or not at all; see `page_of`."""
     write_text(path, page_of(lines, units))

@@ -1,17 +1,17 @@
-"""The player `search`: it chooses the shot after which it wins the game most often.
+"""Player `search`: it chooses the shot that wins the game most often.
 
 - `player`: the search
-- `reply`: what a position is worth once the opponent has replied
+- `reply`: the value of a position after the opponent's reply
 - `evaluator`: the probability of winning from positions
-- `shots`, `aiming_table`: the shots that a position offers, as throws on the known ice
-- `positions`: throws played into very many positions, and ruled on
-- `value_network`: how an end is scored from a position, learnt from ends of self-play
-- `networks`: which network values which games
+- `shots`, `aiming_table`: candidate shots of a position, as throws on the known ice
+- `positions`: throws played into many positions, with rulings
+- `value_network`: the score of an end from a position, learned from self-play
+- `networks`: the choice of a network for a game
 - `win_probability`: the chance to win from score, ends and hammer, backwards from the last end
-- `ice_error`: how far throws may go otherwise, because ice and stones differ
+- `ice_error`: errors of throws because ice and stones differ
 - `kernel_regression`: the expected value of a throw, from all simulations near it
-- `calling_style`: what a team calls for beside the odds
-- `tuning`: the constants that were tuned
+- `calling_style`: a team's preferences in addition to the odds
+- `tuning`: tuned constants
 """
 
 from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle

@@ -1,7 +1,7 @@
-"""Tables of an ice that turn many targets into throws at once.
+"""Tables of an ice that convert many targets into throws at once.
 
-`curling_env.physics.Aim` finds one throw to the millimetre. A search needs some
-hundreds to a centimetre, and simulates each of them anyway.
+`curling_env.physics.Aim` finds one throw to the millimetre. A search needs some hundreds to a
+centimetre, and simulates each of them anyway.
 """
 
 from __future__ import annotations
@@ -32,9 +32,9 @@ class AimingTable:
 
     Parameters
     ----------
-    ice : the ice as the thrower knows it
+    ice : ice as the thrower knows it
     direction : the end played to
-    delivery : where throws begin, their spin and the fastest
+    delivery : start, spin and maximum speed of throws
     """
 
     def __init__(self, ice: Ice, direction: Direction, delivery: Delivery = FROM_HOG_LINE) -> None:
@@ -54,7 +54,7 @@ class AimingTable:
         }
 
     def draws(self, x: Floats, y: Floats, spin: float) -> Floats:
-        """Throws that come to rest at (x, y) on the empty sheet, (n, 3); NaN for none."""
+        """Return throws that come to rest at (x, y) on the empty sheet, (n, 3); NaN for none."""
         reach, bend = self._rests[spin]
         bearing = np.arctan2(-x, y - self.delivery.start_y)
         distance = np.hypot(x, y - self.delivery.start_y)
@@ -70,7 +70,7 @@ class AimingTable:
         return throws
 
     def hits(self, x: Floats, y: Floats, weight: float, spin: float) -> Floats:
-        """Throws of one of `HIT_WEIGHTS` that pass over (x, y), (n, 3); NaN for none."""
+        """Return throws of one of `HIT_WEIGHTS` that pass over (x, y), (n, 3); NaN for none."""
         across = self._ways[weight, spin]
         at = np.clip(
             (y - HIT_LEVELS[0]) / (HIT_LEVELS[1] - HIT_LEVELS[0]), 0, len(HIT_LEVELS) - 1.001
@@ -94,7 +94,7 @@ class AimingTable:
     # --- the tables -------------------------------------------------------------------------------
 
     def _draws_of(self, spin: float) -> tuple[Floats, Floats]:
-        """Distance and gain in bearing of each speed and line, (speeds, lines) each."""
+        """Return distance and gain in bearing of each speed and line, (speeds, lines) each."""
         speed, angle = (
             grid.ravel() for grid in np.meshgrid(self._speeds, self._angles, indexing="ij")
         )
@@ -105,7 +105,7 @@ class AimingTable:
         return np.hypot(x, y).reshape(shape), (np.arctan2(-x, y) - angle).reshape(shape)
 
     def _way_of(self, weight: float, spin: float) -> Floats:
-        """Where a hit of each line crosses each level, (lines, levels) [m]."""
+        """Return the crossings of a hit of each line with each level, (lines, levels) [m]."""
         speed = np.full(TABLE_LINES, min(weight * self.button_speed, self.delivery.max_speed))
         run = throw_batch(
             self.ice,
@@ -131,7 +131,7 @@ class AimingTable:
         return releases
 
     def _speed_for(self, reach: Floats, distance: Floats, angle: Floats) -> Floats:
-        """Speed that reaches a distance on a line, (n,); NaN beyond the table."""
+        """Return the speed that reaches a distance on a line, (n,); NaN beyond the table."""
         at = np.clip(
             (angle + MAX_ANGLE) / (self._angles[1] - self._angles[0]), 0, TABLE_LINES - 1.001
         )
@@ -148,7 +148,7 @@ class AimingTable:
         return np.where(inside, speed, np.nan)
 
     def _at(self, table: Floats, speed: Floats, angle: Floats) -> Floats:
-        """Value of a table, bilinear in speed and line."""
+        """Return the value of a table, bilinear in speed and line."""
         u = (np.nan_to_num(speed) - self._speeds[0]) / (self._speeds[1] - self._speeds[0])
         v = (angle + MAX_ANGLE) / (self._angles[1] - self._angles[0])
         u, v = np.clip(u, 0, TABLE_SPEEDS - 1.001), np.clip(v, 0, TABLE_LINES - 1.001)

@@ -1,4 +1,4 @@
-"""What a team calls for, beside the odds of the game."""
+"""A team's preferences in its calls, in addition to the odds of the game."""
 
 from __future__ import annotations
 
@@ -13,30 +13,32 @@ from curling_env.game import PlayerView
 from curling_env.typing import Floats
 
 CENTRE, CORNER = 0.35, 0.9
-"""A centre guard lies nearer to the centre line, and a corner guard farther from it [m]."""
+"""Bounds on the distance from the centre line: below for a centre guard, above for a corner guard
+[m].
+"""
 
 
 @dataclass(frozen=True, kw_only=True)
 class CallingStyle:
-    """What a team calls for, beside the odds.
+    """A team's preferences in its calls, in addition to the odds.
 
     Parameters
     ----------
-    blank_cost : by how much a blank is worth less to the team with the hammer than the odds say, in
-        probability of winning; teams that want to score in every end do not play for a blank
+    blank_cost : reduction of a blank's value to the team with the hammer, in probability of
+        winning; teams that want to score in every end do not play for a blank
     single_cost : the same for a single point, while that team does not lead; teams that want two
-        rather blank, or risk a steal, than take one
-    blank_until : with so many ends left, or fewer, blanks and single points count as the odds say
-    opening_guards : how many of its first stones a team throws as guards: without the hammer before
-        the centre of the house, with it at a corner
-    open_with_lead : a team that leads by so many points throws no guards
-    for_points : whether an end counts for the points scored less conceded, as in the rewards of
-        `CurlingEnd-v0`, instead of for the game
+        prefer a blank, or risk a steal, to taking one
+    blank_until : maximum number of ends left for which blanks and single points have no cost
+    opening_guards : number of a team's first stones thrown as guards: centre guards without the
+        hammer, corner guards with it
+    open_with_lead : lead in points from which a team throws no guards
+    for_points : value an end by points scored minus conceded, as in the rewards of `CurlingEnd-v0`,
+        instead of by the game
     source : origin of the numbers
 
     Raises
     ------
-    InputError : a cost that is no difference between two probabilities, or a negative number
+    InputError : a cost outside −1 to 1, or a negative number of guards
     """
 
     blank_cost: float = 0.0
@@ -51,19 +53,19 @@ class CallingStyle:
         for name in ("blank_cost", "single_cost"):
             cost = getattr(self, name)
             if not abs(cost) <= 1:
-                raise InputError(f"{name} must lie within -1 and 1, got {cost}")
+                raise InputError(f"{name} must be between -1 and 1, got {cost}")
         if self.opening_guards < 0:
             raise InputError(f"opening_guards must be at least 0, got {self.opening_guards}")
 
     def worth(self, by_score: Floats, lead: int, ends_left: int, *, with_hammer: bool) -> Floats:
-        """What each of `SCORES` of the team with the hammer is worth to it, (13,), 0 to 1.
+        """Return the value of each of `SCORES` to the team with the hammer, (13,), 0 to 1.
 
         Parameters
         ----------
         by_score : (13,) its win probability after them
         lead : its lead before the end
         ends_left : scheduled ends that are not complete, with the current one
-        with_hammer : whether the team that calls has the hammer
+        with_hammer : true if the calling team has the hammer
         """
         if self.for_points:
             return 0.5 + SCORES / (2 * MAX_POINTS)
@@ -73,13 +75,13 @@ class CallingStyle:
         return by_score - self.blank_cost * (SCORES == 0) - single * (SCORES == 1)
 
     def among(self, shots: Shots, view: PlayerView, simulator: EndSimulator) -> Shots:
-        """The shots that the team considers; all, unless it opens with a guard.
+        """Return the shots that the team considers; all, unless it opens with a guard.
 
         Parameters
         ----------
-        shots : for the position that the view shows
+        shots : shots in the position of the view
         view : the game as the team sees it
-        simulator : ice and rules, to tell where a guard comes to rest
+        simulator : ice and rules, for the places of rest of guards
         """
         end = view.game.end
         if end is None or end.number_of_stone >= self.opening_guards:
@@ -95,6 +97,6 @@ class CallingStyle:
 
 
 BY_THE_ODDS = CallingStyle()
-"""Teams that call whatever wins most often."""
+"""Style of teams that only maximise the probability of winning."""
 FOR_POINTS = CallingStyle(for_points=True)
-"""Teams that call whatever scores most, whatever the score of the game."""
+"""Style of teams that only maximise points, whatever the score of the game."""

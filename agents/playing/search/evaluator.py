@@ -1,4 +1,4 @@
-"""What positions are worth: the probability of winning the game from them."""
+"""Value of positions: the probability of winning the game from them."""
 
 from __future__ import annotations
 
@@ -16,14 +16,14 @@ from curling_env.typing import Floats
 
 
 class PositionEvaluator:
-    """The probability of winning from positions, by the network and the ends to come.
+    """Probability of winning from positions, by the network and the ends to come.
 
     Parameters
     ----------
-    network : predicts how the end will be scored
+    network : predicts the score of the end
     rules, lines : rules and lines of the game
     skill : skill of the players as the network sees it, see `skill_feature`
-    calls : what the team calls for, beside the odds
+    calls : preferences of the team, in addition to the odds
     """
 
     def __init__(
@@ -39,7 +39,7 @@ class PositionEvaluator:
         self.game_odds = WinProbability(rules)
 
     def win_probabilities(self, view: PlayerView, stones: Floats, delivered: int) -> Floats:
-        """Win probability of the view's team from positions of the current end, (n,).
+        """Return the win probability of the view's team from positions of the current end, (n,).
 
         Parameters
         ----------
@@ -67,11 +67,11 @@ class PositionEvaluator:
 
 
 def end_of(view: PlayerView) -> End:
-    """The current end.
+    """Return the current end.
 
     Raises
     ------
-    InputError : there is none
+    InputError : no end is in play
     """
     if view.game.end is None:
         raise InputError("no end is in play")

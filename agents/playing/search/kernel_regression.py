@@ -1,11 +1,11 @@
 """Kernel regression: the expected value of a throw, from all simulations near it.
 
-A throw intended as `a` leaves the hand as `a` + error, and what happens then does not depend on the
-intention. So every executed throw says something about each throw whose error could have produced
-it. The kernel is the density of the error, divided by the density with which executions were tried
-(the balance heuristic of multiple importance sampling, Veach and Guibas 1995); the weighted mean is
-a consistent estimate. Lee, Kim, Choi and Lee (2018) and Yee, Lisý and Bowling (2016) share outcomes
-in the same way, with kernels of a chosen width and without that denominator.
+A throw intended as `a` leaves the hand as `a` + error, and its outcome does not depend on the
+intention. So every executed throw is evidence on each throw whose error could have produced it. The
+kernel is the density of the error, divided by the density of all executions (the balance heuristic
+of multiple importance sampling, Veach and Guibas 1995); the weighted mean is a consistent estimate.
+Lee, Kim, Choi and Lee (2018) and Yee, Lisý and Bowling (2016) share outcomes in the same way, with
+kernels of a chosen width and without that denominator.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def estimate(
     tails: float = math.inf,
     correlation: float = 0.0,
 ) -> tuple[Floats, Floats]:
-    """Expected value of throws.
+    """Estimate the expected value of throws.
 
     Parameters
     ----------
@@ -36,7 +36,7 @@ def estimate(
     tried : (m, 3) intended throws that were simulated
     counts : (m,) number of simulations of each
     executed : (n, 3) all executed throws, as they left the hand
-    values : (n,) value that each led to
+    values : (n,) resulting value of each
     sigma : (3,) standard deviations of the error, all above 0
     tails, correlation : the rest of its distribution, see `curling_env.throw.Skill`
 
@@ -45,7 +45,7 @@ def estimate(
     the mean value and its standard error, (a,) each
     """
     mean, error = np.empty(len(asked)), np.empty(len(asked))
-    # The two handles are so far apart that throws of one say nothing about the other.
+    # The two handles are so different that throws of one are no evidence on the other.
     for side in (True, False):
         here, known = (asked[:, 2] > 0) == side, (executed[:, 2] > 0) == side
         if not here.any():
@@ -73,14 +73,16 @@ def estimate(
 
 
 def _density(means: Floats, x: Singles, tails: float) -> Singles:
-    """Density of the error, up to a factor, of each x (n, 3) for each mean (m, 3): (m, n)."""
+    """Return the density of the error, up to a factor, of each x (n, 3) for each mean (m, 3): (m,
+    n).
+    """
     m = means.astype(np.float32)
     exponent = m @ x.T
     exponent -= 0.5 * (x * x).sum(axis=1)
     exponent -= 0.5 * (m * m).sum(axis=1)[:, None]
     np.minimum(exponent, 0, out=exponent)
     if tails < math.inf:
-        # Student's t in three dimensions, whose standard deviations are 1.
+        # Student's t in three dimensions, with standard deviations of 1.
         exponent *= -2 / (tails - 2)
         np.log1p(exponent, out=exponent)
         exponent *= -(tails + 3) / 2

@@ -1,6 +1,6 @@
-"""The networks that the package has, what each was learnt for, and which one values a game.
+"""Networks of the package, their training conditions, and the choice for a game.
 
-`scripts/train_value_network.py NAME` learns one again.
+`scripts/train_value_network.py NAME` trains one again.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _FOLDER = "agents.playing.search"
 
 @dataclass(frozen=True, kw_only=True)
 class LearntFor:
-    """What a network was learnt for.
+    """Training conditions of a network.
 
     Parameters
     ----------
@@ -65,14 +65,14 @@ NETWORKS = (
         skill="digital-curling",
     ),
 )
-"""The package's networks."""
+"""Networks of the package."""
 
 
 def network_for(rules: RuleSet, ice: Ice) -> ValueNetwork:
-    """The package's network that was learnt for ends most like those of a game.
+    """Return the package's network trained for ends most like those of a game.
 
-    The number of stones and the placed ones count first, then how much collisions lose, which is
-    where ices differ most in what a position leads to, and then the other rules.
+    The number of stones and the placed ones count first, then the loss in collisions, the main
+    difference between ices for the outcome of a position, and then the other rules.
     """
 
     def unlike(network: LearntFor) -> tuple[int, float, int]:
@@ -85,12 +85,12 @@ def network_for(rules: RuleSet, ice: Ice) -> ValueNetwork:
 
 
 def network_named(name: str) -> ValueNetwork:
-    """The package's network of that name, one of `NETWORKS`."""
+    """Return the package's network of that name, one of `NETWORKS`."""
     return _network_in(next(known.file for known in NETWORKS if known.name == name))
 
 
 def _different_rules(rules: RuleSet, other: RuleSet) -> int:
-    """How many rules of two sets differ; names and the number of ends are none."""
+    """Return the number of rules that differ, except names and the number of ends."""
     names = [f.name for f in fields(RuleSet) if f.name not in ("name", "title", "ends", "throwers")]
     return sum(getattr(rules, name) != getattr(other, name) for name in names)
 

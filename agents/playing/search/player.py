@@ -1,4 +1,4 @@
-"""The player `search`: it simulates candidate shots, the promising ones more and more often."""
+"""Player `search`: it simulates candidate shots, the promising ones more and more often."""
 
 from __future__ import annotations
 
@@ -22,15 +22,15 @@ from agents.playing.search.tuning import (
     CONCEDE_BELOW,
     FIRST_RATE,
     KEPT_SHARE,
+    MIN_REPLY_THROWS,
+    MIN_THROWS_BEFORE_REPLIES,
     NEIGHBOURS,
     REPLIES_AGAIN,
     REPLIES_ALWAYS,
     REPLIES_ONCE,
     REPLY_FACTOR,
-    REPLY_LEAST,
     REPLY_MARGIN,
     REPLY_REPEATS,
-    REPLY_ROOT,
     REPLY_ROUNDS,
     REPLY_SHOTS,
     REPLY_STONES,
@@ -53,11 +53,11 @@ from curling_env.typing import Floats, Indices
 
 @dataclass(frozen=True, kw_only=True)
 class ShotEstimate:
-    """A shot that was simulated.
+    """Simulated shot.
 
     Parameters
     ----------
-    throw : the intended throw
+    throw : intended throw
     shot : name of the shot in the sport's words
     win_probability : probability of winning the game after it
     standard_error : standard error of that probability
@@ -70,21 +70,20 @@ class ShotEstimate:
 
 
 MAX_SECONDS, MAX_THROWS = 600.0, 1_000_000
-"""Longest thought before one delivery."""
+"""Maximum time and number of simulated throws before one delivery."""
 
 
 class SearchPlayer(Player):
-    """Chooses the shot after which it wins the game most often.
+    """Player that chooses the shot that wins the game most often.
 
     Parameters
     ----------
-    budget : simulated throws before each delivery, and some times as many before the last but one
-        of an end, see `throws_before`; the same budget gives the same game
+    budget : number of simulated throws before each delivery, and a multiple of it before the last
+        but one of an end, see `throws_before`; the same budget gives the same game
     seconds : processor time for each delivery instead of a budget [s]; the choice then depends on
         the machine
-    network : network that values positions; by default the package's one for such ends, see
-        `networks`
-    calls : what the player calls for, beside the odds
+    network : network that values positions; by default the package's for such ends, see `networks`
+    calls : preferences of the player, in addition to the odds
 
     Raises
     ------
@@ -103,7 +102,7 @@ class SearchPlayer(Player):
     ) -> None:
         if budget < 1 or (seconds is not None and not seconds > 0):
             raise InputError(
-                f"a search needs 1 throw or more, or a time above 0, got {budget} and {seconds}"
+                f"expected at least 1 throw, or a time above 0, got {budget} and {seconds}"
             )
         self.budget, self.seconds, self.calls = budget, seconds, calls
         self._network = network
@@ -113,7 +112,8 @@ class SearchPlayer(Player):
 
     @classmethod
     def with_option(cls, option: str) -> SearchPlayer:
-        """`search:500` simulates 500 throws before each delivery, `search:0.2s` takes so long.
+        """Set the effort: `search:500` simulates 500 throws before each delivery, `search:0.2s`
+        takes 0.2 s.
 
         `search:500:points` plays every end for its points, whatever the score of the game.
         """
@@ -125,12 +125,12 @@ class SearchPlayer(Player):
                 raise ValueError
         except ValueError:
             raise InputError(
-                "search takes a number of throws or of seconds, as in search:500, search:0.2s or "
+                "expected a number of throws or seconds, as in search:500, search:0.2s or "
                 f"search:500:points, got {option[:40]!r}"
             ) from None
         if not 0 < amount <= (MAX_SECONDS if timed else MAX_THROWS):
             raise InputError(
-                f"search takes up to {MAX_SECONDS:g} s or {MAX_THROWS} throws, got {option[:40]!r}"
+                f"expected at most {MAX_SECONDS:g} s or {MAX_THROWS} throws, got {option[:40]!r}"
             )
         calls = FOR_POINTS if aim else BY_THE_ODDS
         player = cls(seconds=amount, calls=calls) if timed else cls(int(amount), calls=calls)
@@ -138,7 +138,7 @@ class SearchPlayer(Player):
         return player
 
     def network(self, rules: RuleSet, ice: Ice) -> ValueNetwork:
-        """The network that values positions by these rules on this ice."""
+        """Return the network that values positions by these rules on this ice."""
         return network_for(rules, ice) if self._network is None else self._network
 
     def call(self, view: PlayerView) -> Call:
@@ -146,13 +146,13 @@ class SearchPlayer(Player):
         return Call(throw=best.throw, shot=best.shot)
 
     def ranked_shots(self, view: PlayerView) -> list[ShotEstimate]:
-        """The shots that were simulated most often, the best first."""
+        """Return the most simulated shots, the best first."""
         return self._searched(view).ranked_shots()
 
     def shots_by_kind(self, view: PlayerView) -> list[ShotEstimate]:
-        """The best shot of every kind and handle, the best first.
+        """Return the best shot of every kind and handle, the best first.
 
-        Those that soon looked poor were simulated seldom: their standard errors are large.
+        Shots that soon looked poor were simulated seldom: their standard errors are large.
         """
         return self._searched(view).shots_by_kind()
 
@@ -175,7 +175,7 @@ class SearchPlayer(Player):
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         if ruling.option is None:
             return True
-        # The ruling is about the delivery after those that the view shows.
+        # The ruling concerns the delivery after those in the view.
         back, left = (
             self._win_probability(view, stones, later=1)
             for stones in (ruling.option, ruling.stones)
@@ -183,7 +183,7 @@ class SearchPlayer(Player):
         return back >= left
 
     def _win_probability(self, view: PlayerView, stones: Stones, *, later: int) -> float:
-        """Win probability with these stones lying after a number of further deliveries."""
+        """Return the win probability with these stones after a number of further deliveries."""
         end = end_of(view)
         after = replace(end, stones=stones, delivered=end.delivered + later)
         position = position_of(after)[None]
@@ -214,8 +214,8 @@ class _Search:
     ) -> None:
         end = end_of(view)
         self.view, self.table, self.evaluator = view, table, evaluator
-        replies = _looks_up_replies(view, budget)
-        self.budget = max(budget // REPLY_FACTOR, REPLY_ROOT) if replies else budget
+        replies = _simulates_replies(view, budget)
+        self.budget = max(budget // REPLY_FACTOR, MIN_THROWS_BEFORE_REPLIES) if replies else budget
         self.for_replies = budget - self.budget
         self.simulator = EndSimulator(
             ice=view.ice,
@@ -240,7 +240,7 @@ class _Search:
         self.looked_up = 0
 
     def run(self) -> None:
-        """In each round fewer shots are simulated more often."""
+        """Run the rounds; in each, fewer shots are simulated more often."""
         chosen = np.arange(len(self.shots))
         for number in range(ROUNDS):
             self._simulate(chosen, max(self.budget // ROUNDS // len(chosen), 1))
@@ -249,11 +249,11 @@ class _Search:
                 chosen = self._best_first(chosen)[:kept]
                 chosen = np.concatenate([chosen, self._widen(chosen[:WIDENED_SHOTS])])
         if self.for_replies:
-            self._look_at_replies()
+            self._value_by_replies()
 
     @property
     def simulated(self) -> int:
-        """Number of throws simulated so far."""
+        """Number of throws simulated up to now."""
         return len(self.executed) + self.looked_up
 
     def ranked_shots(self) -> list[ShotEstimate]:
@@ -264,7 +264,7 @@ class _Search:
         return [self._estimate(k) for k in self._best_of_kinds()]
 
     def _best_of_kinds(self) -> Indices:
-        """The best shot of every kind and handle, the best first."""
+        """Return the best shot of every kind and handle, the best first."""
         best: dict[tuple[int, bool], int] = {}
         for k in self._tried():
             best.setdefault((int(self.shots.kind[k]), bool(self.shots.throws[k, 2] > 0)), int(k))
@@ -273,7 +273,7 @@ class _Search:
     # --- its steps --------------------------------------------------------------------------------
 
     def _tried(self) -> Indices:
-        """Indices of the shots that were simulated, the best first."""
+        """Return the indices of the simulated shots, the best first."""
         return self._best_first(np.flatnonzero(np.isfinite(self.mean)))
 
     def _estimate(self, k: int) -> ShotEstimate:
@@ -285,7 +285,7 @@ class _Search:
         )
 
     def _affordable(self, shots: Shots) -> Shots:
-        """All shots, or a random choice of as many as the first round can simulate."""
+        """Return all shots, or a random choice that the first round can simulate."""
         most = max(self.budget // ROUNDS, 3)
         if len(shots) <= most:
             return shots
@@ -295,7 +295,7 @@ class _Search:
         return chosen[np.argsort(-self.mean[chosen], kind="stable")]
 
     def _widen(self, best: Indices) -> Indices:
-        """Add neighbours of the best shots; their indices."""
+        """Add neighbours of the best shots; return their indices."""
         offsets = np.array([(dv, da, 0.0) for dv, da in NEIGHBOURS]) * self.sigma
         throws = (self.shots.throws[best][:, None] + offsets).reshape(-1, 3)
         first, more = len(self.shots), len(throws)
@@ -310,7 +310,7 @@ class _Search:
         return np.arange(first, first + more)
 
     def _simulate(self, chosen: Indices, times: int) -> None:
-        """Simulate shots so many times each, with the same errors for all, and update them."""
+        """Simulate shots repeatedly, with the same errors for all, and update them."""
         skill = self.view.skill
         half = skill.standard_errors(-(-times // 2), self.rng)
         errors = np.concatenate([half, -half])[:times] * self.sigma
@@ -330,10 +330,10 @@ class _Search:
             correlation=skill.correlation,
         )
 
-    def _look_at_replies(self) -> None:
-        """Value the best shots of different kinds by what the opponent can reply.
+    def _value_by_replies(self) -> None:
+        """Value the best shots of different kinds by the opponent's replies.
 
-        What the network thought of the other shots is moved by what it was off on these.
+        The network's values of the other shots are shifted by its error on these.
         """
         kinds = self._best_of_kinds()
         chosen = kinds[self.mean[kinds] > self.mean[kinds].max() - REPLY_MARGIN][:REPLY_SHOTS]
@@ -359,7 +359,9 @@ class _Search:
         self.mean[others] = np.clip(moved, 0.0, 1.0)
 
     def _values_after_replies(self, chosen: Indices, errors: Floats) -> Floats:
-        """Win probability after each shot with each error and the reply, (shots, errors)."""
+        """Return the win probability after each shot with each error and the reply, (shots,
+        errors).
+        """
         executed = (self.shots.throws[chosen][:, None] + errors).reshape(-1, 3)
         before = np.broadcast_to(self.stones, (len(executed), *self.stones.shape))
         values, simulated = values_after_reply(
@@ -376,28 +378,32 @@ class _Search:
         return values.reshape(len(chosen), len(errors))
 
     def _values_of(self, executed: Floats) -> Floats:
-        """Win probability after each executed throw, (n,)."""
+        """Return the win probability after each executed throw, (n,)."""
         before = np.broadcast_to(self.stones, (len(executed), *self.stones.shape))
         after = self.simulator.play(before, self.delivered, executed)
         return self.evaluator.win_probabilities(self.view, after, self.delivered + 1)
 
 
 def throws_before(view: PlayerView, budget: int) -> int:
-    """How many throws a search with a budget simulates before the delivery that is to come."""
+    """Return the number of throws that a search with a budget simulates before the next
+    delivery.
+    """
     if budget >= REPLIES_ALWAYS or _to_come(view) > REPLY_STONES:
         return budget
     more = REPLY_FACTOR * budget
-    return more if _looks_up_replies(view, more) else budget
+    return more if _simulates_replies(view, more) else budget
 
 
-def _looks_up_replies(view: PlayerView, budget: int) -> bool:
-    """Whether a search with so many throws looks up what the opponent can reply."""
+def _simulates_replies(view: PlayerView, budget: int) -> bool:
+    """Return whether a search of this size simulates the opponent's replies."""
     to_come = _to_come(view)
-    return to_come > 0 and budget >= (REPLY_LEAST if to_come <= REPLY_STONES else REPLIES_ALWAYS)
+    return to_come > 0 and budget >= (
+        MIN_REPLY_THROWS if to_come <= REPLY_STONES else REPLIES_ALWAYS
+    )
 
 
 def _to_come(view: PlayerView) -> int:
-    """Number of stones to come in the end after the one that is to be thrown."""
+    """Return the number of stones to come in the end after the next delivery."""
     return view.game.rules.deliveries - end_of(view).delivered - 1
 
 

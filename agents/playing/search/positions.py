@@ -1,8 +1,8 @@
-"""Throws played into very many positions at once, and ruled on by the rules of the game.
+"""Throws played into many positions at once, with rulings by the rules of the game.
 
-A position is an array of sixteen places in the delivery frame, NaN where no stone lies. The first
-eight belong to the team with the hammer, the others to its opponent, each in order of delivery. All
-positions of a batch are at the same delivery of an end, so the same team throws in each.
+A position is an array of sixteen places in the delivery frame, NaN if empty. The first eight belong
+to the team with the hammer, the others to its opponent, each in order of delivery. All positions of
+a batch are at the same delivery of an end, so the same team throws in each.
 """
 
 from __future__ import annotations
@@ -23,23 +23,23 @@ from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, velo
 from curling_env.typing import Flags, Floats, Integers
 
 SLOTS = 2 * STONES_PER_TEAM
-"""Places in a position."""
+"""Number of places in a position."""
 MAX_POINTS = 6
-"""Larger scores of an end count as this one."""
+"""Maximum score of an end; larger ones count as this one."""
 SCORES = np.arange(-MAX_POINTS, MAX_POINTS + 1)
 """Scores of an end for the team with the hammer."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class EndSimulator:
-    """Plays throws of one end on the known ice, by the rules.
+    """Simulator of throws of one end on the known ice, by the rules.
 
     Parameters
     ----------
-    ice : the ice as it is known
+    ice : known ice
     direction : the end played to
     rules, lines : rules and lines of the game
-    delivery : where throws begin
+    delivery : start of the throws
     """
 
     ice: Ice
@@ -57,11 +57,13 @@ class EndSimulator:
         return play_bounds(self.ice, self.direction)
 
     def mover(self, delivered: int) -> int:
-        """Which team throws after so many deliveries: 0 with the hammer, 1 without."""
+        """Return the team that throws after a number of deliveries: 0 with the hammer, 1
+        without.
+        """
         return 1 - delivered % 2
 
     def slot(self, delivered: int) -> int:
-        """Index in a position of the stone that is thrown after so many deliveries."""
+        """Return the index in a position of the stone thrown after a number of deliveries."""
         return STONES_PER_TEAM * self.mover(delivered) + delivered // 2
 
     def play(self, before: Floats, delivered: int, throws: Floats) -> Floats:
@@ -83,7 +85,7 @@ class EndSimulator:
         return self.rule(before, delivered, after, struck)
 
     def slide(self, before: Floats, delivered: int, throws: Floats) -> tuple[Floats, Flags]:
-        """Positions after the physics (n, 16, 2), and whether a stone was struck (n,)."""
+        """Return positions after the physics (n, 16, 2), and whether a stone was struck (n,)."""
         d = int(self.direction)
         releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
         releases["y"] = -d * self.delivery.line_y
@@ -99,20 +101,20 @@ class EndSimulator:
         there[lost, :-1], there[lost, -1] = before[lost][:, present], np.nan
         after = np.full_like(before, np.nan)
         after[:, present] = there[:, :-1]
-        # Stones that nothing moved keep their places to the last bit.
+        # Stones that did not move keep their places bit for bit.
         still = np.abs(after - before) < 1e-9
         after[still] = before[still]
         after[:, self.slot(delivered)] = there[:, -1]
         return after, run.collisions > 0
 
     def rule(self, before: Floats, delivered: int, after: Floats, struck: Flags) -> Floats:
-        """Positions after the ruling, (n, 16, 2), as `curling_env.game.rules` has it.
+        """Return positions after the ruling, (n, 16, 2), as in `curling_env.game.rules`.
 
         Parameters
         ----------
         before, after : (n, 16, 2) positions before and after the throw
         delivered : number of stones delivered before
-        struck : (n,) whether a stone was struck
+        struck : (n,) true if a stone was struck
         """
         rules, slot = self.rules, self.slot(delivered)
         after = after.copy()
@@ -143,14 +145,14 @@ class EndSimulator:
         return after
 
     def free_guards(self, stones: Floats) -> Flags:
-        """Which stones lie in the free guard zone, (n, 16)."""
+        """Return which stones are in the free guard zone, (n, 16)."""
         x, y = stones[:, :, 0], stones[:, :, 1]
         in_house = np.hypot(x, y) <= self.lines.reach
         return (y < self.lines.guard_line) & ~in_house
 
 
 def position_of(end: End) -> Floats:
-    """The stones of an end as one position, (16, 2)."""
+    """Return the stones of an end as one position, (16, 2)."""
     position = np.full((SLOTS, 2), np.nan)
     for stone in end.stones:
         position[_slot_of(stone, end)] = stone.x, stone.y
@@ -162,5 +164,5 @@ def _slot_of(stone: RestingStone, end: End) -> int:
 
 
 def points_of(lines: Lines, stones: Floats) -> Integers:
-    """Points of the hammer team, negative where its opponent scores, (n,)."""
+    """Return the points of the hammer team, negative if its opponent scores, (n,)."""
     return scoring.points_of(stones, np.arange(SLOTS) < STONES_PER_TEAM, lines.reach)

@@ -1,7 +1,7 @@
-"""What a position is worth once the opponent has replied to it with the best shot it finds.
+"""Value of a position after the opponent's best reply.
 
-The network says how an end will usually go on from a position. Shortly before the end of the end
-that can be looked up: the opponent's shots are simulated, all of them once, the best of them again.
+The network predicts the usual course of an end from a position. Shortly before the end of the end
+it can be computed: the opponent's shots are simulated, all of them once, the best of them again.
 """
 
 from __future__ import annotations
@@ -34,20 +34,20 @@ def values_after_reply(
     skill: Skill,
     rng: np.random.Generator,
 ) -> tuple[Floats, int]:
-    """Win probability of the team that waits, once the other has thrown.
+    """Return the win probability of the waiting team after the other team's throw.
 
     Parameters
     ----------
     simulator, table : ice and rules, and the throws on that ice
-    values_of : values positions for the team that waits
+    values_of : function that values positions for the waiting team
     stones : (n, 16, 2) positions
     delivered : number of stones delivered in them
-    sigma, skill : errors with which the opponent is taken to throw, and their distribution
-    rng : source of everything random
+    sigma, skill : assumed errors of the opponent, and their distribution
+    rng : source of all randomness
 
     Returns
     -------
-    (n,) win probabilities, and the number of throws that were simulated
+    (n,) win probabilities, and the number of simulated throws
     """
     shots = shots_for(table, simulator, stones, delivered)
     shots = shots[_first(shots.position, rng.random(len(shots)), REPLIES_ONCE)]
@@ -70,7 +70,7 @@ def values_after_reply(
 
 
 def _first(position: Indices, value: Floats, most: int) -> Indices:
-    """Indices of the `most` lowest values of each position."""
+    """Return the indices of the `most` lowest values of each position."""
     order = np.lexsort((value, position))
     starts = np.r_[True, np.diff(position[order]) != 0]
     begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))

@@ -1,4 +1,4 @@
-"""Candidate shots for many positions at once, planned on the ice as it is known."""
+"""Candidate shots for many positions at once, planned on the known ice."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ KINDS = (
 )
 _KIND = {name: k for k, name in enumerate(KINDS)}
 _DRAW = 0.0
-"""Stands for a draw among the weights of hits."""
+"""Marker of a draw among the weights of hits."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,14 +54,14 @@ class Shots:
 
 
 def shots_for(table: AimingTable, simulator: EndSimulator, stones: Floats, delivered: int) -> Shots:
-    """Shots for the team that throws next.
+    """Return shots for the team that throws next.
 
     Parameters
     ----------
     table : aiming table of the ice
     simulator : rules and lines of the game
     stones : (n, 16, 2) positions, see `positions`
-    delivered : number of stones delivered so far
+    delivered : number of stones delivered
     """
     maker = _ShotMaker(table, 2 * simulator.lines.stone_radius)
     everywhere = np.arange(len(stones))
@@ -94,7 +94,7 @@ def shots_for(table: AimingTable, simulator: EndSimulator, stones: Floats, deliv
 
 
 class _ShotMaker:
-    """Collects places, and makes the throws that reach them all at once, with both handles."""
+    """Collector of places, which makes the throws to all of them at once, with both handles."""
 
     def __init__(self, table: AimingTable, touch: float) -> None:
         self.table, self.touch = table, touch

@@ -1,10 +1,10 @@
-"""The value of a position: how the end will be scored, learnt from ends played to their end.
+"""Value of a position: the score of its end, learned from complete ends.
 
-A small network sees a position, the stones still to come, how accurately the players throw, and
-what each score of the end would be worth. It predicts how likely each score is. Every stone is
-first described by itself, with its place in the order of shots and what lies in front of it and
-behind it. These descriptions are summed over the stones of each team, so that their order does not
-matter (Zaheer et al. 2017).
+A small network sees a position, the stones still to come, the players' accuracy, and the value of
+each score of the end. It predicts the probability of each score. Every stone is first described
+separately, with its place in the order of shots and the stones in front of it and behind it. These
+descriptions are summed over the stones of each team, so that their order does not matter (Zaheer et
+al. 2017).
 """
 
 from __future__ import annotations
@@ -76,7 +76,7 @@ class ValueNetwork:
     def score_probabilities(
         self, lines: Lines, stones: Floats, left: int, score_values: Floats, skill: Floats | float
     ) -> Floats:
-        """How likely each of `SCORES` is, (n, 13).
+        """Return the probability of each of `SCORES`, (n, 13).
 
         Parameters
         ----------
@@ -103,7 +103,7 @@ class ValueNetwork:
 
 
 def network_from(document: Mapping[str, Any], source: str | Path) -> ValueNetwork:
-    """The network in the document of a model file; see `agents.learning.model_file`.
+    """Return the network in the document of a model file; see `agents.learning.model_file`.
 
     Raises
     ------
@@ -118,7 +118,7 @@ def network_from(document: Mapping[str, Any], source: str | Path) -> ValueNetwor
     except (KeyError, TypeError, ValueError, IndexError) as error:
         raise InputError("is not a trained model of this project", source=source) from error
     if not fits:
-        raise InputError("holds weights that do not fit its settings", source=source)
+        raise InputError("contains weights that do not fit its settings", source=source)
     check_finite(document["layers"], source)
     return ValueNetwork(
         layers=tuple((w.astype(np.float32), b.astype(np.float32)) for w, b in layers)
@@ -126,7 +126,7 @@ def network_from(document: Mapping[str, Any], source: str | Path) -> ValueNetwor
 
 
 def load_network(path: Path | None = None) -> ValueNetwork:
-    """A network from a file; without a path, the package's own.
+    """Load a network from a file; without a path, the package's own.
 
     Raises
     ------
@@ -150,18 +150,20 @@ def save_network(path: Path, network: ValueNetwork) -> None:
 
 
 def skill_feature(sigma_angle: float) -> float:
-    """A player's error of line as the network sees it: 0 for `elite`, 1 for e times as much."""
+    """Return a player's error of line on the network's scale: 0 for `elite`, 1 for e times as
+    much.
+    """
     elite = SKILLS["elite"].sigma_angle
     return float(np.log(np.clip(sigma_angle / elite, 0.2, 4.0)))
 
 
 def stone_features(lines: Lines, stones: Floats) -> tuple[Singles, Indices]:
-    """Features of every stone in positions (n, 16, 2).
+    """Return features of every stone in positions (n, 16, 2).
 
     Returns
     -------
-    features (m, STONE_FEATURES) of the m stones that are there, and their places in the flattened
-    (n · 16) positions
+    features (m, STONE_FEATURES) of the m stones, and their places in the flattened (n · 16)
+    positions
     """
     present = np.flatnonzero(np.isfinite(stones[:, :, 0].ravel()))
     features = np.zeros((len(present), STONE_FEATURES), dtype=np.float32)
@@ -236,7 +238,9 @@ def _fill_stone_features(
 def position_features(
     lines: Lines, stones: Floats, left: int, score_values: Floats, skill: float | Floats
 ) -> Singles:
-    """Features of positions as a whole, (n, POSITION_FEATURES); see `score_probabilities`."""
+    """Return features of positions as a whole, (n, POSITION_FEATURES); see
+    `score_probabilities`.
+    """
     n = len(stones)
     features = np.zeros((n, POSITION_FEATURES), dtype=np.float32)
     features[:, min(left, SLOTS)] = 1

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from agents.playing.search.positions import SCORES
-from agents.playing.search.tuning import MAX_LEAD, SCORE_SHARES
+from agents.playing.search.tuning import DOUBLES_SHARES, MAX_LEAD, SCORE_SHARES
 from curling_env.game.rules import RuleSet
 from curling_env.typing import Floats, Integers
 
@@ -23,19 +23,23 @@ class WinProbability:
     Parameters
     ----------
     rules : rules of the game
-    shares : (13,) how often the hammer team makes each of `SCORES`
+    shares : (13,) frequency of each of `SCORES` for the hammer team; by default as assumed for
+        these rules
     """
 
-    def __init__(self, rules: RuleSet, shares: ArrayLike = SCORE_SHARES) -> None:
+    def __init__(self, rules: RuleSet, shares: ArrayLike | None = None) -> None:
+        if shares is None:
+            shares = DOUBLES_SHARES if rules.placed_stones else SCORE_SHARES
         self._blank_keeps = rules.blank_keeps_hammer
         self._shares = np.asarray(shares, dtype=np.float64) / np.sum(shares)
-        # Whoever scores wins an extra end; a blank is followed by another.
+        # The team that scores wins an extra end; a blank is followed by another.
         wins, blank = self._shares[SCORES > 0].sum(), self._shares[SCORES == 0].sum()
         extra = wins / (1 - blank) if self._blank_keeps else (wins + blank) / (1 + blank)
         self._tables = [np.where(LEADS > 0, 1.0, np.where(LEADS < 0, 0.0, extra))]
 
     def by_score(self, lead: int, ends_left: int) -> Floats:
-        """Win probability of the hammer team after each of `SCORES` in the current end, (13,).
+        """Return the win probability of the hammer team after each of `SCORES` in the current end,
+        (13,).
 
         Parameters
         ----------
@@ -45,17 +49,21 @@ class WinProbability:
         return self._by_score(np.array([lead]), self._table(max(ends_left - 1, 0)))[0]
 
     def with_hammer(self, lead: int, ends_left: int) -> float:
-        """Win probability of the team with the hammer before the first of the ends to come."""
+        """Return the win probability of the team with the hammer before the first of the ends to
+        come.
+        """
         return float(self._table(ends_left)[_rows(np.array(lead))])
 
     def _table(self, ends: int) -> Floats:
-        """Win probability with the hammer for each of `LEADS`, with so many ends to play."""
+        """Return the win probability with the hammer for each of `LEADS`, with a number of ends to
+        play.
+        """
         while len(self._tables) <= ends:
             self._tables.append(self._by_score(LEADS, self._tables[-1]) @ self._shares)
         return self._tables[ends]
 
     def _by_score(self, leads: Integers, after: Floats) -> Floats:
-        """Win probability of the hammer team by lead and score, (n, 13)."""
+        """Return the win probability of the hammer team by lead and score, (n, 13)."""
         keeps = (SCORES < 0) | ((SCORES == 0) & self._blank_keeps)
         new = leads[:, None] + SCORES
         return np.where(keeps, after[_rows(new)], 1 - after[_rows(-new)])

@@ -80,6 +80,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     max_cycles : number of deliveries of each team after which the game is truncated, or None
     max_throws : number of deliveries of both teams after which the game is truncated, or None; a
         game that is level after `MOST_EXTRA_ENDS` extra ends is truncated as well
+    details : whether `infos` have the deliveries as well
     render_mode : "rgb_array", "rgb_array_list" (pictures of a film of what happened), "human" (a
         window; needs the extra `viewer`) or None
 
@@ -198,7 +199,9 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self.rewards, self.infos = {}, {}
         for label, team in TEAMS.items():
             self.rewards[label] = self.weights.total(earned[team])
-            self.infos[label] = {"shots": after.shots, "reward_parts": earned[team].as_dict()}
+            self.infos[label] = {"reward_parts": earned[team].as_dict()}
+            if self.details:
+                self.infos[label]["shots"] = after.shots
             if len(game.line_score) > len(before.state.game.line_score):
                 self.infos[label]["score"] = score_of(game, team)
             self.infos[label] |= self.masks(after, team)

@@ -25,10 +25,10 @@ from curling_env.envs.game.core import (
     score_of,
 )
 from curling_env.envs.game.observation import ObservationKind
-from curling_env.envs.game.opponents import Opponents
+from curling_env.envs.game.opponents import Opponents, PolicyPlayer
 from curling_env.envs.game.reward import NOTHING, GameRewardParts, GameRewardWeights, reward_parts
 from curling_env.envs.ices import GivenIce, IceOption
-from curling_env.envs.options import one_of, reset_options, rules_from
+from curling_env.envs.options import one_of, reset_options, rules_from, yes_or_no
 from curling_env.errors import InputError
 from curling_env.game import (
     NO_EVOLUTION,
@@ -40,7 +40,7 @@ from curling_env.game import (
 )
 from curling_env.game.rules import Team
 from curling_env.game.rules.game import new_game
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.typing import Flags, Floats, Indices
 
 Hammer = Literal["own", "opponent", "random"]
@@ -62,6 +62,7 @@ class End(NamedTuple):
     decisions : the agent's last decisions; None where they are not part of its action
     shots : the deliveries of the last step, or of the opponent before the first
     before : the states before each of them, where they are shown
+    memory : what an opponent that is a policy remembers of the end
     """
 
     ice: GameIce
@@ -70,6 +71,7 @@ class End(NamedTuple):
     decisions: TeamDecisions | None = None
     shots: tuple[PlayedShot, ...] = ()
     before: tuple[GameState, ...] = ()
+    memory: Any = None
 
     @property
     def is_over(self) -> bool:
@@ -140,7 +142,7 @@ class Asked(NamedTuple):
     ice: GivenIce = (None, None)
 
 
-@knows_its_options("CurlingEnd-v0")
+@rejects_unknown_keywords("CurlingEnd-v0")
 class EndCore(GameCore, Core[Ends]):
     """The options and rules of `CurlingEnd-v0`; see `CurlingEndEnv`."""
 
@@ -150,7 +152,7 @@ class EndCore(GameCore, Core[Ends]):
         *,
         known_ice: IceOption | None = None,
         ices: Any = None,
-        opponent: Any = "draw",
+        opponent: Any = "rulebased",
         hammer: Hammer = "random",
         rules: RulesOption = "world_curling_2024",
         skill: SkillOption = "elite",
@@ -163,8 +165,10 @@ class EndCore(GameCore, Core[Ends]):
         observation: ObservationKind = "flat",
         weights: GameRewardWeights | Mapping[str, Any] | None = None,
         potential: Any = None,
+        details: bool = False,
         render_mode: str | None = None,
     ) -> None:
+        self.details = yes_or_no("details", details)
         GameCore.__init__(
             self,
             ice=ice,
@@ -297,10 +301,7 @@ class EndCore(GameCore, Core[Ends]):
         facts: Facts = {
             "reward_parts": {name: np.array([getattr(one, name) for one in each]) for name in names}
         }
-        over = [i for i in some if ends[i].is_over]
-        scores = [score_of(ends[i].state.game, AGENT) for i in over]
-        ended = np.array(over, dtype=np.intp), {"score": scores}
-        return tuple(ends), rewards, [(rows, facts), ended]
+        return tuple(ends), rewards, [(rows, facts)]
 
     def _answer(self, ends: list[End], among: Iterable[int]) -> dict[int, GameRewardParts]:
         """Let the opponents deliver where it is their turn; what that was worth to the agent."""
@@ -309,9 +310,16 @@ class EndCore(GameCore, Core[Ends]):
             theirs = [i for i in among if ends[i].is_the_opponents_turn]
             if not theirs:
                 return total
-            calls = [
-                ends[i].opponent.call(ends[i].ice.simulator.view(ends[i].state)) for i in theirs
-            ]
+            calls: list[Call] = []
+            for i in theirs:
+                end = ends[i]
+                view = end.ice.simulator.view(end.state)
+                if isinstance(end.opponent, PolicyPlayer):
+                    call, memory = end.opponent.answer(view, end.memory)
+                    ends[i] = end._replace(memory=memory)
+                else:
+                    call = end.opponent.call(view)
+                calls.append(call)
             for i, parts in self._play(ends, theirs, calls).items():
                 total[i] = total.get(i, NOTHING) + parts
 
@@ -334,11 +342,11 @@ class EndCore(GameCore, Core[Ends]):
         parts: dict[int, GameRewardParts] = {}
         played = self.player([ends[i] for i in some], calls)
         for k, (i, (after, shot)) in enumerate(zip(some, played, strict=True)):
-            ice, opponent, state, decided, shots, before = ends[i]
+            ice, opponent, state, decided, shots, before, memory = ends[i]
             if decisions is not None:
                 decided, shots, before = decisions[k], (), ()
             before = (*before, state) if self.render_mode else ()
-            ends[i] = End(ice, opponent, after, decided, (*shots, shot), before)
+            ends[i] = End(ice, opponent, after, decided, (*shots, shot), before, memory)
             parts[i] = reward_parts(state.game, after.game, shot.team, shot.ruling, AGENT)
         return parts
 
@@ -362,9 +370,12 @@ class EndCore(GameCore, Core[Ends]):
         return seen[0][1] if len(seen) == 1 else _put_together(seen, len(episodes))
 
     def reported(self, episodes: Ends, rows: Indices) -> Facts:
-        """The deliveries of the last step, and where actions are shots the masks."""
+        """The score, the deliveries of the last step, and where actions are shots the masks."""
         some = [episodes[i] for i in cast("list[int]", rows.tolist())]
-        facts: Facts = {"shots": [end.shots for end in some]}
+        score = [score_of(end.state.game, AGENT) if end.is_over else (0, 0) for end in some]
+        facts: Facts = {"score": np.array(score).reshape(-1, 2)}
+        if self.details:
+            facts["shots"] = [end.shots for end in some]
         if self.has_masks:
             facts["action_mask"] = np.array([self.mask(end.view) for end in some])
         return facts

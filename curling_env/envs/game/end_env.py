@@ -43,6 +43,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     weights : weights of the parts of the reward, or those that differ
     potential : value of positions, whose rise is part of the reward: a function of a game and a
         team, a declared name such as "value-network", or a mapping of `of` and `discount`
+    details : whether `info` has the deliveries as well
     render_mode : "rgb_array", "rgb_array_list" (pictures of a film of what happened), "human" (a
         window; needs the extra `viewer`) or None
 
@@ -60,8 +61,9 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     without copying. The same state and action always have the same outcome, including the
     execution error; ``dataclasses.replace(state, seed=…)`` has other execution errors.
 
-    ``step`` leaves in `info`: `shots` (the agent's delivery and the opponent's answer),
-    `reward_parts`, and after the last stone `score` (own, opponent's).
+    ``step`` leaves in `info`: `reward_…` (the parts of the reward), and `score` (own, opponent's;
+    zeros before the last stone). With `details` these parts are in `reward_parts`, and the agent's
+    delivery and the opponent's answer in `shots`.
     """
 
     title = "CurlingEnd-v0"

@@ -28,12 +28,12 @@ from curling_env.envs.game.reward import (
     reward_parts,
 )
 from curling_env.envs.ices import IceOption
-from curling_env.envs.options import brief, rules_from, whole_number
+from curling_env.envs.options import brief, rules_from, whole_number, yes_or_no
 from curling_env.errors import InputError
 from curling_env.game import NO_EVOLUTION, Call, GameState, PlayedShot
 from curling_env.game.rules import Team, concede, may_concede
 from curling_env.game.simulator import direction_of
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.typing import Singles
 
 MOST_EXTRA_ENDS = 20
@@ -75,7 +75,7 @@ class Match(NamedTuple):
         return direction_of(len(game.line_score) - 1 if game.end is None else game.end.number)
 
 
-@knows_its_options("curling_v0")
+@rejects_unknown_keywords("curling_v0")
 class MatchCore(GameCore):
     """The options and rules of the two-team game; see `curling_v0.raw_env`."""
 
@@ -98,6 +98,7 @@ class MatchCore(GameCore):
         potential: Any = None,
         max_cycles: int | None = None,
         max_throws: int | None = None,
+        details: bool = False,
         render_mode: str | None = None,
     ) -> None:
         for name, limit in (("ends", ends), ("max_cycles", max_cycles), ("max_throws", max_throws)):
@@ -122,7 +123,7 @@ class MatchCore(GameCore):
             weights=weights,
             potential=potential,
         )
-        self.render_mode = render_mode
+        self.render_mode, self.details = render_mode, yes_or_no("details", details)
         limits = [limit for limit in (max_throws, 2 * max_cycles if max_cycles else None) if limit]
         self._max_throws = min(limits, default=None)
         usual = self.usual.observation

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Any, cast
 
@@ -26,28 +27,61 @@ ACCEPTED = (
 )
 
 
-def policy_of(given: Any) -> Callable[[Any], Any] | None:
-    """A function of observations from a function, or from something with `predict`; else None.
+class Policy:
+    """A function of observations, or something with `predict`, asked as an agent would be.
 
-    `predict` is asked for its best action where it can be, and may return a state beside it, as in
-    stable-baselines3.
+    Whatever `predict` takes of `state`, `action_masks` and `deterministic`, as the models of
+    stable-baselines3 and sb3-contrib do, it is given: its memory of the episode, the shots that
+    there are, and that its best action is asked for. A function is given `action_masks` if it has
+    such a parameter.
+
+    Parameters
+    ----------
+    given : the function, or what has `predict`
+
+    Raises
+    ------
+    InputError : neither
     """
-    predict = getattr(given, "predict", None)
-    if predict is None:
-        return cast("Callable[[Any], Any]", given) if callable(given) else None
-    choices: dict[str, Any] = {}
-    if "deterministic" in inspect.signature(predict).parameters:
-        choices["deterministic"] = True
 
-    def policy(observation: Any) -> Any:
-        found: Any = predict(observation, **choices)
-        return cast("tuple[Any, ...]", found)[0] if isinstance(found, tuple) else found
+    def __init__(self, given: Any) -> None:
+        predict = getattr(given, "predict", None)
+        if predict is None and not callable(given):
+            raise InputError(f"expected a function of an observation, got {brief(given)}")
+        self._act: Callable[..., Any] = given if predict is None else predict
+        try:
+            self._takes = set(inspect.signature(self._act).parameters)
+        except (TypeError, ValueError):  # compiled code tells no parameters
+            self._takes = set[str]()
+        self._predicts = predict is not None
 
-    return policy
+    def act(
+        self, observation: Any, memory: Any = None, masks: Callable[[], Any] | None = None
+    ) -> tuple[Any, Any]:
+        """The action for an observation, and the memory of the episode after it.
+
+        Parameters
+        ----------
+        observation : of the environment
+        memory : what the last call of the episode returned; None at its beginning
+        masks : returns the actions that there are, (n,) 1 or 0; None for all
+        """
+        options: dict[str, Any] = {}
+        if self._predicts and "deterministic" in self._takes:
+            options["deterministic"] = True
+        if self._predicts and "state" in self._takes:
+            options["state"] = memory
+        if masks is not None and "action_masks" in self._takes:
+            options["action_masks"] = masks()
+        found: Any = self._act(observation, **options)
+        if not (self._predicts and isinstance(found, tuple)):
+            return found, None
+        action, memory = cast("tuple[Any, ...]", found)[:2]
+        return action, memory
 
 
 class PolicyPlayer(Player):
-    """A policy as a player.
+    """A policy as a player; it remembers what it was shown in the end that it plays.
 
     Parameters
     ----------
@@ -57,14 +91,20 @@ class PolicyPlayer(Player):
 
     name = "policy"
 
-    def __init__(self, policy: Callable[[Any], Any], core: GameCore) -> None:
+    def __init__(self, policy: Policy, core: GameCore) -> None:
         self._policy = policy
         self._core = core
 
     def call(self, view: PlayerView) -> Call:
-        """What the policy's action means."""
-        seen = self._core.observation_of(view)
-        return self._core.action.call_of(self._policy(seen), view)
+        """What the policy's action means if it sees nothing but this position."""
+        return self.answer(view, None)[0]
+
+    def answer(self, view: PlayerView, memory: Any) -> tuple[Call, Any]:
+        """What the policy's action means, and its memory of the end after it."""
+        core = self._core
+        masks = partial(core.mask, view) if core.has_masks else None
+        action, memory = self._policy.act(core.observation_of(view), memory, masks)
+        return core.action.call_of(action, view), memory
 
 
 class Opponents(list[Player]):
@@ -103,8 +143,7 @@ class Opponents(list[Player]):
     def _player(self, given: Any) -> Player:
         if isinstance(given, str | Path | Player):
             return player_named(given)
-        policy = policy_of(given)
-        if policy is not None:
-            return PolicyPlayer(policy, self._core)
+        if callable(given) or hasattr(given, "predict"):
+            return PolicyPlayer(Policy(given), self._core)
         names = ", ".join(player_names())
         raise InputError(f"opponent must be {ACCEPTED % names}, got {brief(given)}")

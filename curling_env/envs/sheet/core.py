@@ -24,7 +24,9 @@ from curling_env.envs.options import (
     reset_options,
     skill_from,
     whole_number,
+    yes_or_no,
 )
+from curling_env.envs.random_ice import DrawnIces, RandomIces
 from curling_env.envs.sheet.action import ThrowRange, widest_range
 from curling_env.envs.sheet.observation import SheetObservation
 from curling_env.envs.sheet.players import (
@@ -32,6 +34,7 @@ from curling_env.envs.sheet.players import (
     Surface,
     ThrowPlayer,
     Throws,
+    drawn_surfaces,
 )
 from curling_env.envs.sheet.reset import (
     FIRST_OWN_STONE,
@@ -47,7 +50,7 @@ from curling_env.envs.sheet.reward import Landing, RewardWeights, judge
 from curling_env.envs.sheet.tasks import Task, task_named
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.infrastructure.keywords import knows_its_options
+from curling_env.infrastructure.keywords import rejects_unknown_keywords
 from curling_env.physics.engine import Status
 from curling_env.sheet import Direction, to_delivery, to_sheet
 from curling_env.throw import MAX_SPEED, MAX_SPIN, MIN_SPEED, Delivery, Skill, Throw
@@ -92,7 +95,7 @@ class Asked(NamedTuple):
     ice: GivenIce = (None, None)
 
 
-@knows_its_options("CurlingSheet-v0")
+@rejects_unknown_keywords("CurlingSheet-v0")
 class SheetCore(Core[Sheets]):
     """The options and rules of `CurlingSheet-v0`; see `CurlingSheetEnv`."""
 
@@ -114,8 +117,10 @@ class SheetCore(Core[Sheets]):
         throw_range: ThrowRange | Mapping[str, Any] | None = None,
         weights: RewardWeights | Mapping[str, Any] | None = None,
         fps: float = 10.0,
+        details: bool = False,
         render_mode: str | None = None,
     ) -> None:
+        self.details = yes_or_no("details", details)
         self.throws = whole_number("throws", throws)
         if self.throws < 1:
             raise InputError(f"an episode needs at least one throw, got {throws}")
@@ -125,7 +130,9 @@ class SheetCore(Core[Sheets]):
         self.task = task_named(task)
         if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
-        self.ices = EpisodeIces(ice, known_ice, ices, ice_sigma=ice_sigma, make=self._surface)
+        self.ices = EpisodeIces(
+            ice, known_ice, ices, ice_sigma=ice_sigma, make=self._surface, make_many=self._surfaces
+        )
         self.skill = skill_from("skill", skill)
         self._options: dict[str, Any] = {
             "target": target,
@@ -205,7 +212,7 @@ class SheetCore(Core[Sheets]):
         return Sheets(
             surfaces=(surface,) * count,
             radius=np.full(count, surface.ice.stone.radius),
-            known=np.tile(surface.known.features(Direction.AWAY), (count, 1)),
+            known=np.tile(surface.features(Direction.AWAY), (count, 1)),
             of_stones=np.tile(surface.of_stones, (count, 1, 1)),
             direction=np.ones(count, dtype=np.int64),
             target=np.zeros((count, 2)),
@@ -258,19 +265,30 @@ class SheetCore(Core[Sheets]):
         new, surfaces = Sheets(episodes.surfaces, *arrays), list(episodes.surfaces)
         new.stones[rows], new.played[rows], new.clock[rows] = np.nan, 0, 0.0
         each: list[int] = rows.tolist()
-        for some, alike_rows in [(rows, each)] if alike else [(i, [i]) for i in each]:
-            surface = self.ices.draw(rngs[alike_rows[0]], given)
-            for i in alike_rows:
-                surfaces[i] = surface
-            initial = distribution.on(surface.ice).sample(rngs[alike_rows[0]])
-            new.direction[some], new.target[some] = initial.direction, initial.target
-            new.radius[some] = surface.ice.stone.radius
-            new.known[some] = surface.known.features(initial.direction)
-            new.of_stones[some] = surface.of_stones
-            count = len(initial.places)
-            if count:
-                new.stones[some, :count, :2] = to_sheet(initial.places, initial.direction)
-                new.stones[some, :count, 2] = 0.0
+        chosen = [rngs[i] for i in each]
+        drawn = self.ices.draw_many(chosen[:1] if alike else chosen, given)
+        if alike:
+            drawn *= len(each)
+        if distribution.is_fixed:
+            initial = [distribution.sample(chosen[0])] * len(each)
+        else:
+            initial = [
+                distribution.on(surface.stone_radius).sample(rng)
+                for surface, rng in zip(drawn, chosen, strict=True)
+            ]
+        for i, surface in zip(each, drawn, strict=True):
+            surfaces[i] = surface
+        new.direction[rows] = [one.direction for one in initial]
+        new.target[rows] = [one.target for one in initial]
+        new.radius[rows] = [surface.stone_radius for surface in drawn]
+        new.known[rows] = [
+            surface.features(one.direction) for surface, one in zip(drawn, initial, strict=True)
+        ]
+        new.of_stones[rows] = [surface.of_stones for surface in drawn]
+        for i, one in zip(each, initial, strict=True):
+            if count := len(one.places):
+                new.stones[i, :count, :2] = to_sheet(one.places, one.direction)
+                new.stones[i, :count, 2] = 0.0
         sheets = new._replace(surfaces=tuple(surfaces))
         if recurs:
             self._beginning = sheets, self.observed(sheets)
@@ -297,7 +315,6 @@ class SheetCore(Core[Sheets]):
         slot = self._resting + order
         first_free = max(slot.tolist())
         throws = Throws(
-            throws=[Throw(speed=v, angle=a, spin=s) for v, a, s in numbers.tolist()],
             numbers=numbers,
             surfaces=[episodes.surfaces[i] for i in cast("list[int]", rows.tolist())],
             stones=episodes.stones[rows, :first_free],
@@ -328,7 +345,6 @@ class SheetCore(Core[Sheets]):
         )
         verdict = judge(landing, self.task.is_done(landing))
         facts: Facts = {
-            "throw": throws.throws,
             "status": flown.status.astype(object),
             "distance_m": verdict.distance_m,
             "in_house": verdict.in_house,
@@ -336,6 +352,8 @@ class SheetCore(Core[Sheets]):
             "reward_parts": verdict.parts.as_dict(),
             **flown.records,
         }
+        if self.details or self.render_mode is not None:
+            facts["throw"] = throws.each
         after = episodes._replace(stones=stones, played=played, clock=clock)
         return after, np.asarray(self.weights.total(verdict.parts)), [(rows, facts)]
 
@@ -391,6 +409,9 @@ class SheetCore(Core[Sheets]):
             "target_from_tee": target,
             "direction": _DIRECTIONS[direction],
         }
+
+    def _surfaces(self, distribution: RandomIces, ices: DrawnIces) -> list[Surface]:
+        return drawn_surfaces(distribution, ices, self._identifiers)
 
     def _surface(self, ice: Ice, known: KnownIce) -> Surface:
         return Surface(ice, known, self._identifiers)

@@ -44,6 +44,7 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
         chosen for the known ice, or for those of `ices` together
     weights : weights of the parts of the reward, or those that differ; by default the task's own
     fps : samples a second of the trajectory in `info`
+    details : whether `info` has `throw`, `trajectory` and `outcome` as well
     render_mode : "rgb_array", "rgb_array_list" (pictures of a film of what happened), "human" (a
         window; needs the extra `viewer`) or None
 
@@ -56,9 +57,10 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     ``reset(options=…)`` takes `target`, `stones`, `direction`, `level`, `ice` and `known_ice` for
     one episode.
 
-    ``step`` leaves in `info`: `throw` (as it left the hand), `status`, `distance_m`, `in_house`,
-    `success`, `reward_parts`, `trajectory` (of the delivered stone), `outcome` (of every stone),
-    `target` (sheet frame), `target_from_tee` (delivery frame, as the option) and `direction`.
+    ``step`` leaves in `info`: `status`, `distance_m`, `in_house`, `success`, `reward_…` (the parts
+    of the reward), `target` (sheet frame), `target_from_tee` (delivery frame, as the option) and
+    `direction`. With `details` the parts are in `reward_parts`, and there are also `throw` (as it
+    left the hand), `trajectory` (of the delivered stone) and `outcome` (of every stone).
     `observation.names` names every number of an observation.
     """
 
@@ -92,7 +94,7 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     def ice_features(self, direction: Direction) -> Singles:
         """What the agent knows of the ice when it plays to an end; see `KnownIce.features`."""
-        return self._episodes.surfaces[0].known.features(direction)
+        return self._episodes.surfaces[0].features(direction)
 
     # --- the parts -----------------------------------------------------------------------------
 

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from curling_env.envs.field import Field, releases_of
 from curling_env.envs.known_ice import KnownIce
+from curling_env.envs.random_ice import DrawnIces, RandomIces
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
 from curling_env.physics.engine import (
@@ -22,7 +23,7 @@ from curling_env.physics.engine import (
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
 from curling_env.throw import Delivery, Throw
-from curling_env.typing import Floats, Integers
+from curling_env.typing import Floats, Integers, Singles
 
 
 class Surface(Field):
@@ -38,9 +39,17 @@ class Surface(Field):
     def __init__(self, ice: Ice, known: KnownIce, identifiers: Sequence[int]) -> None:
         super().__init__(ice)
         self.known = known
-        features = known.of_stones(identifiers)
-        self.of_stones = np.concatenate([features, np.zeros_like(features[:1])])
+        self.of_stones = _of_stones(known, identifiers)
         """(slots + 1, k) what is known of each stone, and of none."""
+        self.field: Field = self
+        """What plays its throws; surfaces that share one are played together."""
+        self.place = 0
+        """Index of its ice in the field."""
+        self.stone_radius = ice.stone.radius
+
+    def features(self, direction: Direction) -> Singles:
+        """What the agent knows of the ice when it plays to an end; see `KnownIce.features`."""
+        return self.known.features(direction)
 
     @cached_property
     def engine(self) -> Engine:
@@ -48,13 +57,78 @@ class Surface(Field):
         return Engine(self.ice, tolerance=QUICK_TOLERANCE)
 
 
+class DrawnSurface(Surface):
+    """One of many ices that were drawn at once; most of it is made on first access.
+
+    Parameters
+    ----------
+    field : of all of them
+    place : its index in that field
+    """
+
+    def __init__(self, field: DrawnField, place: int) -> None:
+        self.field, self.place, self.drawn = field, place, field
+        self.of_stones, self.stone_radius = field.of_stones, field.ice.stone.radius
+
+    def features(self, direction: Direction) -> Singles:
+        """What the agent knows of the ice when it plays to an end."""
+        return self.drawn.features(direction)[self.place]
+
+    @cached_property
+    def ice(self) -> Ice:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The ice thrown on."""
+        return self.drawn.ices.ices.ice(self.place)
+
+    @cached_property
+    def known(self) -> KnownIce:  # pyright: ignore[reportIncompatibleVariableOverride]
+        """The ice as the agent knows it."""
+        distribution = self.drawn.distribution
+        estimate = self.drawn.ices.estimate(self.place)
+        return KnownIce(distribution.as_known(estimate, distribution.knows))
+
+
+class DrawnField(Field):
+    """Many ices that were drawn at once, on which throws are simulated together.
+
+    Parameters
+    ----------
+    distribution : the distribution of the ices
+    ices : the ices
+    of_stones : what is known of each stone, as of a `Surface`
+    """
+
+    def __init__(self, distribution: RandomIces, ices: DrawnIces, of_stones: Singles) -> None:
+        super().__init__(distribution.family.base, ices.ices)
+        self.distribution, self.ices, self.of_stones = distribution, ices, of_stones
+        self._features: dict[Direction, Singles] = {}
+
+    def features(self, direction: Direction) -> Singles:
+        """What agents know of the ices, (n, m)."""
+        if direction not in self._features:
+            self._features[direction] = self.distribution.features(self.ices, direction)
+        return self._features[direction]
+
+
+def drawn_surfaces(
+    distribution: RandomIces, ices: DrawnIces, identifiers: Sequence[int]
+) -> list[Surface]:
+    """The surfaces of many ices that were drawn at once."""
+    of_stones = _of_stones(KnownIce(distribution.family.base), identifiers)
+    field = DrawnField(distribution, ices, of_stones)
+    return [DrawnSurface(field, k) for k in range(len(ices.estimated))]
+
+
+def _of_stones(known: KnownIce, identifiers: Sequence[int]) -> Singles:
+    features = known.of_stones(identifiers)
+    return np.concatenate([features, np.zeros_like(features[:1])])
+
+
 class Throws(NamedTuple):
     """Throws about to be made on n sheets.
 
     Parameters
     ----------
-    throws : as they leave the hand
-    numbers : (n, 3) their speeds, angles and spins [m/s, rad, rad/s]
+    numbers : (n, 3) their speeds, angles and spins as they leave the hand [m/s, rad, rad/s]
     surfaces : the ice of each
     stones : (n, k, 3) place and heading of the stones before, sheet frame; NaN where there is none
     identifiers : (k,) of these stones
@@ -64,7 +138,6 @@ class Throws(NamedTuple):
     delivery : where throws begin
     """
 
-    throws: Sequence[Throw]
     numbers: Floats
     surfaces: Sequence[Surface]
     stones: Floats
@@ -73,6 +146,11 @@ class Throws(NamedTuple):
     order: Integers
     clock: Floats
     delivery: Delivery
+
+    @property
+    def each(self) -> list[Throw]:
+        """The throws as objects."""
+        return [Throw(speed=v, angle=a, spin=s) for v, a, s in self.numbers.tolist()]
 
 
 class Flown(NamedTuple):
@@ -112,8 +190,8 @@ class PlayOneByOne:
         n, k = throws.stones.shape[:2]
         stones, last = np.full((n, k + 1, 3), np.nan), np.empty((n, 2))
         outcomes: list[Outcome] = []
-        for row in range(n):
-            outcome, slots = self._play(throws, row)
+        for row, throw in enumerate(throws.each):
+            outcome, slots = self._play(throws, row, throw)
             for slot, stone, status in zip(slots, outcome.stones, outcome.status, strict=True):
                 if status.in_play:
                     stones[row, slot] = stone.x, stone.y, stone.theta
@@ -130,13 +208,13 @@ class PlayOneByOne:
             },
         )
 
-    def _play(self, throws: Throws, row: int) -> tuple[Outcome, list[int]]:
+    def _play(self, throws: Throws, row: int, throw: Throw) -> tuple[Outcome, list[int]]:
         """The outcome of one throw, and the slots of its stones."""
         there = [(k, *place) for k, place in enumerate(throws.stones[row].tolist())]
         there = [(k, x, y, theta) for k, x, y, theta in there if x == x]  # not NaN
         order = int(throws.order[row])
         outcome = throws.surfaces[row].engine.play(
-            throws.throws[row].release(
+            throw.release(
                 Direction(int(throws.direction[row])),
                 stone=FIRST_OWN_STONE + order,
                 clock=float(throws.clock[row]),
@@ -167,14 +245,17 @@ def play_together(throws: Throws) -> Flown:
     table[:, 1:4], table[:, 4] = throws.numbers, FIRST_OWN_STONE + throws.order
     table[:, 5], table[:, 6] = throws.clock, throws.order
     releases = releases_of(table, throws.direction, throws.delivery)
-    alike: dict[tuple[Surface, int], list[int]] = {}
-    for row, key in enumerate(zip(throws.surfaces, throws.direction.tolist(), strict=True)):
-        alike.setdefault(key, []).append(row)
-    for (surface, end), rows in alike.items():
+    alike: dict[tuple[Field, int], list[int]] = {}
+    for row, (surface, end) in enumerate(
+        zip(throws.surfaces, throws.direction.tolist(), strict=True)
+    ):
+        alike.setdefault((surface.field, end), []).append(row)
+    for (field, end), rows in alike.items():
         before, names = throws.stones[rows, :, :2], throws.identifiers
-        after = surface.play(before, names, releases[rows], end, alone=k == 0)
+        which = np.array([throws.surfaces[row].place for row in rows])
+        after = field.play(before, names, releases[rows], end, which=which, alone=k == 0)
         stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
         last[rows], time[rows] = after.last[:, -1], after.time
-        status[rows] = surface.statuses(after, end)[:, -1]
+        status[rows] = field.statuses(after, end)[:, -1]
     stones[status != Status.REST.value, -1] = np.nan
     return Flown(stones=stones, last=last, status=status, time=time, records={})

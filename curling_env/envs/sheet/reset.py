@@ -94,9 +94,8 @@ class ResetDistribution:
         no_random_stones = self.stones == 0 if isinstance(self.stones, int) else True
         return self.direction is not None and self.goal is not None and no_random_stones
 
-    def on(self, ice: Ice) -> ResetDistribution:
-        """The same distribution with the stones of an ice."""
-        radius = ice.stone.radius
+    def on(self, radius: float) -> ResetDistribution:
+        """The same distribution with stones of another radius [m]."""
         return self if radius == self.stone_radius else replace(self, stone_radius=radius)
 
     def sample(self, rng: np.random.Generator) -> InitialState:

@@ -17,8 +17,8 @@ class CurlingSheetVectorEnv(SheetCore, EnvsTogether[Sheets]):
     """Many sheets of `CurlingSheet-v0` at once.
 
     With the same seeds, sheets, throws and rewards are those of `CurlingSheetEnv`, in far less
-    time. `info` holds the same entries in Gymnasium's form, as arrays with a mask each; without
-    `fps` it has neither `trajectory` nor `outcome`.
+    time. `info` holds the same entries in Gymnasium's form, as arrays with a mask each; of the
+    `details` it has `trajectory` and `outcome` only with `fps`.
 
     Parameters
     ----------
@@ -26,8 +26,8 @@ class CurlingSheetVectorEnv(SheetCore, EnvsTogether[Sheets]):
     autoreset_mode : when an episode that is over begins again: in the next step ("NextStep"), whose
         action is then not thrown; in the same step ("SameStep"), so that every step is a throw; or
         when `reset` asks for it with a `reset_mask` ("Disabled")
-    fps : samples a second of `trajectory` in `info`; without it `info` has neither `trajectory`
-        nor `outcome`. With it throws are simulated one by one, as slowly as in `CurlingSheetEnv`
+    fps : samples a second of `trajectory` in `info`, which with it has the `details`. Throws are
+        then simulated one by one, as slowly as in `CurlingSheetEnv`
     render_mode : None; many sheets are not drawn
     settings : options of `CurlingSheetEnv`; at most sixteen stones on a sheet
 
@@ -47,7 +47,7 @@ class CurlingSheetVectorEnv(SheetCore, EnvsTogether[Sheets]):
     ) -> None:
         self.place(num_envs, autoreset_mode, render_mode)
         if fps is not None:
-            settings["fps"] = fps
+            settings = {"details": True, **settings, "fps": fps}
         super().__init__(**settings)
         if fps is None:
             self.player = play_together

@@ -1,13 +1,13 @@
-"""The rules of curling: pure functions over small frozen states, without physics or ice.
+"""Rules of curling: pure functions over small immutable states, without physics or ice.
 
 Everything is in the delivery frame: origin at the playing tee, +y along the direction of play. So a
 rule reads the same in every end. The near hog line, where stones are thrown from, plays no part.
 
-- `lines`: what a stone touches: house, hog line, side and back lines, the free guard zone
-- `teams`: the two teams, and their stones that lie on the sheet
+- `lines`: contact of a stone with house, hog line, side and back lines, the free guard zone
+- `teams`: the two teams, and their stones on the sheet
 - `rulesets`: the named, dated sets of rules; in mixed doubles, the stones placed before an end
-- `delivery`: the ruling on a delivered stone; stones that are protected early in an end
-- `scoring`: measuring, counting, and who has the hammer next
+- `delivery`: the ruling on a delivered stone; stones protected early in an end
+- `scoring`: measuring, counting, and the next hammer
 - `game`: an end and a game, from the first stone to the last
 """
 

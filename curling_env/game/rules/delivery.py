@@ -1,4 +1,4 @@
-"""The ruling on a delivered stone: what stays where it came to rest, and what is put back.
+"""Ruling on a delivered stone: stones that stay at rest, and stones that are put back.
 
 Some stones are protected early in an end. Fours (R6): until five stones are delivered, an
 opposition stone in the free guard zone may not be put out of play; and one that touches the centre
@@ -20,11 +20,11 @@ from curling_env.game.rules.rulesets import RuleSet
 from curling_env.game.rules.teams import RestingStone, Stones, Team
 
 After = Sequence[RestingStone | None]
-"""Where the stones that lay on the sheet came to rest, in order; None for one that left play."""
+"""Places of rest of the stones on the sheet, in order; None for one that left play."""
 
 
 def guards(rules: RuleSet, lines: Lines, stones: Stones, team: Team, delivered: int) -> Stones:
-    """Stones that the next stone, delivered by `team`, may not put out of play.
+    """Return stones that the next stone, delivered by `team`, may not put out of play.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ def guards(rules: RuleSet, lines: Lines, stones: Stones, team: Team, delivered: 
 
 
 def put_out(protected: Stones, before: Stones, after: After) -> Stones:
-    """Protected stones that the delivery put out of play."""
+    """Return protected stones that the delivery put out of play."""
     return tuple(
         stone
         for stone, now in zip(before, after, strict=True)
@@ -57,7 +57,7 @@ def put_out(protected: Stones, before: Stones, after: After) -> Stones:
 
 
 def driven_off(lines: Lines, protected: Stones, before: Stones, after: After) -> Stones:
-    """Protected stones that the delivery moved out of the free guard zone, still in play."""
+    """Return protected stones that the delivery moved out of the free guard zone, still in play."""
     return tuple(
         stone
         for stone, now in zip(before, after, strict=True)
@@ -66,7 +66,7 @@ def driven_off(lines: Lines, protected: Stones, before: Stones, after: After) ->
 
 
 def ticked(lines: Lines, protected: Stones, before: Stones, after: After) -> Stones:
-    """Protected stones that touched the centre line and now lie off it, still in play."""
+    """Return protected stones that touched the centre line and are now off it, still in play."""
     return tuple(
         stone
         for stone, now in zip(before, after, strict=True)
@@ -78,7 +78,7 @@ def ticked(lines: Lines, protected: Stones, before: Stones, after: After) -> Sto
 
 
 class Fault(StrEnum):
-    """What was wrong with a delivery."""
+    """Fault of a delivery."""
 
     HOG_LINE = "hog_line"
     """It struck nothing and did not wholly clear the far hog line: removed."""
@@ -91,13 +91,13 @@ class Fault(StrEnum):
 
 
 class Result(NamedTuple):
-    """What a delivery did, as physics or an umpire saw it.
+    """Result of a delivery, from physics or an umpire.
 
     Parameters
     ----------
-    after : where the stones that lay on the sheet came to rest, in their order, then the delivered
-        stone; None for one that touched a side line or went wholly past the back line
-    struck : whether the delivered stone touched a stone in play
+    after : places of rest of the stones on the sheet, in their order, then of the delivered stone;
+        None for one that touched a side line or went wholly past the back line
+    struck : true if the delivered stone touched a stone in play
     """
 
     after: After
@@ -106,7 +106,7 @@ class Result(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Ruling:
-    """The position that stands after a delivery.
+    """Valid position after a delivery.
 
     Parameters
     ----------
@@ -133,7 +133,7 @@ def rule_on(
     before : stones on the sheet before the delivery
     team : the team that delivered
     delivered : number of stones delivered in the end before this one
-    result : what the delivered stone did
+    result : result of the delivered stone
 
     Raises
     ------
@@ -154,7 +154,7 @@ def rule_on(
     if not rules.hog_line_exception:
         after = [s if s is not None and lines.past_hog_line(s.y) else None for s in after]
     rest = tuple(after[:-1])
-    if rest == before:  # nothing was moved that a rule might protect
+    if rest == before:  # nothing moved that a rule might protect
         return Ruling(stones=before if thrown is None else (*before, thrown), fault=fault)
     if delivered < rules.free_guard_until or delivered < rules.no_takeout_until:
         protected = guards(rules, lines, before, team, delivered)

@@ -1,4 +1,4 @@
-"""An end and a game, from the first stone to the last: frozen states and pure functions."""
+"""End and game, from the first stone to the last: immutable states and pure functions."""
 
 from __future__ import annotations
 
@@ -15,14 +15,14 @@ from curling_env.game.rules.teams import Stones, Team
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class End:
-    """An end in play.
+    """End in play.
 
     Parameters
     ----------
     number : number of the end, from 0
     hammer : the team that delivers last
     stones : stones on the sheet
-    delivered : number of stones delivered so far by both teams
+    delivered : number of stones delivered by both teams
     power_play : the side of a power play in this end, or None
     """
 
@@ -39,13 +39,13 @@ class End:
 
     @property
     def number_of_stone(self) -> int:
-        """Number, from 0, of the stone which that team delivers next."""
+        """Number, from 0, of the stone that this team delivers next."""
         return self.delivered // 2
 
 
 @dataclass(frozen=True, kw_only=True, slots=True)
 class Game:
-    """A game between two teams.
+    """Game between two teams.
 
     Parameters
     ----------
@@ -71,11 +71,11 @@ class Game:
 
     @property
     def score(self) -> tuple[int, int]:
-        """Points of home and away so far."""
+        """Points of home and away up to now."""
         return sum(home for home, _ in self.line_score), sum(away for _, away in self.line_score)
 
     def lead(self, team: Team) -> int:
-        """Points by which a team leads; negative when it is behind."""
+        """Return the points by which a team leads; negative when it is behind."""
         if not self.line_score:
             return 0
         other = team.other
@@ -88,12 +88,14 @@ class Game:
 
     @property
     def is_extra_end(self) -> bool:
-        """Whether the end in play, or the next one, is an extra end."""
+        """Return whether the end in play, or the next one, is an extra end."""
         return len(self.line_score) >= self.rules.ends
 
     @property
     def is_over(self) -> bool:
-        """Whether the game has ended: by its score, by concession, or tied after all extra ends."""
+        """Return whether the game has ended: by its score, by concession, or tied after all extra
+        ends.
+        """
         if self.conceded is not None:
             return True
         played = len(self.line_score)
@@ -106,7 +108,7 @@ class Game:
 
     @property
     def may_power_play(self) -> bool:
-        """Whether the deciding team may have a power play in the next end."""
+        """Return whether the deciding team may have a power play in the next end."""
         free = self.rules.power_play and self.last_stone not in self.power_plays
         return free and self.end is None and not self.is_extra_end
 
@@ -121,7 +123,7 @@ class Game:
 
 
 def new_game(rules: RuleSet, lines: Lines | None = None, *, last_stone: Team = Team.AWAY) -> Game:
-    """A game before its first end.
+    """Return a game before its first end.
 
     Parameters
     ----------
@@ -146,7 +148,7 @@ def begin_end(
     ----------
     game : a game between two ends
     power_play : mixed doubles: the side on which the deciding team has its power play, or None
-    throw_first : mixed doubles: whether the deciding team takes the guard and throws first
+    throw_first : mixed doubles: true if the deciding team takes the guard and throws first
     guard : mixed doubles: the place of the guard
 
     Raises
@@ -158,7 +160,7 @@ def begin_end(
         raise InputError("the game is over" if game.is_over else "an end is already in play")
     decides = game.last_stone
     if throw_first and not rules.placed_stones:
-        raise InputError(f"{rules.name} leaves no choice who throws first")
+        raise InputError(f"{rules.name} allows no choice of the first throw")
     if power_play is not None:
         if power_play not in ("left", "right"):
             raise InputError(f"power_play must be 'left', 'right' or None, got {power_play!r}")
@@ -187,8 +189,8 @@ def deliver(
     Parameters
     ----------
     game : a game with an end in play
-    result : what the delivered stone did
-    put_back : the opponent's choice after a tick: whether the stones are put back or left; by
+    result : result of the delivered stone
+    put_back : the opponent's choice after a tick: true puts the stones back, false leaves them; by
         default they are put back
 
     Returns
@@ -229,14 +231,16 @@ def deliver(
 
 
 def _decides_next(game: Game, hammer: Team, score: tuple[int, int]) -> Team:
-    """Who has the hammer in the next end, or in mixed doubles the decision on the placement."""
+    """Return the team with the hammer in the next end, or in mixed doubles with the decision on the
+    placement.
+    """
     if score == (0, 0) and game.rules.blank_passes_decision:
         return game.last_stone.other
     return hammer_after(game.rules, hammer, score)
 
 
 def _with_end(game: Game, end: End) -> Game:
-    """The game with another end in play; `replace` would take three times as long."""
+    """Return the game with another end in play; `replace` would take three times as long."""
     return Game(
         rules=game.rules,
         lines=game.lines,
@@ -250,9 +254,9 @@ def _with_end(game: Game, end: End) -> Game:
 
 
 def _is_decided(game: Game, end: End) -> bool:
-    """Whether, in the last end or an extra end, a team can no longer catch up.
+    """Return whether, in the last end or an extra end, a team can no longer catch up.
 
-    Play stops then, and the stones count as they lie.
+    Play stops then, and the stones count as they are.
     """
     if not game.rules.stops_when_decided or end.number < game.rules.ends - 1:
         return False
@@ -266,13 +270,13 @@ def _is_decided(game: Game, end: End) -> bool:
 
 
 def stones_left(rules: RuleSet, end: End, team: Team) -> int:
-    """Number of stones that a team has still to deliver in an end."""
+    """Return the number of stones that a team still has to deliver in an end."""
     first = team is end.hammer.other
     return rules.stones - (end.delivered + first) // 2
 
 
 def may_concede(game: Game, team: Team) -> bool:
-    """Whether a team may concede: after enough complete ends, at its turn or between ends.
+    """Return whether a team may concede: after enough complete ends, at its turn or between ends.
 
     Source
     ------
@@ -285,7 +289,7 @@ def may_concede(game: Game, team: Team) -> bool:
 
 
 def concede(game: Game, team: Team) -> Game:
-    """The game won by the opponent of a team that concedes; the end in play does not count.
+    """Return the game won by the opponent of a conceding team; the end in play does not count.
 
     Raises
     ------

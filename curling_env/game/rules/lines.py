@@ -1,4 +1,4 @@
-"""What a stone touches: lines, house and free guard zone, in the delivery frame.
+"""Contact of a stone with lines, house and free guard zone, in the delivery frame.
 
 Every line is taken at the edge that the rule book names: the hog line at its inner edge, 6.401 m
 from the tee; the back line at its outer edge, 1.829 m from it; a side line at the edge of the ice.
@@ -20,14 +20,14 @@ BACK_LINE = BACK_LINE_Y - TEE_Y
 
 @dataclass(frozen=True, kw_only=True)
 class Lines:
-    """Decides whether a stone touches a line, from the sheet's width and the stone's radius.
+    """Geometry of lines, from the sheet's width and the stone's radius.
 
     Parameters
     ----------
     width : distance between the side lines [m]
     stone_radius : radius of a stone [m]
-    touching_counts : whether a stone that just touches the house lies in it
-    whole_guard : whether a guard lies wholly before the tee line; else its centre must
+    touching_counts : count a stone that just touches the house as in it
+    whole_guard : require a guard to be wholly before the tee line, not only its centre
     centre_line : width of the centre line [m]
 
     Raises
@@ -49,39 +49,44 @@ class Lines:
 
     @property
     def reach(self) -> float:
-        """Greatest distance of a stone's centre from the tee at which it lies in the house [m]."""
+        """Maximum distance of a stone's centre from the tee at which it is in the house [m]."""
         touching = HOUSE_RADIUS + self.stone_radius
         return touching if self.touching_counts else math.nextafter(touching, 0.0)
 
     @property
     def guard_line(self) -> float:
-        """Where the centre of a guard lies before this, seen along play [m]."""
+        """Limit of the centre of a guard along play [m]."""
         return -self.stone_radius if self.whole_guard else 0.0
 
     @property
     def centre_reach(self) -> float:
-        """Distance of a stone's centre from the middle at which it touches the centre line [m]."""
+        """Maximum distance of a stone's centre from the middle at which it touches the centre line
+        [m].
+        """
         return self.stone_radius + self.centre_line / 2
 
     def past_hog_line(self, y: float) -> bool:
-        """Whether a stone with its centre at y lies wholly past the far hog line's inner edge."""
+        """Return whether a stone with its centre at y is wholly past the far hog line's inner
+        edge.
+        """
         return y - self.stone_radius > HOG_LINE
 
     def on_sheet(self, x: float, y: float) -> bool:
-        """Whether a stone is clear of the side lines and not wholly past the back line."""
+        """Return whether a stone is clear of the side lines and not wholly past the back line."""
         clear = abs(x) < self.width / 2 - self.stone_radius
         return clear and y - self.stone_radius <= BACK_LINE
 
     def in_house(self, x: float, y: float) -> bool:
-        """Whether any part of a stone is over the 12-foot ring, seen from above."""
+        """Return whether any part of a stone is over the 12-foot ring, seen from above."""
         return math.hypot(x, y) <= self.reach
 
     def touches_centre_line(self, x: float) -> bool:
-        """Whether any part of a stone is over the centre line."""
+        """Return whether any part of a stone is over the centre line."""
         return abs(x) <= self.centre_reach
 
     def in_free_guard_zone(self, x: float, y: float) -> bool:
-        """Whether a stone in play counts as a guard: before the tee line and not in the house.
+        """Return whether a stone in play counts as a guard: before the tee line and not in the
+        house.
 
         A stone on or before the hog line counts too: it is in play there only because it struck
         another. By most rules a stone that touches the tee line is not before it.

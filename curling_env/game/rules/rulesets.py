@@ -1,17 +1,17 @@
-"""Sets of rules by name and year, so that a result says by which rules it was played.
+"""Sets of rules by name and year, so that a result states its rules.
 
-docs/rules.md has a table of the differences. In mixed doubles two stones lie on the sheet before an
+docs/rules.md has a table of the differences. In mixed doubles two stones are on the sheet before an
 end begins (R16): a guard on the centre line, and a stone in the house. The team whose stone is in
-the house delivers second and so has the hammer. In a power play both lie to one side. Digital
-Curling 4 has six arrangements of its own.
+the house delivers second and so has the hammer. In a power play both are to one side. Digital
+Curling 4 has six other arrangements.
 
 Source
 ------
 World Curling's rules of 2024 as commonly summarised (sheet, delivery, free guard zone, scoring,
-mixed doubles); docs/rules.md says what was not checked against the rule book. Digital Curling: the
-game code of the competition's servers. `digital_curling` is that of DC3; of DC4 there are two
-readings, that of its library (`digital_curling_4…`) and that of the server at the competition's
-address (`dc4_server…`).
+mixed doubles); docs/rules.md lists the points that were not checked against the rule book. Digital
+Curling: the game code of the competition's servers. `digital_curling` is that of DC3; of DC4 there
+are two readings, that of its library (`digital_curling_4…`) and that of the server at the
+competition's address (`dc4_server…`).
 """
 
 from __future__ import annotations
@@ -25,58 +25,59 @@ from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, 
 from curling_env.sheet import HOUSE_RADIUS, LINE_WIDTH, RING_RADII
 
 Side = Literal["left", "right"]
-"""The side of the sheet, as the thrower sees it."""
+"""Side of the sheet, from the thrower's view."""
 GuardPlace = Literal["middle", "near_house", "near_hog_line"]
-"""Where the guard lies: one of three places, chosen for a competition by how much the ice curls."""
+"""Position of the guard: one of three places, chosen for a competition by the curl of the ice."""
 
 _MIDWAY = (HOG_LINE - HOUSE_RADIUS) / 2
 """Distance along play of the middle place, midway between hog line and house [m]."""
 _GUARD_PLACES = {"middle": 0.0, "near_house": 0.915, "near_hog_line": -0.915}
 """Distance of each place from the middle one: three feet [m]."""
 _ARRANGED_GUARDS = (-3.055, -3.345, -3.97, -4.26, -4.885, -5.175)
-"""Where the guard lies along play in Digital Curling 4's arrangements: it touches each of World
-Curling's places from behind and from before [m]."""
+"""Positions of the guard along play in Digital Curling 4's arrangements: it touches each of World
+Curling's places from behind and from before [m].
+"""
 _ARRANGED_POWER_PLAY = (1.093, 1.087, 1.073, 1.067, 1.053, 1.047)
-"""How far to the side the guard lies in a power play of these arrangements [m]."""
+"""Offset of the guard to the side in a power play of these arrangements [m]."""
 ARRANGEMENTS = len(_ARRANGED_GUARDS)
 """Number of Digital Curling 4's arrangements of the placed stones."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class RuleSet:
-    """A set of rules.
+    """Set of rules.
 
     Parameters
     ----------
     name : short name, with the year of the rules
     title : name for people
     ends : number of ends of a game, without extra ends
-    throwers : which player (0 is the first) delivers each of a team's stones in an end
-    placed_stones : whether each team has a stone on the sheet before an end begins
-    arrangement : where Digital Curling 4 has them, one of its six arrangements from 0; None for
-        World Curling's places
-    free_guard_until : opposition guards are protected while so many first stones are delivered
-    no_tick : whether, meanwhile, no opposition guard may be moved off the centre line
-    no_takeout_until : no stone at all may be put out while so many first stones are delivered
-    hog_line_exception : whether a stone that struck another may lie on or before the hog line
-    blank_keeps_hammer : whether the hammer (in mixed doubles the decision on the placement)
-        stays with its team after a blank end
-    blank_passes_decision : in mixed doubles, whether a blank end gives the decision to the team
-        that did not have it; else to the one that threw first
-    power_play : whether each team may once a game have its placed stones to the side
+    throwers : player (0 is the first) of each of a team's stones in an end
+    placed_stones : true if each team has a stone on the sheet before an end begins
+    arrangement : one of Digital Curling 4's six arrangements from 0; None for World Curling's
+        places
+    free_guard_until : number of first stones of an end that may not put out opposition guards
+    no_tick : true if those stones may not move an opposition guard off the centre line
+    no_takeout_until : number of first stones of an end that may not put out any stone
+    hog_line_exception : true if a stone that struck another may stay on or before the hog line
+    blank_keeps_hammer : true if the hammer (in mixed doubles the decision on the placement) stays
+        with its team after a blank end
+    blank_passes_decision : in mixed doubles, true if a blank end gives the decision to the team
+        that did not have it; otherwise to the one that threw first
+    power_play : true if each team may once a game have its placed stones to the side
     max_extra_ends : number of extra ends after which a tied game ends without a winner; None for
         no limit
     ends_before_concession : number of complete ends before a team may concede
-    stops_when_decided : whether the last end stops once one team cannot catch up
+    stops_when_decided : true if the last end stops once one team cannot catch up
     measure : distances from the tee that differ by less than this count as equal [m]
-    touching_counts, whole_guard, centre_line : what touches what, see `Lines`
-    guards_stay : whether a guard may not even be moved out of the free guard zone
-    centre_guards_only : whether only guards that touch the centre line are protected
-    tick_choice : whether the opponent chooses after a tick; else the stones are put back
+    touching_counts, whole_guard, centre_line : geometry of contacts, see `Lines`
+    guards_stay : true if a guard may not even be moved out of the free guard zone
+    centre_guards_only : true if only guards that touch the centre line are protected
+    tick_choice : true if the opponent chooses after a tick; otherwise the stones are put back
 
     Raises
     ------
-    InputError : numbers with which no game can be played
+    InputError : numbers out of range
     """
 
     name: str
@@ -105,9 +106,11 @@ class RuleSet:
 
     def __post_init__(self) -> None:
         if not 1 <= self.ends <= 20:
-            raise InputError(f"a game has 1 to 20 ends, got {self.ends}")
+            raise InputError(f"expected 1 to 20 ends in a game, got {self.ends}")
         if not 1 <= len(self.throwers) + self.placed_stones <= STONES_PER_TEAM:
-            raise InputError(f"a team has 1 to {STONES_PER_TEAM} stones, got {len(self.throwers)}")
+            raise InputError(
+                f"expected 1 to {STONES_PER_TEAM} stones in a team, got {len(self.throwers)}"
+            )
         if self.max_extra_ends is not None and self.max_extra_ends < 0:
             raise InputError(f"max_extra_ends must be at least 0, got {self.max_extra_ends}")
         if not self.measure >= 0:
@@ -116,12 +119,12 @@ class RuleSet:
             raise InputError("a power play needs placed stones")
         if self.arrangement is not None and not 0 <= self.arrangement < ARRANGEMENTS:
             raise InputError(
-                f"the arrangements of placed stones are 0 to {ARRANGEMENTS - 1}, "
-                f"got {self.arrangement}"
+                f"expected an arrangement of placed stones from 0 to {ARRANGEMENTS - 1}, got "
+                f"{self.arrangement}"
             )
 
     def lines(self, *, width: float = 4.75, stone_radius: float = 0.145) -> Lines:
-        """The lines of a sheet as these rules read them.
+        """Return the lines of a sheet according to these rules.
 
         Parameters
         ----------
@@ -220,16 +223,17 @@ RULE_SETS = {
 
 
 def rule_set(name: str | RuleSet, **changes: Any) -> RuleSet:
-    """A set of rules by its name, with some of its fields changed: ``rule_set(name, ends=8)``.
+    """Return a set of rules by its name, with some of its fields changed: ``rule_set(name,
+    ends=8)``.
 
     Raises
     ------
-    InputError : an unknown name, or a change with which no game can be played
+    InputError : an unknown name, or an invalid change
     """
     if isinstance(name, RuleSet):
         return replace(name, **changes) if changes else name
     if not isinstance(name, str) or name not in RULE_SETS:  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError(f"no set of rules is named {name!r}; there are {', '.join(RULE_SETS)}")
+        raise InputError(f"unknown set of rules {name!r}; expected one of {', '.join(RULE_SETS)}")
     return replace(RULE_SETS[name], **changes) if changes else RULE_SETS[name]
 
 
@@ -241,15 +245,15 @@ def placed_stones(
     power_play: Side | None = None,
     guard: GuardPlace = "middle",
 ) -> Stones:
-    """The guard of the team that throws first, and the other team's stone in the house.
+    """Return the guard of the team that throws first, and the other team's stone in the house.
 
     Parameters
     ----------
     rules : a set of rules with placed stones
     lines : lines of the sheet, for the stone's radius
-    hammer : the team with the hammer, whose stone lies in the house
-    power_play : the side on which both lie, or None
-    guard : the place of the guard, unless the rules have an arrangement of their own
+    hammer : the team with the hammer, whose stone is in the house
+    power_play : the side of both, or None
+    guard : place of the guard, unless the rules have an arrangement
 
     Returns
     -------

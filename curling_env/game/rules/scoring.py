@@ -1,4 +1,4 @@
-"""Measuring and counting (R11), and who has the hammer next."""
+"""Measuring and counting (R11), and the next hammer."""
 
 from __future__ import annotations
 
@@ -13,16 +13,16 @@ from curling_env.typing import Flags, Floats, Integers
 
 
 def points_of(places: Floats, own: Flags, reach: float, measure: float = 0.0) -> Integers:
-    """Points of a team in many positions at once, negative where its opponent scores.
+    """Return points of a team in many positions at once, negative if its opponent scores.
 
-    A team scores for each of its stones that lies nearer to the tee than the opponent's nearest.
-    Where stones of both teams lie equally far, so that no instrument tells them apart, none of
-    them counts; if they are the nearest, nobody scores.
+    A team scores for each of its stones that is nearer to the tee than the opponent's nearest. If
+    stones of both teams are equally far, so that no instrument can separate them, none of them
+    counts; if they are the nearest, no team scores.
 
     Parameters
     ----------
-    places : (..., k, 2) centres of stones, delivery frame [m]; NaN where there is no stone
-    own : (k,) whether each stone belongs to the team
+    places : (..., k, 2) centres of stones, delivery frame [m]; NaN for none
+    own : (k,) true for stones of the team
     reach : distance of a stone's centre from the tee at which it just touches the house [m]
     measure : distances that differ by less count as equal [m]
 
@@ -41,7 +41,7 @@ def points_of(places: Floats, own: Flags, reach: float, measure: float = 0.0) ->
 
 
 def count(lines: Lines, stones: Stones, measure: float = 0.0) -> tuple[Team | None, int]:
-    """Whose stones count, and how many; see `points_of`.
+    """Return the scoring team and its points; see `points_of`.
 
     Parameters
     ----------
@@ -54,7 +54,7 @@ def count(lines: Lines, stones: Stones, measure: float = 0.0) -> tuple[Team | No
     team : the team that scores, or None for a blank end
     points : its points
     """
-    # The same as `points_of`, to the last bit, which for a dozen stones takes longer.
+    # The same as `points_of`, bit for bit, which is slower for a dozen stones.
     near: tuple[list[float], list[float]] = ([], [])
     reach = lines.reach
     for team, _, x, y in stones:
@@ -71,13 +71,13 @@ def count(lines: Lines, stones: Stones, measure: float = 0.0) -> tuple[Team | No
 
 
 def shot_order(lines: Lines, stones: Stones) -> Stones:
-    """The stones in the house or touching it, nearest to the tee first."""
+    """Return the stones in the house or touching it, nearest to the tee first."""
     near = [stone for stone in stones if lines.in_house(stone.x, stone.y)]
     return tuple(sorted(near, key=lambda stone: stone.x * stone.x + stone.y * stone.y))
 
 
 def score_of(rules: RuleSet, lines: Lines, stones: Stones) -> tuple[int, int]:
-    """Points of the home and of the away team when an end is over."""
+    """Return points of the home and of the away team when an end is over."""
     team, points = count(lines, stones, rules.measure)
     if team is None:
         return 0, 0
@@ -85,7 +85,8 @@ def score_of(rules: RuleSet, lines: Lines, stones: Stones) -> tuple[int, int]:
 
 
 def hammer_after(rules: RuleSet, hammer: Team, score: tuple[int, int]) -> Team:
-    """Who has the hammer after an end, or in mixed doubles the decision on the placement.
+    """Return the team with the hammer after an end, or in mixed doubles with the decision on the
+    placement.
 
     In mixed doubles a blank end gives the decision to the team that threw first in it.
     """

@@ -1,4 +1,4 @@
-"""The two teams, and their stones that lie on the sheet."""
+"""Teams and their stones on the sheet."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ STONES_PER_TEAM = 8
 
 
 class Team(IntEnum):
-    """A team, named as on a scoreboard."""
+    """Team, named as on a scoreboard."""
 
     HOME = 0
     AWAY = 1
@@ -30,11 +30,11 @@ _OTHER = (Team.AWAY, Team.HOME)
 
 
 class RestingStone(NamedTuple):
-    """A stone at rest on the sheet.
+    """Stone at rest on the sheet.
 
     Parameters
     ----------
-    team : the team it belongs to
+    team : its team
     number : 0 to 7 within its team, in order of delivery; a placed stone has the next number
     x, y : its centre, delivery frame [m]
     """
@@ -56,4 +56,4 @@ class RestingStone(NamedTuple):
 
 
 Stones = tuple[RestingStone, ...]
-"""Stones on a sheet, in the order in which they came there."""
+"""Stones on a sheet, in order of arrival."""

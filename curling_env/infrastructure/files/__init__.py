@@ -1,1 +1,1 @@
-"""Files that are read and written: their limits and schemas, and results that appear together."""
+"""Reading and writing files: limits, schemas, and results that appear together."""

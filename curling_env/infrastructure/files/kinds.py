@@ -1,4 +1,4 @@
-"""Kinds of files by their content: a result replaces only a file of its own kind."""
+"""Kinds of files by their content: a result replaces only a file of the same kind."""
 
 from __future__ import annotations
 
@@ -14,9 +14,9 @@ from curling_env.errors import OutputError
 from curling_env.infrastructure.files import limits
 
 FILM_SUFFIXES = (".mp4", ".avi")
-"""How the names of films that are written end."""
+"""Suffixes of the films that are written."""
 FILM_MARK = "made by curling-sheet"
-"""Comment in the header of a film of this program: a film that a camera took is never replaced."""
+"""Comment in the header of a film of this program; a film from a camera is never replaced."""
 
 _BEGINNINGS = {
     "picture": (b"\x89PNG", b"\xff\xd8\xff", b"BM", b"GIF8", b"RIFF", b"II*\0", b"MM\0*"),
@@ -31,7 +31,7 @@ _NAMES = {
     "stones": "a list of stones",
     "tracks": "a table of tracks",
     "releases": "a table of releases",
-    "table": "a table of other columns",
+    "table": "a table with other columns",
     "other": "another file",
 }
 
@@ -39,10 +39,10 @@ _Members = dict[str, msgspec.Raw]
 
 
 def kind_of(path: str | Path) -> str | None:
-    """The kind of a file by its content, such as film, made film, picture, ice, scene or tracks.
+    """Return the kind of a file by its content: film, made film, picture, ice, scene, tracks…
 
-    None where nothing lies that could be lost: no file, an empty one, a pipe or a device. JSON that
-    names a format of this program is of the kind of that name. What cannot be read is `other`.
+    None if there is nothing to lose: no file, an empty one, a pipe or a device. The kind of JSON
+    that names a format of this program is that name. An unreadable file is `other`.
     """
     try:
         found = os.stat(path)
@@ -67,7 +67,7 @@ def kind_of(path: str | Path) -> str | None:
 def refuse_other_kind(new: Path, old: Path) -> None:
     """Refuse to replace a file by one of another kind.
 
-    Tables of no kind of their own are alike where the columns of one are among those of the other.
+    Plain tables count as the same kind if the columns of one include those of the other.
 
     Raises
     ------
@@ -85,7 +85,7 @@ def refuse_other_kind(new: Path, old: Path) -> None:
 
 
 def other_kind(path: str | Path, *kinds: str) -> OutputError:
-    """The refusal to replace a file of the first kind by one of the others."""
+    """Return the error for replacing a file of the first kind by one of the others."""
     articles = {kind: "an" if kind[0] in "aeio" else "a" for kind in kinds}
     there, *ours = [_NAMES.get(kind, f"{articles[kind]} {kind}") for kind in kinds]
     return OutputError(
@@ -100,7 +100,7 @@ def _read(path: str | Path, most: int = 4096) -> bytes:
 
 
 def _columns(content: bytes) -> frozenset[str]:
-    """The names in the first row of a table; none where it is no table."""
+    """Return the names in the first row of a table; empty if the file is no table."""
     header = next(iter(content[:4096].decode(errors="replace").splitlines()), "")
     names = frozenset(name.strip(' "') for name in header.split(","))
     is_table = header.isprintable() and (len(names) > 1 or header.strip() == "t")
@@ -109,7 +109,7 @@ def _columns(content: bytes) -> frozenset[str]:
 
 def _kind_of_json(content: bytes) -> str:
     document: _Members | list[_Members] = {}
-    for text in (content.partition(b"\n")[0], content):  # a document on each line, or one in all
+    for text in (content.partition(b"\n")[0], content):  # one document per line, or one in all
         with suppress(ValueError, RecursionError):
             document = msgspec.json.decode(text, type=_Members | list[_Members])
             break

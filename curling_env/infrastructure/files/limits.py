@@ -1,46 +1,50 @@
-"""How much of everything is accepted from a file; docs/files.md lists the same numbers.
+"""Limits on the size of everything that is read from a file; docs/files.md lists the same numbers.
 
-Each limit lies far above what a season of films and throws needs and is checked before the memory
-is spent. So a damaged or malicious file costs a moment and one line, not the machine.
+Each limit lies far above the needs of a season of films and throws, and is checked before memory is
+allocated. So a damaged or malicious file costs a moment and one line, not the machine.
 """
 
 from __future__ import annotations
 
 MAX_TEXT_BYTES = 512 * 2**20
-"""Of a CSV table or another program's export: five million rows of releases."""
+"""Maximum size of a CSV table or another program's export [bytes]: five million rows of
+releases.
+"""
 MAX_JSON_BYTES = 64 * 2**20
-"""Of a JSON document: an ice with half a million cells."""
+"""Maximum size of a JSON document [bytes]: an ice with half a million cells."""
 MAX_JSON_DEPTH = 32
-"""Of lists and objects inside one another."""
+"""Maximum nesting depth of lists and objects."""
 MAX_DIGITS = 30
-"""Of a whole number. No quantity here needs more than 17."""
+"""Maximum number of digits of a whole number. No quantity here needs more than 17."""
 MAX_YAML_BYTES = 2**20
 MAX_YAML_NODES = 20_000
-"""Of a YAML file with its aliases written out."""
+"""Maximum number of entries of a YAML file with its aliases expanded."""
 
 MAX_COLUMNS = 256
-"""Of a table."""
+"""Maximum number of columns of a table."""
 MAX_ROWS = 5_000_000
-"""Of a table: a whole day at 30 frames a second is 2.6 million."""
+"""Maximum number of rows of a table: a whole day at 30 frames a second is 2.6 million."""
 MAX_CELL = 1000
-"""Characters of a cell."""
+"""Maximum number of characters in a cell."""
 
 MAX_ARCHIVE_BYTES = 512 * 2**20
-"""Of a file of arrays, as it lies on the disk."""
+"""Maximum size of a file of arrays on the disk [bytes]."""
 MAX_ARRAY_BYTES = 640 * 2**20
-"""Of all its arrays together, unpacked."""
+"""Maximum total size of its arrays, unpacked [bytes]."""
 MAX_MEMBERS = 10_000
-"""Arrays in a file."""
+"""Maximum number of arrays in a file."""
 
 MAX_PICTURE_BYTES = 128 * 2**20
 MAX_PICTURE_PIXELS = 36_000_000
-"""Of one picture or still: an 8K picture has 33 million."""
+"""Maximum size of a picture or still [pixels]: an 8K picture has 33 million."""
 MAX_FRAME_PIXELS = 16_800_000
-"""Of one frame of a film: 5.3K has 15.9 million, and a film is looked at many frames at a time."""
+"""Maximum size of a frame of a film [pixels]: 5.3K has 15.9 million, and many frames are read at a
+time.
+"""
 MAX_FRAMES = 2_000_000
-"""Of one film: eighteen hours at 30 frames a second."""
+"""Maximum number of frames of a film: eighteen hours at 30 frames a second."""
 
-PIPE_PATIENCE = 15.0
-"""Time without a single byte from a pipe after which it is given up [s]."""
-PIPE_ALONE = 5.0
-"""The same where nobody holds the other end of it [s]."""
+PIPE_TIMEOUT = 15.0
+"""Timeout for a pipe that sends nothing [s]."""
+ORPHAN_PIPE_TIMEOUT = 5.0
+"""Timeout for a pipe without a writer [s]."""

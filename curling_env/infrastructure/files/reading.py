@@ -1,7 +1,7 @@
-"""Reading: bytes, text, JSON, YAML and arrays of files that strangers may have made.
+"""Reading bytes, text, JSON, YAML and arrays from untrusted files.
 
-Only ordinary files and pipes are read, never more of them than `limits` allow. Every fault is an
-`InputError` that names its place.
+Only ordinary files and pipes are read, within `limits`. Every error is an `InputError` that names
+its place.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ _CHUNK = 2**20
 
 
 def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
-    """All bytes of a file or pipe.
+    """Return all bytes of a file or pipe.
 
     Parameters
     ----------
-    most : more bytes than this are refused
+    most : maximum number of bytes
 
     Raises
     ------
@@ -43,30 +43,31 @@ def read_bytes(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> bytes:
     if not stat.S_ISREG(mode) and not stat.S_ISFIFO(mode):
         raise InputError("is a device; expected an ordinary file", source=path)
     try:
-        # A pipe without a writer must not stop everything here.
+        # A pipe without a writer must not block the program.
         handle = os.open(path, os.O_RDONLY | os.O_NONBLOCK)
         try:
             size, parts = os.fstat(handle).st_size, list[bytes]()
             while size <= most and (part := _next_part(handle, path)):
                 parts.append(part)
-                size = max(size, sum(map(len, parts)))  # it may grow meanwhile, or claim none
+                # the file may grow meanwhile, or report no size
+                size = max(size, sum(map(len, parts)))
         finally:
             os.close(handle)
     except OSError as error:
         raise InputError(f"cannot be read: {reason_of(error)}", source=path) from error
     if size > most:
-        raise InputError(f"is larger than the {most / 2**20:.0f} MB that are read", source=path)
+        raise InputError(f"is too large; expected at most {most / 2**20:.0f} MB", source=path)
     if stat.S_ISREG(mode):
         note_input(path)
     return b"".join(parts)
 
 
 def ordinary_file(path: str | Path, what: str = "file") -> Path:
-    """The path of a file that a library is going to open by itself.
+    """Return the path of a file that a library will open.
 
     Parameters
     ----------
-    what : what it should be, for the message
+    what : expected kind of file, for the message
 
     Raises
     ------
@@ -74,7 +75,7 @@ def ordinary_file(path: str | Path, what: str = "file") -> Path:
     """
     path = Path(path)
     if not stat.S_ISREG(_mode_of(path, what)):
-        raise InputError(f"is no ordinary file; expected a {what}", source=path)
+        raise InputError(f"is not an ordinary file; expected a {what}", source=path)
     if not os.access(path, os.R_OK):
         raise InputError("cannot be read: permission denied", source=path)
     note_input(path)
@@ -82,20 +83,22 @@ def ordinary_file(path: str | Path, what: str = "file") -> Path:
 
 
 def confined(name: str | Path, folder: Path, *, source: str | Path) -> Path:
-    """A file that is named inside another file, which must lie below the same folder.
+    """Return the path of a file that another file names; it must be in the same folder or below.
 
     Parameters
     ----------
-    name : as the file names it
-    folder : the folder of that file
+    name : path as written in the file
+    folder : folder of that file
     source : that file, for the message
 
     Raises
     ------
-    InputError : it lies elsewhere, or is no ordinary file
+    InputError : the path leads elsewhere, or is not an ordinary file
     """
     if "\0" in str(name):
-        raise InputError("names a file with a zero byte in its name", source=source)
+        raise InputError(
+            "names a file with a zero byte in its name; expected a plain path", source=source
+        )
     place = Path(os.path.realpath(folder / name))
     if not place.is_relative_to(os.path.realpath(folder)):
         raise InputError(
@@ -106,7 +109,7 @@ def confined(name: str | Path, folder: Path, *, source: str | Path) -> Path:
 
 
 def read_text(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> str:
-    """The text of a UTF-8 file.
+    """Return the text of a UTF-8 file.
 
     Raises
     ------
@@ -118,12 +121,12 @@ def read_text(path: str | Path, *, most: int = limits.MAX_TEXT_BYTES) -> str:
     except UnicodeDecodeError as error:
         raise InputError("not a text file (expected UTF-8)", source=path) from error
     if "\0" in text:
-        raise InputError("not a text file (it holds a zero byte)", source=path)
+        raise InputError("not a text file (it contains a zero byte)", source=path)
     return text.replace("\r\n", "\n").replace("\r", "\n")
 
 
 def read_json(path: str | Path) -> Any:
-    """The document of a JSON file.
+    """Return the document of a JSON file.
 
     Raises
     ------
@@ -134,11 +137,11 @@ def read_json(path: str | Path) -> Any:
 
 
 def parse_json(text: str | bytes, *, source: str | Path, where: str | None = None) -> Any:
-    """The document that a text holds; see `read_json`.
+    """Parse a JSON text; see `read_json`.
 
     Parameters
     ----------
-    where : the place of the text in its file; by default row and column of the fault are named
+    where : place of the text in its file; by default the row and column of the error
     """
     place = None
 
@@ -152,18 +155,18 @@ def parse_json(text: str | bytes, *, source: str | Path, where: str | None = Non
     except InputError as error:
         problem = error.problem
     except RecursionError:
-        problem = "nested too deep"
+        problem = "nested too deeply"
     except ValueError as error:  # not UTF-8, or thousands of digits
         problem = f"not JSON: {str(error).partition(';')[0]}"
     raise InputError(problem, source=source, where=where or place)
 
 
 def read_yaml(path: str | Path) -> Any:
-    """The document of a YAML file; needs PyYAML (the extra `train`).
+    """Return the document of a YAML file; needs PyYAML (the extra `train`).
 
     Raises
     ------
-    InputError : unreadable, not YAML, too large with its aliases written out, or a number that is
+    InputError : unreadable, not YAML, too large with its aliases expanded, or a number that is
         not finite
     """
     import yaml
@@ -174,46 +177,51 @@ def read_yaml(path: str | Path) -> Any:
     except yaml.YAMLError as error:
         mark = getattr(error, "problem_mark", None)
         place = None if mark is None else f"line {mark.line + 1}"
-        raise InputError("is not YAML", source=path, where=place) from error
+        raise InputError("not YAML", source=path, where=place) from error
     except InputError as error:
         raise InputError(error.problem, source=path) from error
     except RecursionError as error:
-        raise InputError("nested too deep", source=path) from error
+        raise InputError("nested too deeply", source=path) from error
     except (ValueError, TypeError, AttributeError, OverflowError) as error:
-        # PyYAML lets the faults of what it makes out of text through.
-        raise InputError(f"is not YAML that can be read: {error}", source=path) from error
+        # PyYAML passes on errors of the constructors that it calls.
+        raise InputError(f"not readable YAML: {error}", source=path) from error
 
 
 def read_arrays(
     path: str | Path, *, what: str = "a file of arrays", only: Collection[str] | None = None
 ) -> dict[str, NDArray[Any]]:
-    """The arrays of a NumPy archive (.npz) by name: numbers and text, and nothing that runs code.
+    """Return the arrays of a NumPy archive (.npz) by name: numbers and text, nothing that runs
+    code.
 
-    What it claims to hold is added up before anything is unpacked; its checksums are right.
+    The declared sizes are summed before anything is unpacked, and checksums are verified.
 
     Parameters
     ----------
-    what : what the file should be, for the message
-    only : names of the arrays that are wanted; None for all
+    what : expected kind of file, for the message
+    only : names of the arrays to read; None for all
 
     Raises
     ------
-    InputError : unreadable, damaged, too large, or holding anything but numbers and text
+    InputError : unreadable, damaged, too large, or with anything but numbers and text
     """
     content = read_bytes(path, most=limits.MAX_ARCHIVE_BYTES)
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             members = archive.infolist()
             if len(members) > limits.MAX_MEMBERS:
-                raise InputError(f"holds {len(members)} arrays; {limits.MAX_MEMBERS} are read")
+                raise InputError(
+                    f"has {len(members)} arrays; expected at most {limits.MAX_MEMBERS}"
+                )
             size, most = sum(member.file_size for member in members), limits.MAX_ARRAY_BYTES
             if size > most:
-                problem = f"holds {size / 2**20:.0f} MB unpacked; {most / 2**20:.0f} MB are read"
+                problem = (
+                    f"has {size / 2**20:.0f} MB unpacked; expected at most {most / 2**20:.0f} MB"
+                )
                 raise InputError(problem)
             named = {member.filename.removesuffix(".npy"): member for member in members}
             wanted = named.keys() if only is None else named.keys() & set(only)
             return {name: _array(archive, named[name]) for name in named if name in wanted}
-    except Exception as error:  # whatever a damaged zip may lead zipfile and NumPy to
+    except Exception as error:  # a damaged zip may make zipfile and NumPy raise anything
         reason = str(error) or type(error).__name__
         raise InputError(f"cannot be read as {what}: {reason[:120]}", source=path) from error
 
@@ -222,7 +230,7 @@ def read_arrays(
 
 
 def _mode_of(path: Path, what: str) -> int:
-    """The kind and permissions of a file that is not a directory."""
+    """Return the kind and permissions of a file that is not a directory."""
     try:
         mode = path.stat().st_mode
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
@@ -235,59 +243,61 @@ def _mode_of(path: Path, what: str) -> int:
 
 
 def _next_part(handle: int, path: Path) -> bytes:
-    """The next bytes of a file or pipe; none at its end."""
+    """Return the next bytes of a file or pipe; empty at its end."""
     waiting = select.poll()
     waiting.register(handle, select.POLLIN)
-    for patience in (limits.PIPE_ALONE, limits.PIPE_PATIENCE - limits.PIPE_ALONE):
+    for patience in (limits.ORPHAN_PIPE_TIMEOUT, limits.PIPE_TIMEOUT - limits.ORPHAN_PIPE_TIMEOUT):
         events = waiting.poll(1000 * patience)
         try:
             part = os.read(handle, _CHUNK)
-        except BlockingIOError:  # someone holds the other end, and is silent
+        except BlockingIOError:  # a writer holds the pipe open and sends nothing
             continue
         if part or events:
             return part
-        break  # no one holds it
-    raise InputError("nothing comes from this pipe", source=path)
+        break  # no writer
+    raise InputError("this pipe sends nothing", source=path)
 
 
 def _within_limits(document: Any, most: float = math.inf) -> Any:
-    """A document that is not too deep or long, with numbers that can be used.
+    """Return a document if its depth, length and numbers are within the limits.
 
     Parameters
     ----------
-    most : number of its entries, where one with aliases counts each time
+    most : maximum number of entries, counting aliased ones each time
     """
     for count, value in enumerate(_entries(document, 0), 1):
         if count > most:
-            raise InputError(f"has more than {most} entries with its aliases written out")
+            raise InputError(
+                f"has too many entries with its aliases expanded; expected at most {most}"
+            )
         if isinstance(value, float) and not math.isfinite(value):
-            raise InputError("holds a number that is too large or not finite")
+            raise InputError("contains a number that is too large or not finite")
         if isinstance(value, int) and abs(value) > 10**limits.MAX_DIGITS:
-            raise InputError(f"holds a whole number of more than {limits.MAX_DIGITS} digits")
+            raise InputError(f"contains a whole number of more than {limits.MAX_DIGITS} digits")
         if isinstance(value, set):
-            raise InputError("holds a set; expected lists and mappings")
+            raise InputError("contains a set; expected lists and mappings")
     return document
 
 
 def _entries(value: Any, depth: int) -> Generator[Any]:
-    """All entries of lists and mappings inside one another."""
+    """Yield all entries of nested lists and mappings."""
     yield value
     if isinstance(value, list | dict):
         if depth == limits.MAX_JSON_DEPTH:
-            raise InputError("nested too deep")
+            raise InputError("nested too deeply")
         members = cast("list[Any]", value if isinstance(value, list) else [*value, *value.values()])
         for member in members:
             yield from _entries(member, depth + 1)
 
 
 def _array(archive: zipfile.ZipFile, member: zipfile.ZipInfo) -> NDArray[Any]:
-    """One array; the end of its bytes is read, where their checksum is compared."""
+    """Read one array to the end of its bytes, where the checksum is verified."""
     if member.compress_type not in (zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED):
-        raise InputError("an array is compressed in a way that is not read")
+        raise InputError("an array has an unsupported compression")
     with archive.open(member) as packed:
         array: NDArray[Any] = npy_format.read_array(packed, allow_pickle=False)
         if packed.read(1):
-            raise InputError("an array is not of the size that it claims")
-    if array.dtype.kind not in "biufU":  # yes and no, numbers, text; no complex numbers, no objects
-        raise InputError(f"an array holds {array.dtype}, neither numbers nor text")
+            raise InputError("the size of an array differs from its header")
+    if array.dtype.kind not in "biufU":  # booleans, numbers, text; no complex numbers, no objects
+        raise InputError(f"an array has type {array.dtype}; expected numbers or text")
     return array

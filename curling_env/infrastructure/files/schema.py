@@ -1,7 +1,7 @@
-"""Documents (JSON, YAML) checked against what they may hold, with the place of the first fault.
+"""Documents (JSON, YAML) checked against schemas, with the place of the first error.
 
-A schema is a `Document` with types, bounds and units; msgspec does the checking. The tests make
-documents of their own from the same schemas.
+A schema is a `Document` with types, bounds and units; msgspec does the checking. The tests generate
+documents from the same schemas.
 """
 
 from __future__ import annotations
@@ -22,12 +22,13 @@ class Document(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
 
 
 def within(low: float, high: float, unit: str = "") -> msgspec.Meta:
-    """The bounds of a number, far beyond what is measured, for ``Annotated[float, within(...)]``.
+    """Return the bounds of a number for ``Annotated[float, within(...)]``, far beyond measured
+    values.
 
     Parameters
     ----------
     low, high : bounds, both allowed
-    unit : unit of the number, for whoever reads the schema
+    unit : unit of the number, for readers of the schema
     """
     return msgspec.Meta(ge=low, le=high, description=unit)
 
@@ -54,9 +55,9 @@ class FileFormat:
 
     Parameters
     ----------
-    name : with its number, such as ``curling-ice/1``
-    what : what people call such a file, with its article, for messages
-    numbered : whether a document must name its format
+    name : name with number, such as ``curling-ice/1``
+    what : name of such a file in messages, with its article
+    numbered : true if a document must name its format
     """
 
     name: str
@@ -64,12 +65,12 @@ class FileFormat:
     numbered: bool = True
 
     def accept(self, document: Any) -> dict[str, Any]:
-        """A document of this format, which it names.
+        """Return a document of this format.
 
         Raises
         ------
-        InputError : it is of another format, or of a number that only a later release knows; its
-            `source` is left to the caller
+        InputError : another format, or a number of a later release; its `source` is left to the
+            caller
         """
         members = cast("dict[str, Any]", document if isinstance(document, dict) else {})
         unnamed = isinstance(document, dict) and not self.numbered
@@ -78,8 +79,7 @@ class FileFormat:
             own = self.name.partition("/")[0]
             known = isinstance(found, str) and re.fullmatch(rf"{own}/[0-9]{{1,9}}", found)
             raise InputError(
-                f"format {found!r} is not known here: this release reads {self.what} up to "
-                f"{self.name!r}"
+                f"unknown format {found!r}: this release reads {self.what} up to {self.name!r}"
                 if known
                 else f"expected {self.what} of format {self.name!r}, found {str(found)[:40]!r}"
             )
@@ -87,17 +87,17 @@ class FileFormat:
 
 
 def checked(document: Any, form: type[Form], *, inside: str = "") -> Form:
-    """A parsed document as the schema has it.
+    """Return a parsed document converted to a schema.
 
     Parameters
     ----------
-    document : lists, dicts, text, numbers, as JSON and YAML give them
+    document : lists, dicts, text and numbers, as from JSON and YAML
     form : the schema
-    inside : the place of the document in its file, such as ``effects[3]``
+    inside : place of the document in its file, such as ``effects[3]``
 
     Raises
     ------
-    InputError : the place and what was expected there; its `source` is left to the caller
+    InputError : the place and the expected value; its `source` is left to the caller
     """
     try:
         return msgspec.convert(document, form, strict=True)
@@ -109,13 +109,17 @@ def checked(document: Any, form: type[Form], *, inside: str = "") -> Form:
         where = f"{inside}{joint}{inner}" or None
         raise InputError(_in_words(fault, _at(document, path)), where=where) from error
     except UnicodeError as error:
-        raise InputError("holds half a letter (a lone surrogate)", where=inside or None) from error
+        raise InputError(
+            "contains half a character (a lone surrogate)", where=inside or None
+        ) from error
     except (RecursionError, OverflowError) as error:
-        raise InputError("nested too deep", where=inside or None) from error
+        raise InputError("nested too deeply", where=inside or None) from error
 
 
 def _with_key(document: Any, form: Any, path: str, fault: str) -> str:
-    """The path with the key that msgspec leaves out, ``[...]``, where one has the fault alone."""
+    """Replace msgspec's placeholder ``[...]`` in a path by the key, if only one key has the
+    error.
+    """
     before, dots, after = path.partition("[...]")
     members = _at(document, before)
     if not dots or not isinstance(members, dict):
@@ -137,7 +141,7 @@ def _with_key(document: Any, form: Any, path: str, fault: str) -> str:
 
 
 def _in_words(fault: str, value: Any) -> str:
-    """A message of msgspec about a value in this project's words."""
+    """Rephrase a message of msgspec about a value."""
     field = re.search(r"(missing required|unknown) field `(.*)`", fault, re.DOTALL)
     if field is not None:
         kind = "missing" if field[1].startswith("missing") else "unknown key"
@@ -159,7 +163,7 @@ def _in_words(fault: str, value: Any) -> str:
 
 
 def _at(document: Any, path: str) -> Any:
-    """What lies at a path such as ``$.friction.mu[3][4]``; None where it leads nowhere."""
+    """Return the value at a path such as ``$.friction.mu[3][4]``; None if absent."""
     value: Any = document
     for name, index in re.findall(r"\.([^.\[]+)|\[(\d+)\]", path):
         try:

@@ -1,4 +1,4 @@
-"""Writing: text, JSON, tables and arrays, each of them completely or not at all.
+"""Writing text, JSON, tables and arrays, each of them completely or not at all.
 
 `writing` decides where and how a file may appear.
 """
@@ -18,13 +18,13 @@ from numpy.typing import ArrayLike, NDArray
 from curling_env.infrastructure.files.writing import atomic_path
 
 _ROWS_AT_A_TIME = 100_000
-"""Rows of a table that are turned into text together: as text they take much more room."""
+"""Number of table rows converted to text at a time: as text they take much more memory."""
 
 
 def write_text(path: str | Path, text: str) -> None:
     """Write text as UTF-8, completely or not at all.
 
-    A letter that is none, as a file's name may have it, is written as its number.
+    A surrogate, as in some file names, is written as its number.
 
     Raises
     ------
@@ -35,7 +35,7 @@ def write_text(path: str | Path, text: str) -> None:
 
 
 def write_json(path: str | Path, document: Any) -> None:
-    """Write JSON that people can read too: indented, with a row of plain values on one line.
+    """Write JSON that people can read too: indented, with rows of plain values on one line.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def write_json(path: str | Path, document: Any) -> None:
 
 
 def format_json(document: Any) -> str:
-    """The text that `write_json` writes, without its last newline; for results on stdout."""
+    """Return the text that `write_json` writes, without the last newline; for results on stdout."""
     return _layout(_plain(document), "")
 
 
@@ -98,26 +98,26 @@ def write_arrays(path: str | Path, arrays: Mapping[str, Any]) -> None:
 
 
 def _column(name: str, values: ArrayLike) -> NDArray[Any]:
-    """A column of a table, whose numbers a table can carry."""
+    """Return the array of a column, checked for values that a table cannot hold."""
     column = np.asarray(values)
     if column.dtype == object:  # numbers mixed with None
         column = np.array([np.nan if value is None else value for value in column.tolist()])
     if column.dtype == np.bool_:
         column = column.astype(np.int64)
     if np.issubdtype(column.dtype, np.floating) and np.isinf(column).any():
-        raise ValueError(f"column {name!r} holds an infinite number, which a table cannot carry")
+        raise ValueError(f"column {name!r} contains an infinite number, which a table cannot hold")
     return column
 
 
 def _cells(column: NDArray[Any], blank: str | None) -> list[Any]:
-    """The cells of a column, blank for NaN."""
+    """Format the cells of a column, blank for NaN."""
     if not np.issubdtype(column.dtype, np.floating):
         return column.tolist()
     return [blank if value != value else value for value in column.tolist()]
 
 
 def _plain(value: Any) -> Any:
-    """The same document made of the types of JSON only."""
+    """Return the same document made of JSON's own types."""
     if isinstance(value, np.ndarray | np.generic):
         return cast("Any", value.tolist())
     if isinstance(value, Mapping):

@@ -1,4 +1,4 @@
-"""Tables with a header, from CSV files: text by column, and numbers on request."""
+"""Tables with a header from CSV files: text by column, converted to numbers on request."""
 
 from __future__ import annotations
 
@@ -24,14 +24,14 @@ MAX_INTEGER = 2**53
 
 @dataclass(frozen=True, kw_only=True)
 class Column:
-    """A column of a table, and the numbers that it can hold.
+    """Column of a table and the range of its numbers.
 
     Parameters
     ----------
-    name : as in the header
+    name : name in the header
     unit : unit of its numbers; empty for a count or a name
     low, high : bounds of its numbers, far beyond what is measured
-    required : whether a table must have it
+    required : true if a table must have it
     """
 
     name: str
@@ -43,14 +43,14 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A CSV file as text by column; columns become numbers on request.
+    """CSV file as text by column; columns become numbers on request.
 
     Parameters
     ----------
     source : the file
     columns : one stripped text per row for each column asked for
     rows : row numbers as in an editor (the header is row 1)
-    known : what is known of columns, by name; cells of one that is not required may be empty
+    known : known columns by name; cells of one that is not required may be empty
     """
 
     source: str
@@ -65,20 +65,20 @@ class Table:
         return name in self.columns
 
     def where(self, index: int, name: str | None = None) -> str:
-        """The place of a cell or row for an error message, such as ``row 12, column y``."""
+        """Return the place of a cell or row for an error message, such as ``row 12, column y``."""
         row = f"row {self.rows[index]}"
         return row if name is None else f"{row}, column {name}"
 
     def text(self, name: str) -> Sequence[str]:
-        """The column as in the file, without spaces around its cells."""
+        """Return the column as text, without spaces around its cells."""
         return self.columns[name]
 
     def numbers(self, name: str, *, blank: bool | None = None) -> Floats:
-        """The column as numbers.
+        """Return the column as numbers.
 
         Parameters
         ----------
-        blank : whether an empty cell (or ``nan``) is accepted, as NaN; None: in optional columns
+        blank : accept an empty cell (or ``nan``) as NaN; None: in optional columns
 
         Returns
         -------
@@ -86,8 +86,8 @@ class Table:
 
         Raises
         ------
-        InputError : naming row and column, for text that is no number, or one that the column
-            cannot hold
+        InputError : naming row and column, for text that is not a number, or a number out of the
+            column's range
         """
         cells = self.columns[name]
         try:
@@ -105,11 +105,11 @@ class Table:
         return values
 
     def integers(self, name: str) -> Integers:
-        """The column as whole numbers; ``3.0`` counts as 3.
+        """Return the column as whole numbers; ``3.0`` counts as 3.
 
         Raises
         ------
-        InputError : naming row and column, for an empty cell or anything that is not whole
+        InputError : naming row and column, for an empty cell or anything but a whole number
         """
         values = self.numbers(name, blank=False)
         bad = (values != np.round(values)) | (np.abs(values) > MAX_INTEGER)
@@ -117,7 +117,7 @@ class Table:
         return values.astype(np.int64)
 
     def _refuse(self, bad: Flags, name: str, expected: str) -> None:
-        """Refuse the first bad cell of a column, if there is one."""
+        """Refuse the first bad cell of a column, if any."""
         if bad.any():
             index = int(np.argmax(bad))
             found = quoted(self.columns[name][index])
@@ -136,17 +136,17 @@ def read_table(
     columns: Sequence[Column] = (),
     empty_rows: bool = True,
 ) -> Table:
-    """A CSV file with a header.
+    """Read a CSV file with a header.
 
-    Other columns than those asked for are left out, so that a file may hold more. But a column that
-    looks like an absent optional one is refused, because a misspelt header would otherwise change
-    the result silently.
+    Columns other than the requested ones are ignored, so that a file may have more. But a column
+    that looks like an absent optional one is refused, because a misspelt header would otherwise
+    change the result silently.
 
     Parameters
     ----------
     required, optional : names of columns
-    columns : columns of which more is known, besides those
-    empty_rows : whether empty rows are passed over; the last one always is
+    columns : further columns with a known range
+    empty_rows : skip empty rows; the last one is always skipped
 
     Raises
     ------
@@ -163,7 +163,7 @@ def read_table(
     text = read_text(path)
     width = text.partition("\n")[0].count(",") + 1
     if width > limits.MAX_COLUMNS:
-        refuse(f"has {width} columns; {limits.MAX_COLUMNS} are read", 1)
+        refuse(f"has {width} columns; expected at most {limits.MAX_COLUMNS}", 1)
     lines = csv.reader(io.StringIO(text, newline=""), strict=True)
     rows: list[int] = []
     kept: list[list[str]] = []
@@ -182,11 +182,11 @@ def read_table(
                 found = f"found {len(record)}"
                 refuse(f"expected {len(header)} cells as in the header, {found}", lines.line_num)
             if len(rows) == limits.MAX_ROWS:
-                refuse(f"has more than the {limits.MAX_ROWS} rows that are read")
+                refuse(f"has too many rows; expected at most {limits.MAX_ROWS}")
             rows.append(lines.line_num)
             kept.append([record[i] for i in wanted])
     except csv.Error as error:
-        longer = f"a cell is longer than {limits.MAX_CELL} characters"
+        longer = f"a cell is too long; expected at most {limits.MAX_CELL} characters"
         problem = longer if "field limit" in str(error) else str(error)
         refuse(f"not a CSV table: {problem}", lines.line_num)
     finally:
@@ -201,15 +201,15 @@ def read_table(
 
 
 def is_plain(text: str) -> bool:
-    """Whether a text has only what a number in a file is written with.
+    """Return whether a text has only the characters of a number in a file.
 
-    Python also reads ``1_000`` and the digits of other scripts, which a table does not mean.
+    Python also reads ``1_000`` and digits of other scripts, which are errors in a table.
     """
     return text.isascii() and "_" not in text
 
 
 def quoted(text: str) -> str:
-    """A cell for a one-line message, cut when it is long."""
+    """Return a cell for a one-line message, cut if it is long."""
     return "an empty cell" if not text else repr(text if len(text) <= 40 else text[:37] + "...")
 
 
@@ -236,7 +236,7 @@ def _check_header(path: str | Path, header: Sequence[str], known: Mapping[str, C
 
 
 def _number_or_inf(cell: str) -> float:
-    """The number in a cell; infinity for other text, so that the bad cell is found."""
+    """Return the number in a cell; infinity for other text, so that the bad cell is found."""
     try:
         return (float(cell) if is_plain(cell) else np.inf) if cell else float("nan")
     except ValueError:

@@ -1,10 +1,10 @@
-"""Writing: a result appears whole under its name, and nothing of the user's is destroyed.
+"""Writing results: each appears complete under its name, and no file of the user is destroyed.
 
-A file is written under a hidden name beside its place and takes its name when it is complete; the
-files of one result take theirs one after the other when all are complete. What killed processes
-left under hidden names is removed when the next file is written into the same folder. Files that a
-command has read are never written over, folders that it made vanish again if it fails, and a file
-is replaced only by a result of its own kind.
+A file is written under a hidden name in its folder and renamed when it is complete; the files of
+one result are renamed one after the other when all are complete. Hidden files of killed processes
+are removed when the next file is written into the same folder. Files that a command has read are
+never overwritten, folders that it made are removed again if it fails, and a file is replaced only
+by a result of the same kind.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ Identity = tuple[int, int]
 
 _MACHINE = hashlib.sha256(platform.node().encode()).hexdigest()[:4]
 _DRAFT = re.compile(rf"\..*~{_MACHINE}-(\d+)-[0-9a-f]{{8}}(\.[^.~]*)?", re.DOTALL)
-"""A hidden name with the machine and the process that writes, and something random."""
+"""Hidden name with the machine and process that writes, and a random part."""
 
 
 @dataclass
@@ -40,11 +40,12 @@ class CommandFiles:
 
     Parameters
     ----------
-    inputs : what was read, or is named to be read
-    rewritten : what may be written all the same: its own results, and what it updates on purpose
-    written : files that have taken their names
+    inputs : files that were read, or will be
+    rewritten : inputs that may be overwritten: its own results, and files it updates on purpose
+    written : files that are complete under their names
     made : folders that did not exist before
-    kept : what an interruption leaves, and how to go on from there; empty if nothing is kept
+    kept : message on the files that an interruption leaves and how to continue; empty if nothing is
+        kept
     """
 
     inputs: set[Identity | None] = field(default_factory=set[Identity | None])
@@ -56,14 +57,14 @@ class CommandFiles:
 
 _RUNNING: ContextVar[CommandFiles | None] = ContextVar("_RUNNING", default=None)
 _RESULT: ContextVar[dict[Path, Path] | None] = ContextVar("_RESULT", default=None)
-"""The complete files of one result: the name that each will take, and its hidden name."""
+"""Complete files of one result: final name and hidden name of each."""
 
 
 @contextmanager
 def command_files(files: CommandFiles | None = None) -> Generator[CommandFiles]:
-    """Watch over the files of one command; folders that it made and left empty vanish again.
+    """Track the files of one command; folders that it made and left empty are removed again.
 
-    Used from Python, without a command, inputs are not protected.
+    Without a command, when called from Python, inputs are not protected.
     """
     files = CommandFiles() if files is None else files
     token = _RUNNING.set(files)
@@ -72,36 +73,36 @@ def command_files(files: CommandFiles | None = None) -> Generator[CommandFiles]:
     except BaseException:
         for folder in reversed(files.made):
             with suppress(OSError):
-                folder.rmdir()  # refuses a folder that holds anything
+                folder.rmdir()  # fails for a folder with any content
         raise
     finally:
         _RUNNING.reset(token)
 
 
 def note_input(path: Path) -> None:
-    """Remember that the running command reads this file."""
+    """Register a file as read by the running command."""
     _running().inputs.add(identity_of(path))
 
 
 def note_rewritten(path: Path) -> None:
-    """Remember that the running command may write a file that it reads from now on."""
+    """Register a file that the running command may overwrite although it reads it."""
     files, known = _running(), identity_of(path)
     if known not in files.inputs:
         files.rewritten.add(known)
 
 
 def keep(what: str) -> None:
-    """Remember what an interruption of the running command leaves, and how to go on from there.
+    """Set the message on what an interruption of the command leaves and how to continue.
 
     Parameters
     ----------
-    what : such as ``3 films are tracked; repeat the command to go on``
+    what : such as ``3 films are tracked; repeat the command to continue``
     """
     _running().kept = what
 
 
 def identity_of(path: str | Path) -> Identity | None:
-    """What identifies a file under all its names and links; None where there is none."""
+    """Return the identity of a file under all its names and links; None if there is no file."""
     with suppress(OSError, ValueError):
         found = os.stat(path)
         return (found.st_dev, found.st_ino)
@@ -113,15 +114,15 @@ def identity_of(path: str | Path) -> Identity | None:
 
 @contextmanager
 def atomic_path(path: str | Path) -> Generator[Path]:
-    """A temporary path to write to, which becomes `path` only if the block succeeds.
+    """Provide a temporary path, which becomes `path` only if the block succeeds.
 
-    It lies in the same directory and keeps the suffix, for writers that choose a format by suffix
-    (video, pictures). A device or pipe is written to, never replaced.
+    It is in the same directory and keeps the suffix, for writers that choose a format by suffix
+    (video, pictures). A device or pipe is written to directly, never replaced.
 
     Raises
     ------
     OutputError : the directory is missing or not writable, the disk is full, the file is an input
-        of the running command, or a file of another kind lies there
+        of the running command, or a file of another kind is there
     """
     path = Path(path)
     target, stream = _target_of(path)
@@ -157,13 +158,13 @@ def atomic_path(path: str | Path) -> Generator[Path]:
 
 @contextmanager
 def together() -> Generator[None]:
-    """Files written within it get their names at its end, all of them or none.
+    """Rename the files written in the block at its end, all of them or none.
 
-    Blocks within one another are one.
+    Nested blocks act as one.
 
     Raises
     ------
-    OutputError : see `atomic_path`; the files that were there before are then as they were
+    OutputError : see `atomic_path`; the earlier files are then unchanged
     """
     if _RESULT.get() is not None:
         yield
@@ -180,9 +181,9 @@ def together() -> Generator[None]:
 
 @contextmanager
 def at_once() -> Generator[None]:
-    """Files written within it get their names at once, also within `together`.
+    """Rename the files written in the block immediately, even within `together`.
 
-    For what an interrupted command keeps, so that the next one goes on from there.
+    For the files that an interrupted command keeps, so that the next run continues from there.
     """
     token = _RESULT.set(None)
     try:
@@ -193,13 +194,13 @@ def at_once() -> Generator[None]:
 
 @contextmanager
 def folder_of_drafts(directory: str | Path) -> Generator[Path]:
-    """A hidden folder to make a result in, into which several processes may write.
+    """Provide a hidden folder for a result, into which several processes may write.
 
-    If the block succeeds, its files take their places `together`.
+    If the block succeeds, its files are renamed as in `together`.
 
     Parameters
     ----------
-    directory : the folder of the result, in which the hidden one lies; it is made if it is missing
+    directory : folder of the result, which contains the hidden one; made if it is missing
 
     Raises
     ------
@@ -223,17 +224,17 @@ def folder_of_drafts(directory: str | Path) -> Generator[Path]:
         shutil.rmtree(drafts, ignore_errors=True)
 
 
-def written_so_far(path: str | Path) -> Path:
-    """Where the content of a file lies that was written within `together`."""
+def current_path(path: str | Path) -> Path:
+    """Return the path that currently has the content of a file written within `together`."""
     return (_RESULT.get() or {}).get(_target_of(Path(path))[0], Path(path))
 
 
 def check_writable(path: str | Path, *, kinds: tuple[str, ...] = ()) -> None:
-    """Refuse an output before the work: what `atomic_path` would refuse after it.
+    """Refuse an output before the work, if `atomic_path` would refuse it afterwards.
 
     Parameters
     ----------
-    kinds : kinds that it may replace, see `kind_of`; empty for any
+    kinds : kinds of files that it may replace, see `kind_of`; empty for any
 
     Raises
     ------
@@ -248,7 +249,7 @@ def check_writable(path: str | Path, *, kinds: tuple[str, ...] = ()) -> None:
 
 
 def make_directory(path: str | Path) -> Path:
-    """A directory for results, made with its parents if it does not exist.
+    """Make a directory for results, with its parents, if it does not exist.
 
     Raises
     ------
@@ -269,13 +270,13 @@ def make_directory(path: str | Path) -> Path:
 
 
 def fitted(name: str, ending: str = "") -> str:
-    """A file's name with an ending, of which the name is cut to the 255 bytes of file systems."""
+    """Return a file name with an ending, cut to the 255 bytes of file systems."""
     encoded, room = os.fsencode(name), 255 - len(os.fsencode(ending))
     return (name if len(encoded) <= room else encoded[:room].decode(errors="ignore")) + ending
 
 
 def reason_of(error: BaseException) -> str:
-    """The reason that the system gives for a fault, in small letters."""
+    """Return the system's reason for an error, in lower case."""
     given = error.strerror if isinstance(error, OSError) else None
     return (given or str(error) or type(error).__name__).lower()
 
@@ -291,18 +292,19 @@ def _refuse_input(path: Path) -> None:
     known, files = identity_of(path), _running()
     if known in files.inputs and known is not None and known not in files.rewritten:
         raise OutputError(
-            f"{path}: is read by this command and is not written over; give the result another name"
+            f"{path}: is an input of this command and is not overwritten; give the result another "
+            "name"
         )
 
 
 def _target_of(path: Path) -> tuple[Path, bool]:
-    """The file that is going to be replaced, and whether it is a stream that is written to."""
+    """Return the file that will be replaced, and whether it is a stream."""
     try:
-        # /dev/stdout may stand for a regular file, but one that the shell holds open.
+        # /dev/stdout may be a regular file, but one that the shell holds open.
         stream = path.exists() and (not path.is_file() or str(path.parent) in ("/dev", "/dev/fd"))
         if path.is_dir():
-            raise OutputError(f"{path}: is a directory; expected the name of a file to write")
-        # A link keeps pointing where it did: what it points at is replaced.
+            raise OutputError(f"{path}: is a directory; expected a file name")
+        # A link keeps its target; the target is replaced.
         target = Path(os.path.realpath(path)) if path.is_symlink() and not stream else path
         if target.is_symlink() and not stream:
             raise OutputError(f"{path}: cannot be written: a link that leads to itself")
@@ -317,12 +319,12 @@ def _target_of(path: Path) -> tuple[Path, bool]:
 
 
 def _new_draft(directory: Path, target: Path, path: Path) -> Path:
-    """An empty file with a hidden name; those of killed processes in its folder are removed.
+    """Create an empty file with a hidden name; remove those of killed processes in its folder.
 
     Parameters
     ----------
-    target : the file that it will be
-    path : the result as the user named it, for the message
+    target : final file
+    path : path as given by the user, for the message
     """
     with suppress(OSError), os.scandir(directory) as entries:
         for entry in entries:
@@ -341,7 +343,7 @@ def _new_draft(directory: Path, target: Path, path: Path) -> Path:
 
 
 def _is_running(process: int) -> bool:
-    with suppress(PermissionError, OverflowError):  # another user's
+    with suppress(PermissionError, OverflowError):  # of another user
         try:
             os.kill(process, 0)
         except ProcessLookupError:
@@ -350,7 +352,7 @@ def _is_running(process: int) -> bool:
 
 
 def _give_names(names: dict[Path, Path]) -> None:
-    """Let every draft take its name, and undo all if one cannot."""
+    """Rename all drafts, and undo all if one fails."""
     aside, target = dict[Path, Path | None](), Path()
     try:
         for target, draft in names.items():
@@ -378,7 +380,9 @@ def _give_names(names: dict[Path, Path]) -> None:
 
 
 def _kept_aside(target: Path) -> Path | None:
-    """A second name of the file that is going to be replaced, to put it back; None for none."""
+    """Return a second name for the file that will be replaced, to restore it; None if there is
+    none.
+    """
     if not target.exists():
         return None
     aside = _new_draft(target.parent, Path("before"), target)

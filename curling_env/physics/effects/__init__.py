@@ -1,4 +1,4 @@
-"""The catalogue of effects: every file of this folder that holds a CARD, and what users register.
+"""Catalogue of effects: every file of this folder with a CARD, and effects that users register.
 
 To add an effect of the project, put one file here. To add one from outside, call `register` with
 a card, or declare a function that returns one under the entry-point group ``curling.effects``.
@@ -42,7 +42,7 @@ def catalogue() -> dict[str, EffectCard]:
 
 
 def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
-    """Effects that a fit without them would take for a map of friction, or an error of the camera.
+    """Return effects that a fit without them would absorb in a map of friction, or a camera error.
 
     Those that act on single contacts come first, as in the force law.
     """
@@ -51,7 +51,7 @@ def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
 
 
 def register(card: EffectCard) -> EffectCard:
-    """Make an effect known to ice files, engines, discovery, figures and observations.
+    """Register an effect for ice files, engines, discovery, figures and observations.
 
     Raises
     ------
@@ -65,7 +65,7 @@ def register(card: EffectCard) -> EffectCard:
 
 
 def unregister(name: str) -> EffectCard:
-    """Take an effect out of the catalogue, and return its card; `register` brings it back.
+    """Remove an effect from the catalogue, and return its card; `register` restores it.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""An effect's card: everything that is known of an effect besides its compiled kernel.
+"""Card of an effect: all its properties except the compiled kernel.
 
 Ice files, engines, discovery, figures and observations read the card, so that an effect is complete
 in one file.
@@ -25,7 +25,9 @@ Values = Mapping[str, float]
 
 Breaks = Callable[[Values], tuple[float, ...]]
 Displacement = Callable[[Floats, Floats, Values], Floats]
-"""Reported less true position (n, 2) [m], from true positions (n, 2), headings (n,), parameters."""
+"""Reported minus true position (n, 2) [m], from true positions (n, 2), headings (n,),
+parameters.
+"""
 Starts = Callable[[Values], Sequence[Values]]
 Turned = Callable[[Values], Values]
 
@@ -36,25 +38,25 @@ def _none(_: Values) -> tuple[()]:
 
 @dataclass(frozen=True)
 class Parameter:
-    """One parameter of an effect: its name in an ice file, its SI unit, its meaning in a line.
+    """Parameter of an effect: its name in an ice file, its SI unit, its meaning in a line.
 
     Parameters
     ----------
-    symbol : in `EffectCard.equation`, as LaTeX; empty where there is none
+    symbol : symbol in `EffectCard.equation`, as LaTeX; empty if absent
     low, high : bounds outside which the effect is not valid
-    default : used when an ice file leaves it out; None makes it compulsory
+    default : value if it is missing in an ice file; None makes it compulsory
     neutral : value at which the effect does nothing, if this parameter alone can switch it off
-    held : whether it keeps the value of an ice file when that ice is fitted to throws, because it
-        says where the effect is or what it belongs to
-    axis : axis of the sheet frame, if the parameter is the component of a vector along it; seen
-        from the other end of the sheet it has the other sign
-    scales : push of other effects that the parameter multiplies; where nothing pushes so, it
-        cannot be measured
-    usual : its value on the ice of a usual rink, for what every ice has; else None
-    spread : standard deviation of the parameter among the ices of rinks, about the value that is
-        given or usual; None where nothing is known of it
-    told_with : parameter of the same effect, in the same unit, with which agents are told it, as a
-        sum; empty for a number of its own
+    held : true if it keeps the value of an ice file when that ice is fitted to throws, because it
+        identifies the place or the stone of the effect
+    axis : axis of the sheet frame, if the parameter is the component of a vector along it; it has
+        the opposite sign from the other end of the sheet
+    scales : push of other effects that the parameter multiplies; without such a push it cannot be
+        measured
+    usual : its value on the ice of a usual rink, for effects of every ice; otherwise None
+    spread : standard deviation of the parameter among the ices of rinks, about the given or usual
+        value; None if unknown
+    told_with : parameter of the same effect, in the same unit, whose sum with it agents observe;
+        empty for a separate number
     """
 
     name: str
@@ -74,18 +76,18 @@ class Parameter:
     told_with: str = ""
 
     def within(self, low: float, high: float, **others: Any) -> Parameter:
-        """The same with these bounds, and with other fields as named."""
+        """Return the same with these bounds, and with other fields as given."""
         return replace(self, low=low, high=high, **others)
 
 
 @dataclass(frozen=True, kw_only=True)
 class Variant:
-    """Another way in which an effect acts, by a parameter of its own. Discovery tries it apart.
+    """Another form of an effect, with its own parameter. Discovery tries it separately.
 
     Parameters
     ----------
-    parameter : the one that switches it on
-    readable, evidence, scope, pushes, needs, shown_over : as of `EffectCard` and `Search`
+    parameter : the parameter that switches it on
+    readable, evidence, scope, pushes, needs, shown_over : as in `EffectCard` and `Search`
     """
 
     parameter: str
@@ -98,31 +100,31 @@ class Variant:
 
     @property
     def words(self) -> str:
-        """Its name in a sentence."""
+        """Name in a sentence."""
         return self.readable
 
 
 @dataclass(frozen=True, kw_only=True)
 class Search:
-    """The search for an effect in measured throws. The defaults serve most effects.
+    """Search for an effect in measured throws. The defaults suit most effects.
 
     Parameters
     ----------
-    needs : what a session must hold for the effect to be visible in it
+    needs : required content of a session for the effect to be visible
     first : parameters that are fitted first; by default those with a neutral value that are not
         among `shape`
     shape : parameters that shape the effect and are fitted once its strength is known; by default
         those with a default value and without a neutral one
-    other_start : values from which the effect is fitted once more, shape included, where its usual
-        shape gains nothing
+    other_start : values from which the effect is fitted again, shape included, if its usual shape
+        gains nothing
     finer : values from which finer forms of the fitted effect begin, given its present ones; the
-        parameters that they name are fitted too, where that pays
-    variants : other ways in which the effect acts
-    stone : parameter that names the stone it belongs to; the effect is then tried for each stone
+        parameters that they name are fitted too, if that is worth it
+    variants : other forms of the effect
+    stone : parameter that identifies its stone; the effect is then tried for each stone
     area : parameters with the least and greatest x and the least and greatest y of the rectangle in
-        which the effect acts; the rectangle is then searched for
-    mistaken_for : what takes the effect for its own if it is fitted without it: the ``map`` of
-        friction, or a systematic error of the ``camera``
+        which the effect acts; the rectangle is then searched
+    mistaken_for : model part that absorbs the effect in a fit without it: the ``map`` of friction,
+        or a systematic error of the ``camera``
     """
 
     needs: tuple[Need, ...] = ()
@@ -137,7 +139,7 @@ class Search:
 
     @property
     def named(self) -> set[str]:
-        """All parameters that it names."""
+        """Return all parameters that it names."""
         return {
             *(self.first or ()),
             *(self.shape or ()),
@@ -150,47 +152,45 @@ class Search:
 
 @dataclass(frozen=True, kw_only=True)
 class EffectCard:
-    """An effect of the ice, the stone, the air or the measurement.
+    """Effect of the ice, the stone, the air or the measurement.
 
     Parameters
     ----------
-    name : in ice files and reports
-    title : for a person
+    name : name in ice files and reports
+    title : title for people
     readable : name in a sentence, such as "the model lacks friction that follows the speed"; the
         name without underscores by default
-    formula : as it would be written down in a line of text, with the names of the parameters
-    equation : the same as LaTeX, with their symbols, for pages that draw it; empty where there is
-        none
+    formula : formula in a line of text, with the names of the parameters
+    equation : the same as LaTeX, with their symbols, for pages that draw it; empty if absent
     parameters : in the order in which the kernel reads theta
-    source : where the form comes from
-    validity : where it holds
-    evidence : what measured tracks would show it
-    measured_by : what a team does to measure it, as an advice
+    source : source of the form
+    validity : range of validity
+    evidence : sign of it in measured tracks
+    measured_by : advice to a team on measuring it
     acts : ``friction``, a factor on μ that is the same for every contact of the band;
-        ``contact_friction``, a factor on μ that follows the slip of each contact;
-        ``motion``, an acceleration of its own or a factor on the others;
-        ``map``, the friction map itself, which the engines read without a kernel;
-        ``measurement``, on what a camera reports and not on the stone;
-        ``nothing``, a remark in an ice file
-    dissipative : whether it can only take energy out of the stone
-    kernel : compiled by `effect_kernel`, reads and writes the places of `physics.motion`; None for
-        effects that the stone does not feel
-    of_speed_and_spin : whether all that the kernel reads of the motion is the speed, the spin and
-        the slips, so that engines may keep what it does in a table
-    displacement : of an effect of the measurement, how far reported positions lie from true ones
+        ``contact_friction``, a factor on μ that follows the slip of each contact; ``motion``, a
+        separate acceleration or a factor on the others; ``map``, the friction map itself, which the
+        engines read without a kernel; ``measurement``, an error of the camera's report without
+        effect on the stone; ``nothing``, a remark in an ice file
+    dissipative : true if it can only remove energy from the stone
+    kernel : kernel compiled by `effect_kernel`, which reads and writes the places of
+        `physics.motion`; None for effects that do not act on the stone
+    of_speed_and_spin : true if the kernel reads only the speed, the spin and the slips, so that
+        engines may tabulate it
+    displacement : for an effect of the measurement, the difference of reported from true positions
     x_breaks, y_breaks : coordinates at which the effect is not smooth, given its parameters [m]
     scope : ``within throws`` if a single throw can show it, ``between throws`` if it changes the
         friction of whole throws
-    pushes : directions of the acceleration that it adds or takes away: along the travel, to its
+    pushes : directions of the acceleration that it adds or removes: along the travel, to its
         left, of the rotation, or fixed in the sheet
-    search : how it is looked for in measured throws
+    search : its search in measured throws
     shown_over : variable over which figures show it
-    turned : parameters of the effect seen from the other end of the sheet, given those from this
-        one; by default those with an `axis` change their sign
-    observed : scales of the parameters that agents are told, each the value that counts as 1; a
-        parameter that is not named has a scale from its bounds
+    turned : function that converts its parameters to the view from the other end of the sheet; by
+        default those with an `axis` change their sign
+    observed : scales of the parameters in agents' observations, each the value that counts as 1; a
+        missing parameter has a scale from its bounds
     observed_order : place of these numbers among those of other effects
-    observed_times : how many effects of this name on one ice are told apart
+    observed_times : maximum number of effects of this name in the observation of one ice
     """
 
     name: str
@@ -220,11 +220,11 @@ class EffectCard:
     turned: Turned | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        told = {p.told_with for p in self.parameters if p.told_with}
-        unknown = sorted((self.search.named | self.observed.keys() | told) - self._names)
+        partners = {p.told_with for p in self.parameters if p.told_with}
+        unknown = sorted((self.search.named | self.observed.keys() | partners) - self._names)
         says = f"the card of {self.name}"
         if unknown:
-            raise InputError(f"{says} speaks of {unknown[0]!r}, no parameter of it")
+            raise InputError(f"{says} names {unknown[0]!r}, which is not one of its parameters")
         wants_kernel = self.is_physical and self.acts != "map"
         if wants_kernel != (self.kernel is not None):
             wants = "wants a" if wants_kernel else "takes no"
@@ -236,56 +236,58 @@ class EffectCard:
 
     @property
     def is_physical(self) -> bool:
-        """True where the stone feels it."""
+        """True if it acts on the stone."""
         return self.acts not in ("measurement", "nothing")
 
     @property
     def words(self) -> str:
-        """Its name in a sentence."""
+        """Name in a sentence."""
         return self.readable or self.name.replace("_", " ")
 
     @property
     def neutral(self) -> dict[str, float]:
-        """The parameters that can switch it off, at the values that do."""
+        """Return the parameters that can switch it off, at the values that do."""
         return {p.name: p.neutral for p in self.parameters if p.neutral is not None}
 
     @property
     def usual(self) -> dict[str, float]:
-        """Parameters of the effect on the ice of a usual rink; empty if not every ice has it."""
+        """Return parameters of the effect on the ice of a usual rink; empty if not every ice has
+        it.
+        """
         return {p.name: p.usual for p in self.parameters if p.usual is not None}
 
     @property
     def shape(self) -> tuple[str, ...]:
-        """Parameters that shape it and are fitted once its strength is known."""
+        """Return parameters that shape it and are fitted once its strength is known."""
         if self.search.shape is not None:
             return self.search.shape
         return tuple(p.name for p in self.parameters if p.neutral is None and p.default is not None)
 
     @property
     def first(self) -> tuple[str, ...]:
-        """Parameters that are fitted first."""
+        """Return parameters that are fitted first."""
         if self.search.first is not None:
             return self.search.first
         return tuple(name for name in self.neutral if name not in self.shape)
 
     @property
     def told(self) -> list[Parameter]:
-        """Parameters that agents are told, each as a number of its own."""
+        """Return parameters in agents' observations, each as a separate number."""
         return [parameter for parameter in self.parameters if not parameter.told_with]
 
     def seen_from_the_other_end(self, given: Values) -> Values:
-        """Parameters of the same effect, after a half-turn of the sheet frame."""
+        """Return parameters of the same effect, after a half-turn of the sheet frame."""
         if self.turned is not None:
             return self.turned(given)
         axes = {parameter.name for parameter in self.parameters if parameter.axis}
         return {name: -value if name in axes else value for name, value in given.items()}
 
     def parameter(self, name: str) -> Parameter:
-        """The parameter of that name."""
+        """Return the parameter of that name."""
         return next(p for p in self.parameters if p.name == name)
 
     def theta(self, given: Values) -> list[float]:
-        """The kernel's parameter vector from an ice file's parameters.
+        """Return the kernel's parameter vector from an ice file's parameters.
 
         Raises
         ------
@@ -294,7 +296,9 @@ class EffectCard:
         unknown = sorted(given.keys() - self._names)
         if unknown:
             names = ", ".join(parameter.name for parameter in self.parameters)
-            raise InputError(f"effect {self.name} has no parameter {unknown[0]!r}; it has: {names}")
+            raise InputError(
+                f"effect {self.name} has no parameter {unknown[0]!r}; expected one of {names}"
+            )
         values: list[float] = []
         for parameter in self.parameters:
             value = given.get(parameter.name, parameter.default)
@@ -302,7 +306,7 @@ class EffectCard:
                 raise InputError(f"effect {self.name} needs its parameter {parameter.name!r}")
             if not parameter.low <= value <= parameter.high:
                 raise InputError(
-                    f"effect {self.name}: {parameter.name} must lie within {parameter.low:g} and "
+                    f"effect {self.name}: {parameter.name} must be between {parameter.low:g} and "
                     f"{parameter.high:g} {parameter.unit}, got {value:g}"
                 )
             values.append(float(value))

@@ -1,4 +1,4 @@
-"""The curl: a turning stone is pushed to the side its front turns to."""
+"""Curl: a turning stone is pushed to the side to which its front turns."""
 
 from math import fabs, log
 from typing import Any
@@ -34,18 +34,18 @@ CARD = EffectCard(
             "k",
         ).within(-0.1, 0.1, neutral=0.0, usual=0.0075, spread=0.0025),
         Parameter(
-            "speed_exponent", "1", "how the sideways push grows with speed", r"\alpha"
+            "speed_exponent", "1", "exponent of the sideways push in speed", r"\alpha"
         ).within(-1.0, 2.0, default=0.2, spread=0.25),
         Parameter(
             "spin_exponent",
             "1",
-            "how it grows with spin; 0 on real ice within about 30 %",
+            "exponent of the push in spin; 0 on real ice within about 30 %",
             r"\beta",
         ).within(0.0, 2.0, default=0.0, spread=0.25),
     ),
     source="Digital Curling FCV1: heading rate 0.0082·v^(-0.8) rad/s; Nyberg et al. (2013): "
     "front-back asymmetry of friction alone is insufficient, so the law is empirical",
-    validity="draws and take-outs, |ω| of 0.3 to 5 rad/s",
+    validity="draws and takeouts, |ω| of 0.3 to 5 rad/s",
     evidence="paths bend to opposite sides for opposite spins, in both directions of play",
     measured_by="throw with both handles",
     acts="motion",

@@ -1,4 +1,4 @@
-"""An area whose friction differs from the map."""
+"""Area whose friction differs from the map."""
 
 from collections.abc import Sequence
 from functools import partial
@@ -33,7 +33,7 @@ SOFT_BREAKS = tuple(0.75 * k for k in range(-6, 7))
 
 
 def _turned(given: Values) -> Values:
-    """The patch as it lies seen from the other end."""
+    """Return the patch as seen from the other end."""
     opposite = dict(zip(SIDES, ("x_max", "x_min", "y_max", "y_min"), strict=True))
     return {**given, **{side: -given[opposite[side]] for side in SIDES}}
 
@@ -45,7 +45,7 @@ def _breaks(axis: str, given: Values) -> tuple[float, ...]:
 
 
 def _finer(given: Values) -> Sequence[Values]:
-    """Soft sides, all of them free."""
+    """Return soft sides, all of them free."""
     sides = {side: given[side] for side in SIDES}
     return tuple({"edge": edge, **sides} for edge in (0.5, 1.5))
 

@@ -1,4 +1,4 @@
-"""Pebble that wears with every throw played: all over the sheet, and where stones ran."""
+"""Pebble wear with every throw: on the whole sheet, and along the stones' paths."""
 
 from math import exp
 from typing import Any
@@ -10,8 +10,8 @@ from curling_env.physics.motion import FRICTION, ORDER
 
 @effect_kernel
 def _kernel(motion: Any, theta: Any, push: Any) -> None:
-    # Wear along paths is in the map by the time a stone is thrown, or in the friction of each
-    # contact: see physics/wear.py.
+    # Wear along paths is in the map when a stone is thrown, or in the friction of each contact: see
+    # physics/wear.py.
     push[FRICTION] *= exp(theta[0] * motion[ORDER])
 
 
@@ -39,7 +39,7 @@ CARD = EffectCard(
         Parameter(
             "under_contacts",
             "1/pass",
-            "the same, but each contact of the band feels the ice that it stands on",
+            "the same, but for each contact of the band on the ice under it",
             "c",
         ).within(-0.1, 0.1, default=0.0, told_with="along_path"),
     ),
@@ -55,15 +55,15 @@ CARD = EffectCard(
             Variant(
                 parameter="under_contacts",
                 readable="pebble that wears where stones have run",
-                evidence="friction follows how often stones have run over the place, and turns a "
-                "stone where one side is more worn",
+                evidence="friction follows the number of passes over the place, and a stone "
+                "turns where one side is more worn",
                 needs=("runs over the same ice",),
                 shown_over="passes",
             ),
             Variant(
                 parameter="along_path",
-                readable="pebble that wears where stones have run, felt under their centres",
-                evidence="friction follows how often stones have run over the place",
+                readable="pebble that wears where stones have run, acting at their centres",
+                evidence="friction follows the number of passes over the place",
                 needs=("runs over the same ice",),
                 shown_over="passes",
             ),

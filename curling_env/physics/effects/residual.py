@@ -1,4 +1,4 @@
-"""The rest, which no named effect explains: a table of friction over one variable."""
+"""Residual friction, which no named effect explains: a table over one variable."""
 
 from functools import partial
 from math import exp, fabs
@@ -9,7 +9,7 @@ from curling_env.physics.effects.card import EffectCard, Parameter, Values
 from curling_env.physics.motion import CLOCK, FRICTION, ORDER, SPEED, SPIN, X, Y
 
 VARIABLES = ("speed", "x", "y", "spin", "clock", "order")
-"""Names of what the table may run over, by the number of its `variable`; spin without sign."""
+"""Names of the table's possible variables, by the number of its `variable`; spin without sign."""
 _NUMBERED = ", ".join(f"{number} {name}" for number, name in enumerate(VARIABLES))
 _PLACES = (SPEED, X, Y, SPIN, CLOCK, ORDER)
 KNOTS = 7
@@ -37,7 +37,7 @@ def _breaks(axis: str, given: Values) -> tuple[float, ...]:
 
 
 def _turned(given: Values) -> Values:
-    """The table as it reads seen from the other end: one over x or y is read backwards."""
+    """Return the table as read from the other end: one over x or y is reversed."""
     if VARIABLES[int(given["variable"])] not in ("x", "y"):
         return given
     knots = {f"log_factor_{k}": given.get(f"log_factor_{KNOTS - 1 - k}", 0.0) for k in range(KNOTS)}
@@ -52,7 +52,7 @@ CARD = EffectCard(
     equation=r"\mu \to \mu \, e^{f(u)}, \qquad "
     r"f\left( u_0 + \frac{k}{6} (u_6 - u_0) \right) = f_k, \qquad k = 0 \ldots 6",
     parameters=(
-        Parameter("variable", "1", f"what it runs over: {_NUMBERED}", "u").within(
+        Parameter("variable", "1", f"variable of the table: {_NUMBERED}", "u").within(
             0.0, len(VARIABLES) - 1.0
         ),
         Parameter("low", "of the variable", "value at the first place", "u_0"),
@@ -69,7 +69,7 @@ CARD = EffectCard(
     ),
     source="none: a description, to be replaced by a mechanism once one is found",
     validity="the range of the variable that measured throws covered",
-    evidence="what is left follows this variable, and the table shrinks the gap on throws held out",
+    evidence="the residual follows this variable, and the table shrinks the gap on held-out throws",
     acts="friction",
     kernel=_kernel,
     turned=_turned,

@@ -1,4 +1,4 @@
-"""Ice that is not level."""
+"""Slope of the ice."""
 
 from typing import Any, Literal
 
@@ -28,7 +28,8 @@ CARD = EffectCard(
     parameters=(_gradient("x", "+x"), _gradient("y", "the away end")),
     source="mechanics; 1 mm across the sheet moves a draw by 0.3 m",
     validity="gradients well below the friction, so that a resting stone stays",
-    evidence="a constant acceleration that keeps its world direction when the play turns round",
+    evidence="a constant acceleration that keeps its world direction when the direction of play "
+    "reverses",
     measured_by="throw in both directions",
     acts="motion",
     kernel=_kernel,

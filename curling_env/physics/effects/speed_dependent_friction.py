@@ -1,4 +1,4 @@
-"""Friction that falls as the contact slides faster."""
+"""Friction that decreases with the sliding speed of the contact."""
 
 from collections.abc import Sequence
 from math import log
@@ -9,7 +9,7 @@ from curling_env.physics.effects.card import EffectCard, Parameter, Search, Valu
 from curling_env.physics.motion import CONTACT_FRICTION, CONTACTS, LOG_SLIP, SLIP
 
 SLOWEST_SLIP = 0.01
-"""Slip below which friction no longer rises [m/s]; nobody has measured slower contacts."""
+"""Slip below which friction no longer rises [m/s]; slower contacts have not been measured."""
 
 
 @effect_kernel
@@ -28,10 +28,10 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 
 
 def _finer(given: Values) -> Sequence[Values]:
-    """Friction that falls in a straight line, and a power law with an offset.
+    """Return linearly decreasing friction, and a power law with an offset.
 
-    Each begins with the slope that the fitted power law has at 1 m/s: from further off a fit would
-    lose its way.
+    Each starts with the slope of the fitted power law at 1 m/s: from a more distant start a fit
+    would diverge.
     """
     n = given["exponent"]
     starts = [{"exponent": -1.0, "share": min(max(-n, -0.19), 0.5), "speed_offset": 0.0}]
@@ -51,7 +51,7 @@ CARD = EffectCard(
     equation=r"\mu(s) = \mu \left[ 1 - c + c \, (s + s_0)^{-p} \right]",
     parameters=(
         Parameter(
-            "exponent", "1", "how steeply friction falls with speed; ½ is the Penner–Maeno law", "p"
+            "exponent", "1", "exponent of the decrease with speed; ½ is the Penner–Maeno law", "p"
         ).within(-1.0, 2.0, neutral=0.0, usual=0.25, spread=0.12),
         Parameter(
             "speed_offset", "m/s", "added to the slip, which bounds friction at rest", "s_0"

@@ -1,4 +1,4 @@
-"""A torque that slows the rotation beyond what the running band explains."""
+"""Torque that slows the rotation in addition to the running band."""
 
 from math import fabs, log
 from typing import Any
@@ -32,14 +32,14 @@ CARD = EffectCard(
         Parameter("rate", "rad/s²", "loss of spin at 1 m/s and 1.5 rad/s", "r").within(
             0.0, 0.5, neutral=0.0, usual=0.0115, spread=0.006
         ),
-        Parameter("speed_exponent", "1", "how the loss grows as the stone slows", "p").within(
+        Parameter("speed_exponent", "1", "exponent of the loss as the stone slows", "p").within(
             0.0, 1.5, default=0.6, spread=0.25
         ),
         Parameter("speed_floor", "m/s", "speed below which the loss no longer grows", "v_0").within(
             1e-4, 1.0, default=0.05, held=True
         ),
         Parameter(
-            "spin_exponent", "1", "how the loss grows with spin; 1 is a loss in proportion", "q"
+            "spin_exponent", "1", "exponent of the loss in spin; 1 is a loss in proportion", "q"
         ).within(0.0, 2.0, default=0.0, spread=0.3),
     ),
     source="Digital Curling FCV1: 0.025/max(v, 0.001); measured spins fall as v^0.4, a symmetric "
@@ -54,7 +54,7 @@ CARD = EffectCard(
     search=Search(
         needs=("headings",),
         shape=("speed_exponent", "spin_exponent"),
-        # A rate that must not be negative can be held at zero by a wrong shape.
+        # A fixed wrong shape can hold a nonnegative rate at zero.
         other_start={"rate": 0.01, "speed_exponent": 0.0, "spin_exponent": 1.0},
     ),
     observed={"rate": 0.05, "speed_exponent": 1.5, "speed_floor": 0.2, "spin_exponent": 1.5},

@@ -1,4 +1,4 @@
-"""One stone that runs heavier or keener than the others, or curls more or less."""
+"""Deviation of one stone: heavier or keener than the others, or more or less curl."""
 
 from math import fabs
 from typing import Any
@@ -17,8 +17,8 @@ def _kernel(motion: Any, theta: Any, push: Any) -> None:
 
 CARD = EffectCard(
     name="stone_bias",
-    title="A stone of its own",
-    readable="a stone with a friction of its own",
+    title="Stone with its own friction",
+    readable="a stone with its own friction",
     formula="for one stone: μ → factor·μ and sideways push → curl_factor·push; give the effect "
     "once for each such stone",
     equation=r"\mu \to f\,\mu, \quad a_\text{left} \to c\,a_\text{left} "
@@ -46,7 +46,7 @@ CARD = EffectCard(
         variants=(
             Variant(
                 parameter="curl_factor",
-                readable="a stone with a curl of its own",
+                readable="a stone with its own curl",
                 evidence="the paths of one stone bend more, or less, than those of the others",
                 pushes=("left",),
                 needs=("headings",),

@@ -1,4 +1,4 @@
-"""Ice that grows heavier or keener as the session goes on."""
+"""Drift of the friction in the course of the session."""
 
 from math import exp
 from typing import Any

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -22,6 +22,11 @@ from friction_estimation.camera.annotation.height_range import (
     height_from_paint,
 )
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.expected import (
+    ExpectedError,
+    expected_errors,
+    expected_of_scene,
+)
 from friction_estimation.camera.markings import curves_of, keypoints_of
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import refine, unrefined
@@ -55,12 +60,14 @@ class AnnotatedCamera:
     disagreeing : names of rings and lines that are elsewhere than the camera puts them
     height_range : between which heights the camera hangs with 95 % probability, as far as an
         unknown lens leaves that open [m]
+    expected : error of tracks to expect, by place
     """
 
     scene: Scene
     camera: Camera
     misfit_px: float
     height_range: tuple[float, float]
+    expected: Sequence[ExpectedError]
     paint_px: float | None = None
     disagreeing: tuple[str, ...] = ()
 
@@ -190,6 +197,11 @@ class Annotation:
             scene=scene,
             camera=camera,
             misfit_px=float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
+            expected=(
+                expected_errors([refined], scene.stone_radius, scene.stone_height)
+                if measured
+                else expected_of_scene(scene, camera)
+            ),
             paint_px=refined.rms_px if measured else None,
             disagreeing=refined.disagreeing,
             height_range=heights,

@@ -20,6 +20,7 @@ from curling_env.infrastructure.page_policy import directives_of
 from curling_env.units import Units
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px
+from friction_estimation.camera.expected import expected_in_words
 from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
 
@@ -111,6 +112,7 @@ class AnnotationPage:
             "focal_px": camera.lens.focal_px,
             "position": camera.position.tolist(),
             "height_range": found.height_range,
+            "expected": expected_in_words(found.expected, self._units),
             "thrower": [shape.tolist() for shape in thrower_px(camera)],
         }
 

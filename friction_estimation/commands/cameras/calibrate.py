@@ -33,10 +33,10 @@ def calibrate(
         curling calibrate board-*.png --board charuco --squares 8x6 --square-size 0.04
         curling track end.mp4 --scene end.scene.json --camera camera.json
 
-    Print the board, fix it to something flat, and take ten or more pictures with the same size,
-    zoom and focus as the camera films: near the middle and in every corner of the picture, with
-    the board tilted to all sides. Count squares, not inner corners: a usual chessboard is 8x8. A
-    reprojection error below 0.5 px is good.
+    Print the board, fix it to something flat, and take ten or more pictures with the resolution,
+    zoom and focus of your films: near the middle and in every corner of the picture, with the board
+    tilted to all sides. Count squares, not inner corners: a chessboard is 8x8. A reprojection error
+    below 0.5 px is good.
     """
     from friction_estimation.camera.chessboard import Board, calibrate_lens, save_lens
 

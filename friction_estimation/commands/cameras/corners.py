@@ -1,4 +1,4 @@
-"""`curling corners`: mark the sheet in a picture by hand, in the browser."""
+"""`curling corners`: marks of the sheet in a picture, set by hand in the browser."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ SceneFile = Annotated[
     Writes(kinds=("scene",), rewrites=("start",)),
 ]
 StartOption = Annotated[
-    Path | None, Option(metavar="SCENE.json", help="Scene whose marks are the start.")
+    Path | None, Option(metavar="SCENE.json", help="Scene with marks to start from.")
 ]
 
 
@@ -30,8 +30,8 @@ class Page:
 
     sheet: str = option("44.5x4.5", "Length and width of the ice [m].", metavar="LxW")
     port: int = option(0, "Port of the page; 0 takes any free one.", min=0, max=65535)
-    browser: bool = option(True, "Open the page, or only print its address.")
-    share: bool = option(False, "Open the page to the local network: a tablet or phone.", "--share")
+    browser: bool = option(True, "Open the page in the browser.")
+    share: bool = option(False, "Open the page to tablets and phones in the network.", "--share")
 
 
 @grouped
@@ -55,7 +55,7 @@ def corners(
 
     A page opens in your browser. Click each corner of the ice in turn; home is the thrower's end,
     and left is the thrower's left. The lines drawn into the picture must lie on the paint; a few
-    pixels do not matter. With --share anyone who has the address, also shown as a QR code, may mark
+    pixels do not matter. With --share anyone with the address, also shown as a QR code, can mark
     and save. The command ends when you save. See docs/tracking.md.
     """
     import webbrowser
@@ -64,6 +64,8 @@ def corners(
     from curling_env.sheet import Sheet
     from friction_estimation.camera.annotation.annotate import Annotation
     from friction_estimation.camera.annotation.server import AnnotationServer
+    from friction_estimation.camera.expected import expected_in_words, expected_of_scene
+    from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_lens, load_scene, save_scene
 
     if start is not None:
@@ -90,7 +92,14 @@ def corners(
         saved = server.wait()
     assert saved is not None
     count = len(saved.points_px)
+    expected = expected_of_scene(saved, camera_from_scene(saved, annotation.size))
     results.show(
-        {"scene": str(output), "points": count, "corners": saved.has_corners},
-        f"{count} places marked: {output}; `curling track FILM --scene {output}` is next",
+        {
+            "scene": str(output),
+            "points": count,
+            "corners": saved.has_corners,
+            "expected": [error.document() for error in expected],
+        },
+        f"{count} points marked: {output}; next: `curling track FILM --scene {output}`",
+        f"expected error of tracks: {expected_in_words(expected, results.units)}",
     )

@@ -1,4 +1,4 @@
-"""`curling join-cameras`: films of one throw by several cameras to one track."""
+"""`curling join-cameras`: one track from films of one throw by several cameras."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def join_cameras(
     tracking: Tracking,
     results: Results,
 ) -> None:
-    """Join films of one throw, by cameras that see a part of the sheet each, to one track.
+    """Join films of one throw, by cameras that each see a part of the sheet, to one track.
 
     \b
     Example:
@@ -37,8 +37,8 @@ def join_cameras(
 
     The stone is tracked in each film, as by `curling track`. The clocks of the cameras need not
     agree: they are synchronised by the stone's passage from one picture to the next or, across a
-    gap, by its deceleration; sigma_xy includes the uncertainty. Long films are cut into their
-    throws, which are matched by their times. Other stones are joined too. See docs/tracking.md.
+    gap, by its deceleration; sigma_xy includes the uncertainty. Long films are cut into throws,
+    which are matched by their times. Other stones are joined too. See docs/tracking.md.
     """
     import numpy as np
 
@@ -50,7 +50,7 @@ def join_cameras(
     from friction_estimation.tracks.session_pairs import same_throws
 
     if len(set(films)) < max(2, len(films)):
-        raise InputError("give the films of two cameras or more", source="VIDEO...")
+        raise InputError("expected the films of two or more cameras", source="VIDEO...")
     seen: dict[Path, list[TrackedFilm]] = {film: [] for film in films}
     with together(), progress_bar("frame") as bar:
         for one in tracking.throws_in(films, tracking.scenes(scene), output, progress=bar):

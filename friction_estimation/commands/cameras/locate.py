@@ -45,6 +45,7 @@ def locate(
     from curling_env.infrastructure.files.writing import together
     from curling_env.sheet import PAPER_SHEET
     from friction_estimation.camera.annotation.annotate import Annotation
+    from friction_estimation.camera.expected import expected_errors, expected_in_words
     from friction_estimation.camera.locate import camera_from_photo, draw_markings
     from friction_estimation.camera.scene import load_scene, save_scene
     from friction_estimation.film.pictures import write_picture
@@ -52,7 +53,9 @@ def locate(
 
     cv2.setNumThreads(1)
     if not mark and start is None:
-        problem = "mark the tee and the middle of the hog line, or give a scene with --start"
+        problem = (
+            "no marks: give --mark for the tee and the middle of the hog line, or --start SCENE"
+        )
         raise InputError(problem, source="--mark")
     known = (
         Annotation.open(photo, PAPER_SHEET)
@@ -71,20 +74,23 @@ def locate(
     spread = found.refined.log_focal_sigma
     at = f"the camera is {length(z, results.units)} above ({x:.1f}, {y:.1f}) m"
     words = [
-        f"{found.refined.measured} places on rings and lines agree to "
+        f"{found.refined.measured} points on rings and lines agree to "
         f"{found.refined.rms_px:.2f} px; {at}"
     ]
     if found.disagreeing:
         missed = ", ".join(f"{name} {found.misses_px[name]:.1f} px" for name in found.disagreeing)
-        words = [f"not all of the paint agrees to 2 px: {missed}; {at}"]
+        words = [f"some of the paint deviates by more than 2 px: {missed}; {at}"]
     if spread > UNSURE_HEIGHT and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"
         words.append(f"{uncertainty}: measure it and give --height")
+    expected = expected_errors([found.refined], found.scene.stone_radius, found.scene.stone_height)
+    words.append(f"expected error of tracks: {expected_in_words(expected, results.units)}")
     shown = None if picture is None else str(picture)
-    results.show({"scene": str(output), "picture": shown, **found.summary()}, *words)
+    errors = {"expected": [error.document() for error in expected]}
+    results.show({"scene": str(output), "picture": shown, **found.summary(), **errors}, *words)
 
 
 def _read_mark(text: str) -> tuple[str, tuple[float, float]]:
     place, _, pixel = text.partition("=")
-    u, v = numbers(pixel, "--mark", "a place and its pixel such as away_tee=131,141")
+    u, v = numbers(pixel, "--mark", "a point and its pixel such as away_tee=131,141")
     return place.strip(), (u, v)

@@ -1,4 +1,4 @@
-"""The command `plan`: a throw that gets there, in words and numbers."""
+"""`curling plan`: a throw that reaches its target, in words and numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_command_prints_a_throw_that_gets_there(curling, tmp_path) -> None:
     assert (tmp_path / "plan.png").stat().st_size > 20_000
 
 
-def test_command_says_what_is_believed_and_what_is_missing(curling, tmp_path) -> None:
+def test_the_command_reports_assumed_and_missing_effects(curling, tmp_path) -> None:
     ice = load_ice("standard")
     believed = tuple(
         replace(e, believed=("strength",) if e.name == "curl" else ()) for e in ice.effects
@@ -39,8 +39,8 @@ def test_command_says_what_is_believed_and_what_is_missing(curling, tmp_path) ->
     save_ice(marked, tmp_path / "ice.json")
     call = ("plan", "--ice", tmp_path / "ice.json", "--target", "0,17.37", "--skill", "none")
     result = curling(*call)
-    assert "curl is believed, not measured" in result.err
-    assert "lacks something" in result.err
+    assert "curl is assumed, not measured" in result.err
+    assert "lacks an effect" in result.err
     quiet = curling(*call, "--json")
     assert quiet.err == ""
     assert len(quiet.json()["remarks"]) == 2
@@ -61,11 +61,11 @@ def test_command_takes_a_spin_and_plays_home(curling) -> None:
         (["--target", "0"], "--target: expected X,Y"),
         (["--target", "0,here"], "--target: expected X,Y"),
         (["--target", "0,40"], "off the ice"),
-        ([], "say what is wanted"),
-        (["--task", "spin"], "no task is named 'spin'"),
+        ([], "nothing to plan"),
+        (["--task", "spin"], "unknown task 'spin'"),
         (["--task", "takeout"], "needs a stone"),
         (["--task", "freeze", "--target", "0,25"], "off the ice"),
-        (["--target", "0,17", "--skill", "god"], "no skill is named 'god'"),
+        (["--target", "0,17", "--skill", "god"], "unknown skill 'god'"),
         (["--target", "0,17", "--spin", "fast"], "--spin"),
         (["--target", "0,17", "--stones", "nowhere.json"], "nowhere.json"),
         (["--target", "0,17", "--picture", "nowhere/plan.png"], "nowhere"),

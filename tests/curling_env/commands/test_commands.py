@@ -39,7 +39,7 @@ def test_the_competitions_law_as_published(curling):
     assert shot["turns"] == pytest.approx(2.95, abs=0.02)
 
 
-def test_uniform_coulomb_friction_stops_where_the_textbook_says(curling):
+def test_uniform_coulomb_friction_agrees_with_the_textbook(curling):
     shot = curling("throw", "--ice", "paper", "--speed", 1.0).json()
     distance = 1.0 / (2 * 0.0019 * 9.80665)
     assert shot["y"] + HOG_LINE_Y == pytest.approx(distance, abs=1e-3)
@@ -59,9 +59,7 @@ def test_the_home_end_is_half_a_turn_away(curling):
     assert away["theta"] < 0 < away["turns"]
 
 
-def test_a_throw_on_ice_that_is_not_known_exactly_says_how_far_its_rest_may_be_off(
-    curling, tmp_path, monkeypatch
-):
+def test_a_throw_on_uncertain_ice_reports_the_spread_of_its_rest(curling, tmp_path, monkeypatch):
     ice = load_ice("standard")
     curl = replace(ice.effect("curl"), sigma={"strength": 4e-4})
     unsure = ice.without_effect("curl").with_effect(curl)
@@ -81,12 +79,12 @@ def test_a_throw_on_ice_that_is_not_known_exactly_says_how_far_its_rest_may_be_o
     assert "rest_sigma_x_m" not in certain
 
 
-def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):
+def test_a_throw_on_ice_that_lacks_an_effect_warns(curling, tmp_path):
     save_ice(load_ice("standard").with_effect(ActiveEffect(name="unknown")), tmp_path / "ice.json")
     result = curling("throw", "--ice", tmp_path / "ice.json", "--speed", 2.1)
     assert result.json()["status"] == "rest"
     assert result.err.count("\n") == 1
-    assert "lacks something" in result.err
+    assert "lacks an effect" in result.err
     friction = load_ice("paper").friction
     bare = replace(friction, observed=np.zeros_like(friction.observed))
     save_ice(Ice(friction=bare), tmp_path / "bare.json")
@@ -107,14 +105,14 @@ def test_a_throw_that_does_not_stay_in_play(curling, speed, angle, status):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        (("--speed", 0), "speed must lie above 0"),
-        (("--speed", -2), "speed must lie above 0"),
-        (("--speed", "nan"), "speed must lie above 0"),
+        (("--speed", 0), "speed must be above 0"),
+        (("--speed", -2), "speed must be above 0"),
+        (("--speed", "nan"), "speed must be above 0"),
         (("--speed", 50), "at most 6"),
         (("--speed", "fast"), "valid number"),
-        (("--speed", 2, "--angle", 2), "angle must lie within"),
-        (("--speed", 2, "--angle", "nan"), "angle must lie within"),
-        (("--speed", 2, "--spin", 100), "spin must lie within"),
+        (("--speed", 2, "--angle", 2), "angle must be within"),
+        (("--speed", 2, "--angle", "nan"), "angle must be within"),
+        (("--speed", 2, "--spin", 100), "spin must be within"),
         (("--speed", 2, "--x", 3), "inside the side lines"),
         (("--speed", 2, "--x", "inf"), "within ±100 m"),
         (("--speed", 2, "--direction", "up"), "direction"),
@@ -122,7 +120,7 @@ def test_a_throw_that_does_not_stay_in_play(curling, speed, angle, status):
         (("--speed", 2, "--ice", "no-such"), "no such ice file"),
     ],
 )
-def test_a_throw_that_nobody_makes_is_refused_in_one_line(curling, options, says):
+def test_an_impossible_throw_is_refused_in_one_line(curling, options, says):
     assert says in curling("throw", "--ice", "standard", *options).complaint
 
 
@@ -168,7 +166,7 @@ def test_tracks_are_the_true_paths(curling, releases, tmp_path):
 def test_more_samples_than_a_file_may_have_are_refused(curling, releases, tmp_path, monkeypatch):
     monkeypatch.setattr("curling_env.infrastructure.files.limits.MAX_ROWS", 100)
     run = curling("simulate", "--ice", "paper", "--releases", releases, "-o", tmp_path / "t.csv")
-    assert "more than 100 rows of tracks at 30 samples a second" in run.complaint
+    assert "at 30 samples a second exceed 100 rows of tracks" in run.complaint
     assert not (tmp_path / "t.csv").exists()
 
 
@@ -228,7 +226,7 @@ def test_a_simulated_session_remembers_where_its_stones_went(curling, tmp_path):
         ("0,0,-11,0,0,0,1", "row 2: a release needs a speed above 0"),
         ("0,3,-11,0,2,0,1", "throw 0: the stone starts off the ice"),
         ("0,0,-11,0,2,0,1\n0,0,-11,0,2,0,1", "row 3, column throw: throw 0 appears twice"),
-        ("", "holds no release"),
+        ("", "contains no release"),
     ],
 )
 def test_bad_releases_are_refused_with_their_place(curling, tmp_path, row, says):

@@ -76,7 +76,7 @@ WRONG = {
     "CurlingSheet-v0": [
         (
             {"ice": 3},
-            "ice must be an Ice, an ice file or one of club, fcv1, fitted, paper, standard",
+            "expected an Ice, an ice file or one of club, fcv1, fitted, paper, standard",
         ),
         ({"task": 3}, "no task"),
         ({"throws": "2"}, "throws must be a whole number"),
@@ -93,10 +93,10 @@ WRONG = {
         ({"ices": [("standard", "paper", "fcv1")]}, "an ice and what is known of it"),
         ({"ices": ["standard", "nowhere.json"]}, "no such ice file"),
         ({"ices": ["standard"], "ice_sigma": True}, "either ices or ice_sigma"),
-        ({"skill": "god"}, "no skill is named 'god'"),
-        ({"skill": 0.1}, "no skill is named '0.1'"),
+        ({"skill": "god"}, "unknown skill 'god'"),
+        ({"skill": 0.1}, "unknown skill '0.1'"),
         ({"skill": {"sigma": 0.1}}, "skill has no 'sigma'"),
-        ({"delivery": ["hack"]}, "there are hog-line, hack"),
+        ({"delivery": ["hack"]}, "expected one of hog-line, hack"),
         ({"direction": ["away"]}, "direction must be"),
         ({"stones": True}, "stones must be a number or places"),
         ({"level": True}, "level must be"),
@@ -109,19 +109,19 @@ WRONG = {
         ({"wind": 3}, "CurlingSheet-v0 has no option 'wind'; it has ice, known_ice, ices"),
     ],
     "CurlingEnd-v0": [
-        ({"ice": 3}, "ice must be an Ice"),
+        ({"ice": 3}, "expected an Ice"),
         ({"opponent": 3}, "opponent must be a player's name"),
         ({"opponent": []}, "got none"),
-        ({"opponent": ["draw", "nobody"]}, "no player is named 'nobody'"),
+        ({"opponent": ["draw", "nobody"]}, "unknown player 'nobody'"),
         ({"hammer": 1}, "hammer must be 'own' or 'opponent' or 'random'"),
-        ({"rules": 3}, "no set of rules is named 3"),
+        ({"rules": 3}, "unknown set of rules 3"),
         ({"rules": {"name": "mixed_doubles_2024", "stone": 5}}, "rules have no 'stone'"),
         ({"ice_evolution": "usual"}, "ice_evolution must be one of none, typical"),
         ({"ice_evolution": 3}, "ice_evolution must be an IceEvolution or a mapping of wear"),
         ({"weights": [1]}, "weights must be a GameRewardWeights"),
         ({"weights": {"points": True}}, "points of weights must be a number, got True"),
         ({"potential": 3}, "potential must be a function of a game and a team"),
-        ({"potential": "luck"}, "no potential is named 'luck'"),
+        ({"potential": "luck"}, "unknown potential 'luck'"),
         ({"observation": 3}, "observation must be"),
         ({"choices": None}, "choices must be"),
         ({"throws": 3}, "CurlingEnd-v0 has no option 'throws'; it has ice, known_ice, ices, oppo"),
@@ -146,7 +146,7 @@ def test_a_wrong_option_is_told_with_what_is_right(name, options, says):
     [
         ("CurlingSheet-v0", {"wind": 3}, "unknown option 'wind'; options are target, stones"),
         ("CurlingSheet-v0", [("ice", "paper")], "options of reset must be a mapping"),
-        ("CurlingSheet-v0", {"ice": 3}, "ice must be an Ice"),
+        ("CurlingSheet-v0", {"ice": 3}, "expected an Ice"),
         ("CurlingEnd-v0", {"state": 3}, "state must be a GameState"),
         ("CurlingEnd-v0", {"hammer": "mine"}, "hammer must be"),
         ("CurlingEnd-v0", {"hammer": 0}, "hammer must be"),
@@ -164,7 +164,7 @@ def test_a_wrong_option_of_the_two_team_game_is_told():
     pytest.importorskip("pettingzoo")
     for options, says in (
         ({"skill": ["club"]}, "one for both teams or a pair"),
-        ({"skill": 0.1}, "no skill is named '0.1'"),
+        ({"skill": 0.1}, "unknown skill '0.1'"),
         ({"hammer": "own"}, "curling_v0 has no option 'hammer'; it has ice, known_ice"),
         ({"ends": 2.5}, "ends must be a whole number"),
         ({"max_cycles": 0}, "max_cycles must be a whole number of at least 1"),
@@ -248,7 +248,7 @@ def test_another_ice_holds_where_it_is_set_or_for_one_episode():
 
 
 def test_drawn_ices_follow_from_the_seed_alone():
-    env = gym.make("CurlingSheet-v0", ices="random", skill="club").unwrapped
+    env = gym.make("CurlingSheet-v0", ices="random", skill="club", details=True).unwrapped
     drawn, seen = [], []
     for seed in (1, 2, 1):
         seen.append(env.reset(seed=seed)[0])

@@ -24,7 +24,7 @@ def length_of(path):
 
 
 def test_a_film_of_an_episode_is_as_long_as_its_throws(tmp_path):
-    env = gym.make("CurlingSheet-v0", render_mode="rgb_array", throws=2)
+    env = gym.make("CurlingSheet-v0", render_mode="rgb_array", throws=2, details=True)
     env = RecordVideo(env, tmp_path / "films", episode_trigger=lambda k: k == 0, speed=20.0)
     time = 0.0
     for _ in range(2):

@@ -78,7 +78,7 @@ def test_options_of_a_reset_reach_the_environments():
         ),
         (lambda: CurlingVecEnv(gym.make_vec("CurlingSheet-v0", num_envs=2)), "SameStep"),
         (lambda: CurlingVecEnv("CurlingSheet-v0", 0), "n_envs must be"),
-        (lambda: CurlingVecEnv("CurlingSheet-v0", 2, task="wiggle"), "no task is named"),
+        (lambda: CurlingVecEnv("CurlingSheet-v0", 2, task="wiggle"), "unknown task"),
     ],
 )
 def test_what_it_cannot_be_made_of_is_refused(make, says):

@@ -1,4 +1,4 @@
-"""Players are found by name, whatever else is called as this project's packages are."""
+"""Players are found by name, even if other packages have the names of this project's."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from curling_env.errors import InputError
 from curling_env.game import player_named
-from curling_env.infrastructure import what_hides
+from curling_env.infrastructure import shadowed_by
 
 
 def test_players_are_found_by_name():
@@ -19,12 +19,12 @@ def test_a_distribution_that_wrote_over_a_package_is_named(monkeypatch):
     import importlib.metadata
 
     (entry,) = importlib.metadata.entry_points(group="curling.players", name="greedy")
-    assert what_hides(entry) is None
+    assert shadowed_by(entry) is None
     both = {"agents": ["curling-sheet", "openai-agents"]}
     monkeypatch.setattr(importlib.metadata, "packages_distributions", lambda: both)
-    said = what_hides(entry)
+    said = shadowed_by(entry)
     assert said is not None
-    assert "'openai-agents' has a package 'agents' too" in said
+    assert "'openai-agents' also has a package 'agents'" in said
 
 
 def test_a_model_file_is_a_player_and_other_files_are_not(tmp_path):

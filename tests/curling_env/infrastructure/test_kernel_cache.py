@@ -1,4 +1,4 @@
-"""The first start says that it compiles; where nothing can be kept, every start is only slower."""
+"""The first start reports compilation; without a cache every start is only slower."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def start(cache: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_first_start_says_that_it_compiles_and_the_second_does_not(tmp_path):
+def test_only_the_first_start_reports_compilation(tmp_path):
     first, second = start(tmp_path), start(tmp_path)
     assert first.stdout == second.stdout == "True\n"
     assert first.stderr.count("compiling the physics for this machine, once") == 1
@@ -38,11 +38,11 @@ def test_the_first_start_says_that_it_compiles_and_the_second_does_not(tmp_path)
     assert second.stderr == ""
 
 
-def test_where_nothing_can_be_kept_it_runs_all_the_same():
+def test_it_runs_without_a_writable_cache():
     found = start(Path("/dev/null/nowhere"))
     assert found.returncode == 0, found.stderr
     assert found.stdout == "True\n"
-    assert found.stderr.count("compiled code is not kept") == 1
+    assert found.stderr.count("compiled code is not cached") == 1
 
 
 def test_a_user_without_a_home_is_warned():
@@ -62,4 +62,4 @@ def test_a_user_without_a_home_is_warned():
         timeout=300,
     )
     assert found.stdout == "True\n", found.stderr
-    assert found.stderr.count("compiled code is not kept") == 1
+    assert found.stderr.count("compiled code is not cached") == 1

@@ -110,7 +110,7 @@ def test_points_serve_where_no_corner_is_in_view(tmp_path):
         ({"fps": "thirty"}, "fps: expected a number, found text"),
         ({"fps": 0}, "fps: expected a number of at least 0.01, found 0"),
         ({"colour": "red"}, "unknown key colour"),
-        ({"sheet": {"length": 10, "width": 4.5}}, "must hold both houses"),
+        ({"sheet": {"length": 10, "width": 4.5}}, "must fit both houses"),
     ],
 )
 def test_a_mistake_is_told_in_one_line_with_its_place(tmp_path, changes, message):

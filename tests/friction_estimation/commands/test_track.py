@@ -42,7 +42,7 @@ def test_films_are_added_to_the_tracks_of_the_evening(curling, tmp_path, monkeyp
     )
     assert [track.throw for track in read_tracks(tmp_path / "t.csv")] == [0]
     for harmed in (film, scene):
-        assert "is read by this command" in curling(*words, harmed).complaint
+        assert "is an input of this command" in curling(*words, harmed).complaint
     assert film.read_bytes() == before
 
 
@@ -60,6 +60,6 @@ def test_an_overlay_is_a_film_by_name_and_replaces_no_film_of_ones_own(curling, 
     own.write_bytes(b"\0\0\0\x20ftypisom, and what a camera took")
     words = ("track", tmp_path / "missing.mp4", "--scene", tmp_path / "missing.json")
     refused = curling(*words, "--overlay", tmp_path / "seen.png")
-    assert "expected a name that ends in .mp4 or .avi" in refused.complaint
+    assert "expected a name ending in .mp4 or .avi" in refused.complaint
     refused = curling(*words, "--overlay", own)
     assert "is a film of your own and is not replaced" in refused.complaint

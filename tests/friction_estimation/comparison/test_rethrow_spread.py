@@ -119,5 +119,5 @@ def test_the_command_prints_it(sliding, rng, curling, tmp_path):
         assert throw["sigmas_too_long"] == pytest.approx(
             throw["too_long_m"] / throw["rest_sigma_y_m"]
         )
-    assert "lacks something" in result.err
+    assert "lacks an effect" in result.err
     assert "rest_sigma_x_m" in (out / "throws.csv").read_text().splitlines()[0]

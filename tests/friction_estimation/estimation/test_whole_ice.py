@@ -63,7 +63,7 @@ def test_without_headings_the_spin_is_believed(three_draws) -> None:
     assert "rate" in drag.believed
     assert drag.sigma["rate"] > 0.7 * 0.006
     assert any(words.startswith("No heading was measured") for words in found.remarks)
-    assert any("is believed, not measured: film more stones" in words for words in found.remarks)
+    assert any("is assumed, not measured: film more stones" in words for words in found.remarks)
 
 
 def test_a_map_and_curl_are_told_apart_and_both_sized(tmp_path) -> None:

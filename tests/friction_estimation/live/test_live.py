@@ -357,7 +357,7 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, t
         tmp_path / "ice",
     )
     assert done.status == 0, done.err
-    assert "the ice so far: μ = 0.0" in done.err
+    assert "current ice: μ = 0.0" in done.err
     page = (tmp_path / "ice" / "report.html").read_text()
     assert "throws measured" in page
     assert "throw-001.mp4" in page  # the last throw's pictures

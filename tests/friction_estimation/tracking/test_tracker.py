@@ -154,7 +154,7 @@ def test_the_built_in_tracker_is_declared_as_any_other():
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("mine", "no tracker is named 'mine'; there are built-in, joint, or give module:function"),
+        ("mine", "unknown tracker 'mine'; expected one of built-in, joint, or module:function"),
         ("no_such_module:track", "cannot be loaded: No module named 'no_such_module'"),
         ("our_tracker:trak", "has no attribute 'trak'"),
         ("our_tracker:takes_no_progress", "tracker(film, scene, progress=progress)"),
@@ -172,7 +172,7 @@ def test_options_of_the_built_in_tracker_and_overlays_are_not_for_others(club, c
     tried = curling("track", "a.mp4", *CALL, "--as-marked")
     assert "options of the built-in tracker" in tried.complaint
     tried = curling("track", "a.mp4", *CALL, "--overlay", "o.mp4", "-o", "t.csv")
-    assert "do not suffice for an overlay" in tried.err
+    assert "returns tracks only" in tried.err
     assert not (club / "t.csv").exists()
 
 

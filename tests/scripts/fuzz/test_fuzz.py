@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.slow
-def test_no_input_ends_uncleanly_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_no_input_ends_uncleanly_and_the_run_continues(tmp_path: Path) -> None:
     # A process of its own: the fuzzer forks, and must hold nothing of the tests.
     words = [sys.executable, "-m", "fuzz", "--seed", "16", "--light", "--keep", tmp_path]
     for count in (10, 25):
@@ -31,9 +31,7 @@ def test_no_input_ends_uncleanly_and_the_run_goes_on(tmp_path: Path) -> None:
         assert report["unclean"] == 0
 
 
-def test_the_fuzzer_notices_what_is_unclean(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_fuzzer_notices_unclean_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from fuzz import runs
 
     folder = tmp_path / "run"
@@ -51,7 +49,7 @@ def test_the_fuzzer_notices_what_is_unclean(
     assert ends("import pathlib; pathlib.Path('mine').unlink()") == ("lost ['mine']",)
     kept = "open('o.csv', 'w').close(); print('curling: {}', file=sys.stderr); sys.exit(2)"
     assert ends("import sys; " + kept.format("bad")) == ("left ['o.csv']",)
-    assert ends("import sys; " + kept.format("written before: o.csv")) == ()
+    assert ends("import sys; " + kept.format("already written: o.csv")) == ()
     said = "import sys; print('curling: ' + 'x' * 400, file=sys.stderr); sys.exit(2)"
     assert ends(said) == ("long line",)
     given = {"fails": lambda path: 1 / 0}

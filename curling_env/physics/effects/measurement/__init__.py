@@ -1,1 +1,1 @@
-"""Entries of an ice file that the stone does not feel: errors of the measurement, and remarks."""
+"""Entries of an ice file that do not act on the stone: errors of the measurement, and remarks."""

@@ -1,4 +1,4 @@
-"""All times in the tracks off by one factor."""
+"""Common factor on all times in the tracks."""
 
 from curling_env.physics.effects.card import EffectCard, Parameter
 

@@ -1,6 +1,6 @@
-"""A smooth radial displacement of measured positions: lens distortion that was left in them.
+"""Smooth radial displacement of measured positions: residual lens distortion.
 
-Without a scene the displacement is taken as radial on the ice. Where the scene of the camera is
+Without a scene the displacement is assumed to be radial on the ice. If the scene of the camera is
 known, `friction_estimation` replaces it by one that is radial in the image.
 """
 
@@ -26,7 +26,7 @@ def _finer(_: Values) -> Sequence[Values]:
     return ({"centre_x": 0.0},)
 
 
-_CENTRE = "where the optical axis meets the ice"
+_CENTRE = "point where the optical axis meets the ice"
 
 CARD = EffectCard(
     name="lens_distortion",

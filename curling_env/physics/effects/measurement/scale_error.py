@@ -1,4 +1,4 @@
-"""All lengths in the tracks off by one factor."""
+"""Common factor on all lengths in the tracks."""
 
 from curling_env.physics.effects.card import EffectCard, Parameter
 

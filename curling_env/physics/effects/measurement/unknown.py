@@ -1,4 +1,4 @@
-"""A remark in an ice file: measured throws show something that no effect explains."""
+"""Remark in an ice file: measured throws show a residual that no effect explains."""
 
 from curling_env.physics.effects.card import EffectCard
 
@@ -9,7 +9,7 @@ CARD = EffectCard(
     parameters=(),
     source="discovery, from tracks that the other effects of the ice file do not explain",
     validity="the session it was found in",
-    evidence="residuals that follow a variable and are no noise",
+    evidence="residuals that follow a variable and are not noise",
     acts="nothing",
     dissipative=False,
 )

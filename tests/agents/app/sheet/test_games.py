@@ -73,7 +73,7 @@ def test_the_machine_advises_its_opponent():
         ({"opponent": "/etc/passwd"}, "opponent"),
         ({"throws": [[2.0, 0.0]]}, "throws"),
         ({"throws": [[99.0, 0.0, 0.0]]}, "speed"),
-        ({"rules": "bowls"}, "no set of rules is named"),
+        ({"rules": "bowls"}, "unknown set of rules"),
         ({"position": {**LATE, "delivered": 0}}, "1 stones of the away team"),
     ],
 )

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from agents.playing import SCORES, WinProbability
+from agents.playing.search.tuning import SCORE_SHARES
 from curling_env.game import rule_set
 
 FOURS = rule_set("world_curling_2024", ends=8)
@@ -16,6 +17,16 @@ def coin(blank, one, steal):
     shares = np.zeros(len(SCORES))
     shares[SCORES == 0], shares[SCORES == 1], shares[SCORES == -1] = blank, one, steal
     return shares
+
+
+def test_in_mixed_doubles_ends_are_seldom_blank():
+    """Without other shares those of the rules are taken, so a level last end is worth more."""
+    fours = WinProbability(rule_set("world_curling_2024"), SCORE_SHARES)
+    doubles = WinProbability(rule_set("mixed_doubles_2024"))
+    assert doubles.with_hammer(0, 0) == pytest.approx(0.71, abs=0.01)
+    assert WinProbability(rule_set("world_curling_2024")).with_hammer(0, 0) == fours.with_hammer(
+        0, 0
+    )
 
 
 def test_the_chances_to_win_are_those_of_a_game_of_coins():

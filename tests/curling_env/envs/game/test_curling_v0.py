@@ -154,7 +154,7 @@ def test_the_state_is_an_array_to_call_and_a_game_to_keep(make):
 
 
 def test_infos_have_the_names_that_an_end_against_an_opponent_has():
-    env = curling_v0.env(ends=1, skill="none", actions="shots")
+    env = curling_v0.env(ends=1, skill="none", actions="shots", details=True)
     env.reset(seed=0)
     assert set(env.infos["home"]) == {"action_mask"}
     names = []
@@ -176,7 +176,7 @@ def test_infos_have_the_names_that_an_end_against_an_opponent_has():
 
 def ticked(put_back):
     """A game in which away guards, and home ticks the guard off the centre line."""
-    env = curling_v0.env(ends=1, skill="none", choices="action").unwrapped
+    env = curling_v0.env(ends=1, skill="none", choices="action", details=True).unwrapped
     env.reset(seed=0, options={"last_stone": "home"})
     aim = Aim(env.simulator.ice, Direction.AWAY)
     guard = Call(throw=aim.draw(0.0, -3.0, 1.5))
@@ -251,7 +251,7 @@ def test_the_deciding_team_may_give_the_hammer_away(first):
     decides = env.state.game.last_stone
     assert env.state.game.end.hammer is (decides.other if first else decides)
     game = curling_v0.env()
-    with pytest.raises(InputError, match="no choice who throws first"):
+    with pytest.raises(InputError, match="no choice of the first throw"):
         game.reset(seed=0, options={"throw_first": True})
 
 

@@ -18,7 +18,7 @@ from curling_env.throw import Throw
 
 
 def make(**settings):
-    return gym.make("CurlingEnd-v0", **settings).unwrapped
+    return gym.make("CurlingEnd-v0", details=True, **settings).unwrapped
 
 
 def play_out(env, actions):
@@ -200,7 +200,7 @@ def test_actions_that_are_no_numbers_are_refused():
 
 
 def test_every_number_of_a_flat_observation_has_a_name():
-    env = make(hammer="opponent")
+    env = make(hammer="opponent", opponent="draw")
     seen, _ = env.reset(seed=0)
     names = env.observation.names
     assert len(names) == len(set(names)) == len(seen)
@@ -305,6 +305,32 @@ def test_a_policy_plays_as_an_opponent_what_it_sees_as_the_agent_would():
     assert info["shots"][0].thrown == env.call_of(np.float32([-0.2, 0.1, 0.5])).throw
 
 
+class Recurrent:
+    """A model that remembers how many observations of an end it saw, as a recurrent one would."""
+
+    def __init__(self):
+        self.asked = []
+
+    def predict(self, observation, state=None, episode_start=None, deterministic=False):
+        self.asked.append(state)
+        return np.zeros(3, dtype=np.float32), 1 if state is None else state + 1
+
+
+def test_a_recurrent_policy_remembers_the_end_that_it_plays():
+    learner = Recurrent()
+    env = make(opponent=learner, hammer="opponent")
+    for seed in range(2):
+        env.reset(seed=seed)
+        play_out(env, actions_of(env))
+    assert learner.asked == 2 * [None, *range(1, 8)]
+    many = gym.make_vec("CurlingEnd-v0", num_envs=3, opponent=learner, hammer="opponent")
+    learner.asked.clear()
+    many.reset(seed=0)
+    for _ in range(8):
+        many.step(np.zeros((3, 3), dtype=np.float32))
+    assert learner.asked == [k for k in (None, *range(1, 8)) for _ in range(3)]
+
+
 def test_past_selves_join_the_opponents_and_each_episode_draws_one():
     env = make(opponent=["draw"])
     env.opponents.append(lambda seen: np.zeros(3))
@@ -341,7 +367,7 @@ def test_a_potential_pays_on_the_way_and_takes_back_at_the_end():
         assert reward == pytest.approx(parts["points"] + parts["potential"])
         total += parts["potential"]
     assert total == pytest.approx(-0.5)
-    assert told["reward_parts"]["potential"][0] == pytest.approx(parts["potential"], abs=0.05)
+    assert told["reward_potential"][0] == pytest.approx(parts["potential"], abs=0.05)
     half = make(potential={"of": nearest, "discount": 0.5}, hammer="opponent")
     half.reset(seed=0)
     rise = half.potential.rise(0.5, half.state.game, AGENT)

@@ -19,7 +19,10 @@ from curling_env.sheet import Direction
 
 def make(n, **settings):
     return gym.make_vec(
-        "CurlingEnd-v0", num_envs=n, vectorization_mode="vector_entry_point", **settings
+        "CurlingEnd-v0",
+        num_envs=n,
+        vectorization_mode="vector_entry_point",
+        **{"details": True, **settings},
     )
 
 
@@ -53,7 +56,7 @@ SETTINGS = {
 def test_each_is_the_end_that_is_played_alone(name):
     """Each delivery begins from the same position: collisions multiply small differences."""
     settings, n = SETTINGS[name], 5
-    many, alone = make(n, **settings), gym.make("CurlingEnd-v0", **settings).unwrapped
+    many, alone = make(n, **settings), gym.make("CurlingEnd-v0", details=True, **settings).unwrapped
     seen, _ = many.reset(seed=20)
     for k in range(n):
         assert np.allclose(alone.reset(seed=20 + k)[0], seen[k], atol=2e-3)
@@ -87,7 +90,9 @@ def test_stones_with_a_friction_of_their_own_run_accordingly():
     heavy = biased(dict.fromkeys(range(8), 1.3))
     ends = []
     for ice in (load_ice("standard"), heavy):
-        many = make(2, ice=ice, skill="none", hammer="opponent", known_ice="standard")
+        many = make(
+            2, ice=ice, skill="none", hammer="opponent", opponent="draw", known_ice="standard"
+        )
         many.reset(seed=0)
         draw = Aim(load_ice("standard"), Direction.AWAY).draw(1.3, -0.5, 1.5)
         many.step(np.tile(many.unwrapped.action_of(Call(throw=draw)), (2, 1)))
@@ -124,6 +129,7 @@ def test_what_is_told_is_what_single_ends_tell(mode):
         num_envs=n,
         vectorization_mode="sync",
         vector_kwargs={"autoreset_mode": mode},
+        details=True,
         **settings,
     )
     stories = [envs.reset(seed=(4, 5, 6)) for envs in (many, sync)]
@@ -220,7 +226,7 @@ def test_ices_and_opponents_of_each_end_are_those_of_single_ends():
         "opponent": ["draw", "rulebased", lambda seen: np.zeros(3)],
         "hammer": "opponent",
     }
-    many, alone = make(6, **settings), gym.make("CurlingEnd-v0", **settings).unwrapped
+    many, alone = make(6, **settings), gym.make("CurlingEnd-v0", details=True, **settings).unwrapped
     seen, _ = many.reset(seed=0)
     actions = np.tile(np.float32([-0.6, 0.3, 1.0]), (6, 1))
     after, *_ = many.step(actions)
@@ -269,7 +275,7 @@ def test_options_of_a_single_end_are_refused():
 @pytest.mark.parametrize("many", [False, True])
 def test_an_end_that_was_put_aside_goes_on_as_it_would_have(many):
     settings = {"opponent": "rulebased", "skill": "club"}
-    env = make(2, **settings) if many else gym.make("CurlingEnd-v0", **settings)
+    env = make(2, **settings) if many else gym.make("CurlingEnd-v0", details=True, **settings)
     env.reset(seed=4)
     action = np.zeros(env.action_space.shape, np.float32)
     _, _, _, _, info = env.step(action)

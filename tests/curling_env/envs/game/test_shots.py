@@ -16,13 +16,40 @@ NUMBER = {shot.name: k for k, shot in enumerate(SHOTS)}
 
 def make(**settings):
     settings = {"skill": "none", "hammer": "opponent", **settings}
-    return gym.make("CurlingEnd-v0", actions="shots", **settings).unwrapped
+    return gym.make("CurlingEnd-v0", actions="shots", details=True, **settings).unwrapped
 
 
 def test_it_keeps_gymnasiums_contract_and_every_shot_has_a_name():
     env = make()
     check_env(env, skip_render_check=True)
     assert len(env.action.names) == len(set(env.action.names)) == env.action_space.n
+
+
+def test_a_masked_policy_is_given_the_shots_that_it_has():
+    asked = []
+
+    class Masked:
+        def predict(self, observation, state=None, deterministic=False, action_masks=None):
+            asked.append(action_masks)
+            return int(np.flatnonzero(action_masks)[-2]), None
+
+    env = make(opponent=Masked(), hammer="opponent")
+    env.reset(seed=0)
+    for k in range(8):
+        _, _, over, _, info = env.step(0)
+        shot = info["shots"][1]
+        assert asked[k].shape == (env.action_space.n,)
+        name = env.action.names[np.flatnonzero(asked[k])[-2]]
+        assert shot.call.shot in (name, "through the house")
+    assert over
+    assert len({tuple(mask) for mask in asked}) > 4  # they follow from the stones
+    assert all(mask.sum() < len(mask) for mask in asked)
+
+    def function(observation, action_masks):
+        return int(np.flatnonzero(action_masks)[0])
+
+    env = make(opponent=function, hammer="own")
+    assert env.reset(seed=0)[1]["shots"][0].call.shot == env.action.names[0]
 
 
 @pytest.mark.parametrize("name", DRAWS)

@@ -22,7 +22,7 @@ def test_the_grid_reaches_the_ends_of_the_range():
 
 
 def test_a_choice_is_the_throw_it_stands_for():
-    env = DiscreteThrows(gym.make("CurlingEnd-v0", hammer="opponent", skill="none"))
+    env = DiscreteThrows(gym.make("CurlingEnd-v0", hammer="opponent", skill="none", details=True))
     env.reset(seed=0)
     *_, info = env.step(137)
     meant = env.unwrapped.call_of(env.throws[137]).throw

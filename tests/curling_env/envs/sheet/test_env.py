@@ -25,7 +25,7 @@ DRAW = Throw(speed=2.1, angle=-0.05, spin=1.0)
 
 
 def make(**options):
-    return gymnasium.make("CurlingSheet-v0", **options).unwrapped
+    return gymnasium.make("CurlingSheet-v0", details=True, **options).unwrapped
 
 
 def throw(env, shot: Throw = DRAW):

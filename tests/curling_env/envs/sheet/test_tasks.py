@@ -24,7 +24,7 @@ AIM = Aim(load_ice("standard"), Direction.AWAY)
 
 
 def make(**options):
-    return gymnasium.make("CurlingSheet-v0", **options).unwrapped
+    return gymnasium.make("CurlingSheet-v0", details=True, **options).unwrapped
 
 
 def throw(env, shot: Throw):
@@ -184,7 +184,7 @@ def test_the_checkers_of_gymnasium_and_stable_baselines_find_nothing(name):
 @pytest.mark.parametrize(
     ("options", "says"),
     [
-        ({"task": "wiggle"}, "no task is named"),
+        ({"task": "wiggle"}, "unknown task"),
         ({"task": "takeout", "throws": 2}, "one throw"),
         ({"level": 1.5}, "level"),
         ({"level": "hard"}, "level"),

@@ -1,4 +1,4 @@
-"""Files of strangers: whatever they hold, they are refused with their place and cost little."""
+"""Untrusted files are refused with their place at little cost, whatever their content."""
 
 from __future__ import annotations
 
@@ -40,7 +40,7 @@ from curling_env.infrastructure.files import limits
 def test_a_device_is_no_file(name: str) -> None:
     with pytest.raises(InputError, match="is a device"):
         read_bytes(name)
-    with pytest.raises(InputError, match="no ordinary file"):
+    with pytest.raises(InputError, match="not an ordinary file"):
         ordinary_file(name)
 
 
@@ -54,17 +54,15 @@ def test_a_pipe_is_read_to_its_end(tmp_path: Path) -> None:
     writer.join()
 
 
-def test_a_pipe_into_which_nobody_writes_is_given_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_pipe_without_a_writer_times_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     os.mkfifo(tmp_path / "pipe")
-    monkeypatch.setattr(limits, "PIPE_ALONE", 0.1)
-    with pytest.raises(InputError, match="nothing comes from this pipe"):
+    monkeypatch.setattr(limits, "ORPHAN_PIPE_TIMEOUT", 0.1)
+    with pytest.raises(InputError, match="this pipe sends nothing"):
         read_bytes(tmp_path / "pipe")
     # One who holds the other end is waited for longer, and not for ever.
-    monkeypatch.setattr(limits, "PIPE_PATIENCE", 0.2)
+    monkeypatch.setattr(limits, "PIPE_TIMEOUT", 0.2)
     silent = os.open(tmp_path / "pipe", os.O_RDWR)
-    with pytest.raises(InputError, match="nothing comes from this pipe"):
+    with pytest.raises(InputError, match="this pipe sends nothing"):
         read_bytes(tmp_path / "pipe")
     os.close(silent)
 
@@ -72,11 +70,11 @@ def test_a_pipe_into_which_nobody_writes_is_given_up(
 def test_a_file_larger_than_its_limit_is_refused_unread(tmp_path: Path) -> None:
     with (tmp_path / "huge").open("wb") as file:
         file.truncate(limits.MAX_TEXT_BYTES + 1)  # takes no room on the disk
-    with pytest.raises(InputError, match="is larger than the 512 MB"):
+    with pytest.raises(InputError, match="is too large; expected at most 512 MB"):
         read_text(tmp_path / "huge")
 
 
-def test_files_named_in_files_lie_below_their_folder(tmp_path: Path) -> None:
+def test_files_named_in_files_are_below_their_folder(tmp_path: Path) -> None:
     (tmp_path / "game").mkdir()
     (tmp_path / "ice.json").touch()
     (tmp_path / "game" / "ice.json").touch()
@@ -128,7 +126,7 @@ class Outer(Document):
         ({"inner": [{"speed": 10**400}]}, "inner[0].speed", "number out of range"),
         ({"inner": {}}, "inner", "expected a list, found an object"),
         ({"inner": [], "named": {"a": 0.5, "b": 2}}, "named.b", "at most 1.0, found 2"),
-        ({"inner": [], "\ud800": 1}, None, "half a letter"),
+        ({"inner": [], "\ud800": 1}, None, "half a character"),
     ],
 )
 def test_a_document_is_refused_with_its_place(document: Any, where: Any, problem: str) -> None:
@@ -161,7 +159,7 @@ def test_a_number_that_the_column_cannot_hold(tmp_path: Path) -> None:
     ("content", "complaint"),
     [
         ("a" + ",a" * 300 + "\n", "301 columns"),
-        ("a,b\n" + "x" * 5000 + ",1\n", "longer than 1000 characters"),
+        ("a,b\n" + "x" * 5000 + ",1\n", "too long; expected at most 1000 characters"),
         ('a,b\n"1,2\n', "not a CSV table"),
     ],
 )
@@ -231,14 +229,14 @@ HEADER = npy(np.zeros(3))
             packed("a.npy", HEADER.replace(b"(3,)", b"(9,)")),
             "EOF: reading array data, expected 72 bytes got 24",
         ),
-        (packed("a.npy", HEADER.replace(b"(3,)", b"(2,)")), "size that it claims"),
+        (packed("a.npy", HEADER.replace(b"(3,)", b"(2,)")), "differs from its header"),
         (packed("a.npy", HEADER.replace(b"(3,)", b"(-1,)"[:4])), "cannot be read"),
         (packed("a.npy", HEADER.replace(b"<f8", b"|O8")), "cannot be read|neither numbers"),
-        (packed("a.npy", npy(np.zeros(3, dtype=complex))), "neither numbers nor text"),
+        (packed("a.npy", npy(np.zeros(3, dtype=complex))), "expected numbers or text"),
         (packed("a.npy", b"x"), "cannot be read"),
     ],
 )
-def test_arrays_that_are_none(tmp_path: Path, content: bytes, complaint: str) -> None:
+def test_invalid_arrays_are_refused(tmp_path: Path, content: bytes, complaint: str) -> None:
     (tmp_path / "a.npz").write_bytes(content)
     with pytest.raises(InputError, match=complaint):
         read_arrays(tmp_path / "a.npz", what="a model")
@@ -272,13 +270,13 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x, x]\n" + "".join(
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        (BOMB, "20000 entries"),
-        ("a: 2024-13-45", "not YAML that can be read"),
-        ('a: !!float "x"', "not YAML that can be read"),
+        (BOMB, "at most 20000"),
+        ("a: 2024-13-45", "not readable YAML"),
+        ('a: !!float "x"', "not readable YAML"),
         ("a: .inf", "not finite"),
         ("a: [", "line 1|line 2"),
         ("&a [*a]", "nested too deep|cannot|not YAML"),
-        ("!!python/object/apply:os.system [ls]", "is not YAML"),
+        ("!!python/object/apply:os.system [ls]", "not YAML"),
         ("- " * 500 + "x", "nested too deep"),
     ],
 )
@@ -314,7 +312,7 @@ def test_aliases_are_read(tmp_path: Path) -> None:
         (limits.MAX_MEMBERS, "10000 arrays"),
     ],
 )
-def test_the_limits_stand_in_the_documentation(limit: float, stated: str) -> None:
+def test_the_limits_are_in_the_documentation(limit: float, stated: str) -> None:
     text = (Path(__file__).parents[4] / "docs" / "files.md").read_text(encoding="utf-8")
     assert stated in text
     assert float(stated.split()[0]) == limit

@@ -111,7 +111,7 @@ def test_an_empty_picture_with_stones_is_reported(files, tmp_path, curling):
         *("--empty", files / "now.png", "-o", tmp_path / "s.json"),
     )
     assert done.status == 0
-    assert done.err.count("now.png is not empty: a stone lies at (") == 3
+    assert done.err.count("now.png: expected empty ice, found a stone at (") == 3
 
 
 def test_the_planner_ignores_doubtful_stones_and_says_so(tmp_path, curling):

@@ -203,7 +203,7 @@ def test_estimate_takes_films_of_two_cameras(curling, sliding, tmp_path, monkeyp
     table = tmp_path / "tracks.csv"
     write_tracks(table, thrown)
     for option, value in (("--scene", scenes[0]), ("--slow", 4)):
-        assert "belongs to films" in curling("estimate", table, option, value, "-o", ice).err
+        assert "applies to films" in curling("estimate", table, option, value, "-o", ice).err
 
 
 def test_a_missing_film_is_told_before_any_is_tracked(tmp_path):

@@ -1,0 +1,147 @@
+"""Check of the wording: docstrings, comments, messages, pages and commit subjects.
+
+``python scripts/language.py`` counts each pattern of ``language.toml`` in everything that git
+tracks, and each word that ``docs/glossary.md`` replaces, and fails where one is there more often
+than recorded. ``--list NAME`` prints where it is. ``--commit-message FILE`` checks a message.
+"""
+
+from __future__ import annotations
+
+import argparse
+import ast
+import re
+import subprocess
+import sys
+import tomllib
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+ROOT = Path(__file__).resolve().parents[1]
+SUFFIXES = (".py", ".md", ".html", ".js")
+LONGEST_SUBJECT = 72
+LONGEST_HELP = 100
+NOT_IMPERATIVE = frozenset(
+    {"What", "Whether", "How", "Where", "When", "Who", "Whose", "Which", "Why", "That"}
+    | {"So", "As", "A", "An", "The", "Results"}
+)
+FLAGS = re.IGNORECASE | re.MULTILINE
+WORD_LISTS = ("docs/glossary.md", "scripts/language.py", "tests/scripts/test_language.py")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Place:
+    """A place where a rule is broken."""
+
+    file: str
+    line: int
+    text: str
+
+    def __str__(self) -> str:
+        return f"{self.file}:{self.line}: {self.text.strip()}"
+
+
+def long_helps(file: str, source: str) -> Iterator[Place]:
+    """Yield option helps longer than one line."""
+    if "help=" not in source:
+        return
+    for node in ast.walk(ast.parse(source)):
+        match node:
+            case ast.keyword(arg="help", value=ast.Constant(value=str(text))):
+                if len(text) > LONGEST_HELP:
+                    yield Place(file=file, line=node.value.lineno, text=text)
+
+
+def replaced_words(glossary: str) -> dict[str, str]:
+    """Words that the glossary's last column replaces, each with the term that replaces it."""
+    words: dict[str, str] = {}
+    for line in glossary.splitlines():
+        cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
+        if line.startswith("|") and len(cells) == 3 and not set(cells[2]) <= set("-: "):
+            words |= {word: cells[0] for word in re.findall(r"`([^`]+)`", cells[2])}
+    return words
+
+
+def broken(rules: list[dict[str, Any]], root: Path = ROOT) -> dict[str, list[Place]]:
+    """Places where each rule is broken, by its name."""
+    patterns = {
+        rule["name"]: re.compile(rule["pattern"], FLAGS) for rule in rules if "pattern" in rule
+    }
+    any_pattern = re.compile("|".join(rf"(?:{rule.pattern})" for rule in patterns.values()), FLAGS)
+    places: dict[str, list[Place]] = {rule["name"]: [] for rule in rules}
+    for file in tracked(root):
+        source = (root / file).read_text(encoding="utf-8")
+        lines = source.splitlines()
+        for number in sorted(
+            {source.count("\n", 0, hit.start()) for hit in any_pattern.finditer(source)}
+        ):
+            for name, pattern in patterns.items():
+                hits = len(pattern.findall(lines[number]))
+                places[name] += [Place(file=file, line=number + 1, text=lines[number])] * hits
+        if file.endswith(".py"):
+            places["long help"] += long_helps(file, source)
+    return places
+
+
+def tracked(root: Path) -> list[str]:
+    """Files with prose that git tracks, except the list of words itself."""
+    command = ["git", "ls-files", *(f"*{suffix}" for suffix in SUFFIXES)]
+    listed = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
+    files = [file for file in listed.stdout.split() if (root / file).is_file()]
+    return [file for file in files if file not in WORD_LISTS]
+
+
+def subject_faults(message: str) -> list[str]:
+    """Faults of a commit message's first line."""
+    subject = message.splitlines()[0] if message.strip() else ""
+    words = subject.split()
+    if not words:
+        return ["the subject is empty; expected an imperative: Add ..., Fix ..."]
+    faults: list[str] = []
+    if len(subject) > LONGEST_SUBJECT:
+        faults.append(f"the subject has {len(subject)} characters; expected {LONGEST_SUBJECT}")
+    first = words[0].rstrip(":,")
+    if (
+        first in NOT_IMPERATIVE
+        or re.search(r"(?<!e)(?<!Emb)(?<!Br)(ed|ing)$", first)
+        or not first[0].isupper()
+    ):
+        faults.append(f"the subject opens with '{first}'; expected an imperative: Add ..., Fix ...")
+    return faults
+
+
+def main(arguments: list[str] | None = None) -> int:
+    """Run the check; 1 where the wording got worse."""
+    parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
+    parser.add_argument("--list", metavar="NAME", help="print where one pattern is")
+    parser.add_argument("--commit-message", type=Path, metavar="FILE", help="check a message")
+    options = parser.parse_args(arguments)
+    if options.commit_message:
+        faults = subject_faults(options.commit_message.read_text(encoding="utf-8"))
+        print("\n".join(faults), file=sys.stderr)
+        return int(bool(faults))
+    rules = tomllib.loads((ROOT / "scripts/language.toml").read_text("utf-8"))["rules"]
+    words = replaced_words((ROOT / "docs/glossary.md").read_text("utf-8"))
+    either = "|".join(re.escape(word) for word in sorted(words, key=len, reverse=True))
+    for rule in rules:
+        if rule["name"] == "glossary":
+            rule["pattern"] = rf"\b({either})\b"
+    places = broken(rules)
+    if options.list:
+        print(*places[options.list], sep="\n")
+        return 0
+    worse = 0
+    for rule in rules:
+        name, most, count = rule["name"], rule["at_most"], len(places[rule["name"]])
+        if count > most:
+            worse = 1
+            print(f"{name}: {count} places, {most} recorded; write instead: {rule['instead']}")
+            print(f"  list them: python scripts/language.py --list '{name}'")
+        elif count < most:
+            print(f"{name}: {count} places; lower at_most from {most} in scripts/language.toml")
+    return worse
+
+
+if __name__ == "__main__":
+    sys.exit(main())
