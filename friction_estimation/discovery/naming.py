@@ -34,6 +34,7 @@ from friction_estimation.discovery.search.selection import (
 )
 from friction_estimation.discovery.tuning import (
     LARGEST_P,
+    LARGEST_P_BETWEEN_THROWS,
     LARGEST_SPREAD,
     LEAST_CLOSURE,
     MEMORY_BOUNDS,
@@ -183,7 +184,7 @@ def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
 def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
     """The variables that the unknown follows within throws, and the one between them."""
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
-    if p > LARGEST_P or variable in {d.variable for d in dependences}:
+    if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
         return dependences
     return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
 
@@ -212,7 +213,7 @@ def _structure(named: SessionFit, whole: Session) -> Structure:
 
 def _is_open(named: SessionFit, after: Misfit, structure: Structure) -> bool:
     """Whether something is left, within throws or between them."""
-    return not after.white or _scatters(named) or structure[1] < LARGEST_P
+    return not after.white or _scatters(named) or structure[1] < LARGEST_P_BETWEEN_THROWS
 
 
 def _scatters(named: SessionFit) -> bool:
@@ -239,7 +240,7 @@ def _proved(
     while True:
         labels = [t.label for t in fitted.model.terms if t.label not in own]
         effects = [weigh_evidence(fitted, label, unseen, whole, rng) for label in labels]
-        failed = [e for e in effects if e.p > LARGEST_P]
+        failed = [e for e in effects if len(effects) * e.p > LARGEST_P]
         if not failed:
             return fitted, effects, unproved
         worst = max(failed, key=lambda e: (e.p, -e.gain))

@@ -222,10 +222,12 @@ NOT_WHITE = 4.0
 """Standard deviations of χ² beyond which residuals are not white."""
 
 # --- evidence ----------------------------------------------------------------------------------
-LARGEST_P = 0.004
-"""p up to which an effect is proved, and below which the throws' frictions, or what is unknown,
-follow something. Of six effects chance proves one in 2 % of sessions; a wrong name is worse than
-none. With eight throws the signs of all of them prove an effect (p = 1/256)."""
+LARGEST_P = 0.05
+"""p up to which all effects of a session together are proved: each of n up to an n-th of it; and up
+to which the unknown follows a variable."""
+LARGEST_P_BETWEEN_THROWS = 0.004
+"""p below which an effect between throws is proved, and below which the throws' frictions follow
+something. There are few throws and many such effects, and a wrong name is worse than none."""
 LARGEST_SPREAD = 0.015
 """Scatter of ln μ between throws beyond which something unknown differs between them. Throws on one
 ice scatter by up to 1 %, and blind sessions in which all was named left at most 1.2 %."""
@@ -259,11 +261,16 @@ NEARBY_SPREADS = np.geomspace(1e-3, 0.2, 10)
 """Throw-to-throw spreads of ln μ that are tried."""
 MOST_PUSHES = 4
 """Most pushes that are added to a model: an unknown that needs more is described by none."""
+COPY_ERROR = 0.003
+"""Part of what pushes explain that they may get wrong: they are no exact copy of what acts, and
+paths respond to them linearly in part only. A term that explains less may mend just that."""
 THE_SAME = 0.99
 """Part of what an effect does to the throws, squared, that pushes can do as well, above which they
 are one thing. Of a slope across the sheet a constant push across it does 0.997."""
 LEAST_SURVIVING = 0.5
 """Part of what an effect explains that must be left when the unknown may act otherwise as well."""
+LARGEST_REST = 0.2
+"""Unless it leaves no more than this part of what was left."""
 
 # --- friction map ------------------------------------------------------------------------------
 USUAL_MAP_SD, LOG_MAP_SD_SPREAD = 0.04, 1.0

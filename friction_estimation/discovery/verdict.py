@@ -63,15 +63,15 @@ def sentence(found: Discovery) -> str:
     lacking = _lacking(found)
     parts = [f"the model lacks {_and(lacking)}"] if lacking else []
     parts += _off(found)
+    what = ", and ".join(parts)
     if not parts:
-        parts.append("nothing is missing")
-        parts += [f"but {words}" for words in _corrections(found)]
+        corrected = _corrections(found)
+        what = f"nothing is missing{', but ' * bool(corrected)}{_and(corrected)}"
     how_far = f"{where} {_centimetres(after)} cm from the forecast"
     if after < NEARER * before:
         how_far = f"now {how_far}, not {_centimetres(before)}"
     else:
         how_far = f"{how_far}, and a perfect model would be off by {_centimetres(floor)}"
-    what = ", ".join(parts)
     return f"{what[0].upper()}{what[1:]}: fresh throws {how_far}."
 
 

@@ -30,7 +30,7 @@ from friction_estimation.discovery.search.score_test import (
     sign_flip_p,
 )
 from friction_estimation.discovery.search.selection import refit
-from friction_estimation.discovery.tuning import LEAST_SPREAD
+from friction_estimation.discovery.tuning import LARGEST_P_BETWEEN_THROWS, LEAST_SPREAD
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -81,9 +81,9 @@ def weigh_evidence(
         improvements = np.concatenate([improvements, more])
         throws = np.concatenate([throws, held_out.throws])
     if term.between_throws:
-        p = _p_between_throws(fit_to(without, whole))
+        p = _chosen(_p_between_throws(fit_to(without, whole)))
     elif term.stone is not None:
-        p = _p_of_stones(fit_to(without, whole), term)
+        p = _chosen(_p_of_stones(fit_to(without, whole), term))
     else:
         p = sign_flip_p(improvements, rng)
     return EffectEvidence(
@@ -150,6 +150,11 @@ def follows_most(
     r = float(correlations[best])
     t = r * np.sqrt(degrees / max(1.0 - r * r, 1e-12))
     return best, min(1.0, len(correlations) * 2.0 * float(student_t.sf(t, degrees)))
+
+
+def _chosen(p: float) -> float:
+    """The p of an effect that was chosen among many of which throws tell little; 1 if too large."""
+    return p if p < LARGEST_P_BETWEEN_THROWS else 1.0
 
 
 def _p_between_throws(fitted: SessionFit) -> float:

@@ -32,8 +32,10 @@ from friction_estimation.discovery.search.selection import (
     with_patches_sought_again,
 )
 from friction_estimation.discovery.tuning import (
+    COPY_ERROR,
     FURTHER_VARIABLE_GAIN,
     LARGEST_P,
+    LARGEST_REST,
     LEAST_GAIN,
     LEAST_SURVIVING,
     MOST_PUSHES,
@@ -99,12 +101,28 @@ def search(
         moves = _moves(around, made, held=held)
         moves.sort(key=lambda move: around.value(move, dispersion))
         tried = [around.at_best(move, dispersion) for move in moves[:SHORTLIST]]
-        value, best = min(tried, key=lambda each: each[0], default=(present, made))
-        if value > present - 1.0:
+        better = [each for each in tried if each[0] < present - 1.0]
+        sound = [each for each in better if not _mends_copies(around, made, each[1])]
+        if not sound:
             break
-        made = best
+        made = min(sound, key=lambda each: each[0])[1]
         dispersion = min(dispersion, around.dispersion(made))
     return made, dispersion
+
+
+def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bool:
+    """Whether a further term may mend what is inexact in the pushes, and nothing else.
+
+    Paths respond to pushes linearly in part only. A term that mends this explains little beside
+    what the pushes explain, and leaves much of what was left.
+    """
+    terms = [len(made.effects) + len(made.pushes) for made in (before, after)]
+    if terms[1] <= terms[0]:
+        return False
+    had, has = (around.fall_short(made) for made in (before, after))
+    pushed = around.fall_short(replace(after, pushes=(), scales=())) - has
+    rest = has - around.values
+    return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
 
 def _moves(around: Nearby, made: Combination, *, held: bool) -> list[Combination]:
