@@ -137,7 +137,11 @@ def _traced(
         gained.append(float(value[edge, mode]))
     modes.append(mode)
     gained.append(0.0)
-    return np.array(nodes[::-1]), np.array(modes[::-1]), np.array(gained[::-1])
+    # People who stand about rest too: that tells where a path goes on, not whose it is.
+    steps = np.diff(gained[::-1], prepend=0.0)
+    mode_of = np.array(modes[::-1])
+    most = np.where(mode_of == RESTING, numbers.STILL_THERE, np.inf)
+    return np.array(nodes[::-1]), mode_of, np.cumsum(np.minimum(steps, most))
 
 
 def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[Integers, Integers]:
@@ -275,7 +279,7 @@ def _score_pairs(
                     rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
             # of what never moved, the same picture again says hardly anything new
             again = gain + _gauss(ax, ay, avx, avy)
-            if not slid[d]:
+            if not slid[d] or still[k]:
                 again = min(again - score[k], missed + numbers.STILL_THERE)
             v = value[d, RESTING] + again
             if v > value[e, RESTING]:
