@@ -67,16 +67,17 @@ class Path:
         return bool((self.mode == SLIDING).any())
 
 
-def likeliest_paths(seen: Detections, area: float) -> list[Path]:
+def likeliest_paths(seen: Detections, area: float, among: Integers | None = None) -> list[Path]:
     """All paths whose log odds are above `numbers.SURE`, the likeliest first.
 
     Parameters
     ----------
     seen : the detections, in order of time
     area : of the ice that is in view [m²]
+    among : indices of the detections that they may have; None: all
     """
     clutter = max(len(seen.t) / max(len(seen.times), 1), 1.0) / area
-    left = np.arange(len(seen.t))
+    left = np.arange(len(seen.t)) if among is None else np.unique(among)
     paths: list[Path] = []
     while len(left) > 1:
         found = _disjoint_paths(seen, left, clutter)
@@ -215,7 +216,7 @@ def _score_pairs(
             rests[e, 2 + a] = (variance[j, a] + variance[k, a]) / 4
         for m in range(_MODES):
             came[e, m] = -1
-        slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2
+        slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
         for d in range(into[j], into[j + 1]):
             i = first[d]
             before = t[j] - t[i]
@@ -238,7 +239,7 @@ def _score_pairs(
             v = value[d, CARRIED] + numbers.RELEASED + moved + _aim(x / dt, y / dt)
             if v > value[e, SLIDING]:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + CARRIED
-                slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2
+                slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
             # slides on
             lost = min(slowing[d, 0] * lever, 0.9 * pace * dt)
             dx, dy = x - vx * dt + ux * lost, y - vy * dt + uy * lost
@@ -252,7 +253,7 @@ def _score_pairs(
                 slowing[e, 0] = slowing[d, 0] - share * (dx * ux + dy * uy)
                 fades = 1 - math.exp(-2 * dt / numbers.DECELERATION_MEMORY)
                 slowing[e, 1] = slowing[d, 1] * (1 - share * lever)
-                slowing[e, 1] += fades * (numbers.DECELERATION_SIGMA**2 - slowing[e, 1])
+                slowing[e, 1] += fades * (numbers.ICE_SIGMA**2 - slowing[e, 1])
             # is hit or hits, from rest or sliding
             jump = (numbers.JUMP_SIGMA * dt) ** 2
             hit = numbers.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
@@ -265,7 +266,7 @@ def _score_pairs(
                 if v > value[e, SLIDING] and free:
                     value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + m
                     slowing[e, 0] = numbers.DECELERATION
-                    slowing[e, 1] = numbers.DECELERATION_SIGMA**2
+                    slowing[e, 1] = numbers.ICE_SIGMA**2
             # stops between j and k
             rest = 0.5 * min(pace * dt, pace * pace / (2 * numbers.DECELERATION))
             stop = _gauss(

@@ -96,7 +96,8 @@ class Follower:
             if (away < np.maximum(numbers.GATE * error, least)).all():
                 self._update(t, fit)
                 return fit
-            if not self.people and np.hypot(*away) < options.gate + 2 * pixel:
+            near = np.hypot(*away) < options.gate + 2 * pixel
+            if near and not self.people and t - self._seen < _STALE:
                 strays.append(fit)
         if not strays:
             return None

@@ -8,6 +8,8 @@ import numpy as np
 
 DECELERATION, DECELERATION_SIGMA = 0.09, 0.03
 """Mean and standard deviation of a sliding stone's deceleration [m/s²]."""
+ICE_SIGMA = 0.09
+"""Standard deviation of the deceleration on ice that is not known yet [m/s²]."""
 CURL_SIGMA = 0.015
 """Standard deviation of its acceleration sideways [m/s²]."""
 DECELERATION_MEMORY = 5.0
@@ -96,24 +98,27 @@ CONTACT_GATE = 0.1
 
 WINDOW = 45.0
 """Length of film over which the ice stays the same [s]."""
-BEFORE_THROW, AFTER_THROW = 1.0, 4.0
-"""Film that is tracked before a stone comes into view, and after it was last seen to move [s]."""
-HELD = 5.0
-"""Longest time for which a thrower holds a stone before the release that is tracked [s]."""
+AFTER_THROW = 4.0
+"""Film that is tracked after a stone was last seen to move [s]."""
+HELD = 3.0
+"""Longest time before the first sliding detection from which on a throw is tracked [s]."""
 LONGEST_SLIDE = 30.0
 """Longest time that a stone slides [s]."""
 ASKED_EVERY = 3
 """The network is asked in one of this number of looks."""
 TURNS_BACK = 0.3
 """What goes back this far is pushed back [m]."""
-FROM_REST = 0.7
-"""What is slower at first than this share of its mean speed is pushed."""
+LAY_UNTIL, FROM_REST = 2.5, 0.7
+"""A stone that lay where one starts less than this before is the same one [s], if it is slower at
+first than this share of its mean speed."""
 APART = 0.5
 """Least time between two throws [s]."""
 RETURNS_FROM = 0.8
 """A stone that starts this near to where the one before it rests may be slid back [m]."""
 LEAST_SLIDES = 4
 """Fewest detections of a throw while it slides."""
+ICE = 0.05, 0.4
+"""Least and greatest deceleration of stones on any ice [m/s²]."""
 LEAST_THROW = 3.0
 """Shortest way of a throw in a recording [m]."""
 JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
@@ -121,7 +126,7 @@ JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
 for which a stone that has come to rest is seen at rest [s]."""
 WALKING_SIGMA = 0.02
 """Standard deviation of the mean acceleration of people who walk [m/s²]."""
-UNUSUAL, HIT_RANGE, HALT_RANGE = 0.2, 1.0, 0.4
+UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
 """Share of stones that hit others or are hit, and of people who change their pace; ranges of the
 mean deceleration then [m/s²]."""
 WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
@@ -324,7 +329,7 @@ SAME_HUE = np.radians(35.0)
 HIDDEN_DECELERATION = 0.12
 """Deceleration of a stone while it is hidden, if it is not known how it slowed before [m/s²]."""
 SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
-"""A stone that loses this much speed at once [m/s], by this number of standard errors, hit another..."""
+"""A stone that loses this much speed at once [m/s], by this many standard errors, hit one..."""
 SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
 """... if it is this many pixels from where it would be, this long after it [s]."""
 STOPS_WITHIN, MOST_SLOWING, SURELY_SLOWS = 1.2, 0.2, 3.0
@@ -336,11 +341,14 @@ BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
 """Time over which its speed before and after is taken [s], and least number of measurements."""
 OUT_OF_HAND = 10.0
 """Way along the sheet from which on no hand is at a stone [m]."""
+ISLAND_GAP = 1.5
+"""Gap beyond which a few measurements are not those of the stone [s]."""
 SCATTER_AROUND, LEAST_SCATTERED = 0.5, 6
 """Time before and after over which the scatter of places is taken [s], and their least number."""
 SCATTER_PX, SCATTER_TIMES, LEAST_SCATTER = 0.2, 5.0, 0.02
-"""They scatter where that exceeds this in pixels, in times its median in the film, and in metres. Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most;
-where now a stone and now a broom was measured, by 0.2 to 1.3."""
+"""They scatter where that exceeds this in pixels, in times its median in the film, and in metres.
+Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most; where now a stone and
+now a broom was measured, by 0.2 to 1.3."""
 SCATTER_APART = 2.0
 """What lies between two stretches that scatter is no better if it is shorter [s]."""
 SCATTER_ERROR = 2.0

@@ -23,6 +23,8 @@ from friction_estimation.tracking.joint.association import RESTING, SLIDING, Pat
 from friction_estimation.tracking.joint.detections import Detections, Detector, StoneFinder
 from friction_estimation.tracking.joint.finder import NetworkFinder
 
+_MOVES_AGAIN = 8
+"""Most times that one path may be moved again."""
 _STEP = 0.25
 """Step of the times at which a stone is sought before and after its detections [s]."""
 
@@ -35,9 +37,9 @@ class ThrowInFilm:
     ----------
     begin, end : the part of the film that shows it [s]
     first, last : when its stone is detected sliding first and last [s]
-    start, stop : (2,) where it is then [m]
+    start, stop : (2,) where it is detected first, carried or sliding, and where it is last [m]
     rests : whether it is seen to come to rest
-    from_rest : whether it gains speed in sight, as what a person pushes
+    from_rest : whether it is set in motion in sight, from where a stone lay
     odds : log odds of a stone against clutter, less those of the looks in which it is not seen
     """
 
@@ -92,18 +94,18 @@ def find_throws(
         seen = found if seen is None else seen.joined(found)
     if seen is None:
         return []
-    paths = likeliest_paths(seen, scene.sheet.width * scene.sheet.length)
-    throws = list(without_returns(throws_among(paths, seen, small), slid_back))
-    ends = [0.0, *(one.last for one in throws)]
-    begins = [*(one.first for one in throws), film.duration]
-    found_throws: list[ThrowInFilm] = []
+    area = scene.sheet.width * scene.sheet.length
+    moves = throws_among(likeliest_paths(seen, area), seen, small, area)
+    found: list[ThrowInFilm] = []
     free = 0.0
-    for k, one in enumerate(throws):  # no two stones are thrown at once
-        begin = max(one.begin, free, ends[k])
-        end = min(one.end, film.duration, max(begins[k + 1] - numbers.APART, one.last))
-        found_throws.append(replace(one, begin=min(begin, one.first), end=end))
+    for one in without_returns(moves, slid_back):  # no two stones are thrown at once
+        before = max((k.last for k in moves if k.last < one.first), default=0.0)
+        after = min((k.first for k in moves if k.first > one.last), default=film.duration)
+        begin = min(max(one.begin, free, before), one.first)
+        end = min(one.end, film.duration, max(after - numbers.APART, one.last))
+        found.append(replace(one, begin=begin, end=end))
         free = end
-    return found_throws
+    return found
 
 
 def _windows(
@@ -128,7 +130,9 @@ def _windows(
         yield frames
 
 
-def throws_among(paths: Sequence[Path], seen: Detections, camera: Camera) -> list[ThrowInFilm]:
+def throws_among(
+    paths: Sequence[Path], seen: Detections, camera: Camera, area: float
+) -> list[ThrowInFilm]:
     """The throws among the paths of a recording, in order.
 
     Parameters
@@ -136,9 +140,17 @@ def throws_among(paths: Sequence[Path], seen: Detections, camera: Camera) -> lis
     paths : of all stones, as the association finds them
     seen : all detections
     camera : that took the frames
+    area : of the ice that is in view [m²]
     """
-    parts = [part for path in paths for part in slides_of(path, seen) if is_throw(part, seen)]
-    slides = [_throw(part, seen, camera) for part in parts]
+    parts = [part for part in _separate(paths, seen, area) if is_throw(part, seen)]
+    if not parts:
+        return []
+    # All slide on the same ice.
+    slowing = np.array([slowing_of(part, seen) for part in parts])
+    order = np.argsort(slowing)
+    odds = np.cumsum(np.array([part.odds for part in parts])[order])
+    ice = float(slowing[order][np.searchsorted(odds, odds[-1] / 2)])
+    slides = [_throw(part, seen, camera) for part in parts if is_throw(part, seen, ice)]
     chosen: list[ThrowInFilm] = []
     for one in sorted(slides, key=lambda one: -one.odds):
         # No stone comes from nowhere, or vanishes; and no two are thrown at once.
@@ -162,6 +174,20 @@ def throws_among(paths: Sequence[Path], seen: Detections, camera: Camera) -> lis
     return throws
 
 
+def _separate(paths: Sequence[Path], seen: Detections, area: float) -> list[Path]:
+    """The parts of paths up to where something is moved again, and what it is then by itself.
+
+    A path that goes on from one stone to the next may have misread the beginning of the next.
+    """
+    found: list[Path] = []
+    for _ in range(_MOVES_AGAIN):
+        parts = [slides_of(path, seen) for path in paths]
+        found += [own[0] for own in parts]
+        later = [part.at for own in parts for part in own[1:]]
+        paths = likeliest_paths(seen, area, np.concatenate(later)) if later else []
+    return found
+
+
 def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
     """A throw with all of the time in which its stone is in view, by its motion."""
     slides = np.flatnonzero(part.mode == SLIDING)
@@ -170,7 +196,7 @@ def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
     held, later = part.at[: slides[0]], part.at[slides[-1] + 1 :]
     begin = t[0] - _in_view(camera, t, xy, -1.0)
     if len(held):
-        begin = min(begin, max(float(seen.t[held[0]]), t[0] - numbers.HELD))
+        begin = min(begin, float(seen.t[held[0]]))
     end = t[-1] + _in_view(camera, t, xy, 1.0)
     if len(later):
         end = float(seen.t[later[0]])
@@ -178,16 +204,31 @@ def _throw(part: Path, seen: Detections, camera: Camera) -> ThrowInFilm:
     if not len(later):
         missing |= (seen.times > t[-1]) & (seen.times < end)
     return ThrowInFilm(
-        begin=max(float(begin) - numbers.BEFORE_THROW, 0.0),
+        begin=max(float(begin), float(t[0]) - numbers.HELD, 0.0),
         end=float(end) + numbers.AFTER_THROW,
         first=float(t[0]),
         last=float(t[-1]),
-        start=xy[0],
+        start=seen.xy[part.at[0]],
         stop=xy[-1],
         rests=bool(len(later)),
-        from_rest=bool(_pace(t[:3], xy[:3]) < numbers.FROM_REST * _pace(t, xy)),
+        from_rest=_starts_from_rest(part, seen),
         odds=part.odds + numbers.MISSED * float(missing.sum()),
     )
+
+
+def _starts_from_rest(part: Path, seen: Detections) -> bool:
+    """Return whether a stone lay behind the beginning of a path and is slower at first."""
+    at = part.at
+    t, xy = seen.t[at], seen.xy[at]
+    way = (xy[-1] - xy[0]) / max(float(np.hypot(*(xy[-1] - xy[0]))), 1e-9)
+    lay = (seen.t < t[0]) & (seen.t > t[0] - numbers.LAY_UNTIL)
+    lay &= np.hypot(*(seen.xy - xy[0]).T) < numbers.RETURNS_FROM
+    lay &= (xy[0] - seen.xy) @ way > -2 * numbers.DETECTION_M
+    last = np.flatnonzero(lay)[-1:]
+    if not len(last):
+        return False
+    first = np.append(last, at[:1])
+    return _pace(seen.t[first], seen.xy[first]) < numbers.FROM_REST * _pace(t, xy)
 
 
 def _pace(t: Floats, xy: Floats) -> float:
@@ -285,8 +326,19 @@ def _turns(xy: Floats) -> list[int]:
     return turns
 
 
-def is_throw(path: Path, seen: Detections) -> bool:
-    """Return whether a path is a throw's: a stone slides some way, and past its own hog line."""
+def slowing_of(path: Path, seen: Detections) -> float:
+    """Mean deceleration of a path while it slides [m/s²]."""
+    slides = path.at[path.mode == SLIDING]
+    return deceleration(seen.t[slides], seen.xy[slides], seen.sigma[slides])[0]
+
+
+def is_throw(path: Path, seen: Detections, ice: float | None = None) -> bool:
+    """Return whether a path is a throw's: a stone slides some way, and past its own hog line.
+
+    Parameters
+    ----------
+    ice : deceleration of stones on this ice, where it is known [m/s²]
+    """
     slides = path.at[path.mode == SLIDING]
     if len(slides) < numbers.LEAST_SLIDES or path.odds < numbers.SURE:
         return False
@@ -295,7 +347,7 @@ def is_throw(path: Path, seen: Detections) -> bool:
         return False
     if path.mode[-1] == RESTING and is_before_its_hog_line(xy):
         return False
-    return slides_as_stone(t, xy, seen.sigma[slides])
+    return slides_as_stone(t, xy, seen.sigma[slides], ice)
 
 
 def is_before_its_hog_line(xy: Floats) -> bool:
@@ -306,7 +358,7 @@ def is_before_its_hog_line(xy: Floats) -> bool:
     return bool(np.sign(xy[-1, 1] - xy[0, 1]) * xy[-1, 1] < -HOG_LINE_Y)
 
 
-def slides_as_stone(t: Floats, xy: Floats, sigma: Floats) -> bool:
+def slides_as_stone(t: Floats, xy: Floats, sigma: Floats, ice: float | None = None) -> bool:
     """Return whether something moves as a stone that was thrown rather than as a walking person.
 
     A stone slows down as ice slows it, or is hit. People keep a pace or change it at will, and
@@ -316,18 +368,25 @@ def slides_as_stone(t: Floats, xy: Floats, sigma: Floats) -> bool:
     ----------
     t : (n,) times while it moves, three or more [s]
     xy, sigma : (n, 2) places and their standard errors [m]
+    ice : deceleration of stones on this ice, where it is known [m/s²]
     """
     slowing, error = deceleration(t, xy, sigma)
     off = (_pace(t, xy) - numbers.WALKING_PACE) / numbers.WALKING_PACE_SIGMA
 
-    def density(mean: float, spread: float, other: float) -> float:
-        """Density of a deceleration that is usually near a mean, else in a wide range."""
+    def near(mean: float, spread: float) -> float:
         spread = float(np.hypot(spread, error))
-        usual = np.exp(-0.5 * ((slowing - mean) / spread) ** 2) / spread / np.sqrt(2 * np.pi)
-        return float((1 - numbers.UNUSUAL) * usual + numbers.UNUSUAL / other)
+        return np.exp(-0.5 * ((slowing - mean) / spread) ** 2) / spread / np.sqrt(2 * np.pi)
 
-    as_stone = density(numbers.DECELERATION, numbers.DECELERATION_SIGMA, numbers.HIT_RANGE)
-    as_walker = density(0.0, numbers.WALKING_SIGMA, numbers.HALT_RANGE)
+    least, most = numbers.ICE
+    if ice is not None:
+        usual = near(ice, ice * numbers.DECELERATION_SIGMA / numbers.DECELERATION)
+    elif least - 2 * error < slowing < most + 2 * error:
+        usual = 1 / np.clip(slowing, least, most) / np.log(most / least)
+    else:
+        usual = 0.0
+    as_stone = (1 - numbers.UNUSUAL) * usual + numbers.UNUSUAL / numbers.HIT_RANGE
+    as_walker = (1 - numbers.UNUSUAL) * near(0.0, numbers.WALKING_SIGMA)
+    as_walker += numbers.UNUSUAL / numbers.HALT_RANGE
     paces = np.exp(-0.5 * off**2) / (numbers.WALKING_PACE_SIGMA * np.sqrt(2 * np.pi))
     return bool(as_stone / numbers.FASTEST > as_walker * paces)
 

@@ -126,11 +126,12 @@ def track(
         raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)
     came = arrived(stones, steady.sample, ice, refined.camera, appearance)
     found = with_warnings(found, thrown, hit, others, scatter, came)
+    area = scene.sheet.width * scene.sheet.length
     found = replace(
         found,
         stabiliser=steady.stabiliser,
         moved_px=moved_px,
-        shows_several=len(throws_among(stones.paths, stones.seen, stone.found_by)) > 1,
+        shows_several=len(throws_among(stones.paths, stones.seen, stone.found_by, area)) > 1,
         unexplained=(*found.unexplained, *steady.remarks),
     )
     return found.numbered(throw)

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.typing import Floats, Image
-from friction_estimation.appearance import Appearance
+from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
@@ -51,9 +51,18 @@ def without_scatter(thrown: Follower, hit: Sequence[Follower], camera: Camera) -
         t = np.array(measured.t)
         height = one.appearance.model.height / 2
         stretches = scattered(t, measured.fits, camera, height)
-        measured.fits = without_wild(t, measured.fits, stretches)
+        measured.fits = _without_islands(t, without_wild(t, measured.fits, stretches))
         found.append(stretches)
     return Scatter(thrown=found[0], hit=found[1:])
+
+
+def _without_islands(t: Floats, fits: Sequence[StoneFit | None]) -> list[StoneFit | None]:
+    """The measurements without the few that a long gap parts from all others: paint, or a shoe."""
+    seen = np.array([k for k, fit in enumerate(fits) if fit is not None], dtype=np.int64)
+    apart = np.flatnonzero(np.diff(t[seen]) > numbers.ISLAND_GAP) + 1
+    kept = [part for part in np.split(seen, apart) if len(part) >= numbers.MIN_FITS]
+    few = set(seen.tolist()) - {k for part in kept for k in part.tolist()} if kept else set[int]()
+    return [None if k in few else fit for k, fit in enumerate(fits)]
 
 
 def arrived(
