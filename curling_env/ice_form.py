@@ -14,7 +14,7 @@ from curling_env.infrastructure.files.schema import Document, Short, within
 
 MAX_PARAMETER = 1e9
 """Largest parameter of an effect accepted, in the units of its card."""
-MOST_COMMON_ERRORS = 200
+MAX_COMMON_ERRORS = 200
 """Maximum number of common errors of an ice: one for each uncertain parameter is enough."""
 COMMON_ROUNDING = 1e-4
 """Rounding tolerance for the sum of the common parts of an error."""
@@ -42,7 +42,7 @@ class StoneDocument(Document):
 
 
 CommonParts = Annotated[
-    tuple[Annotated[float, within(-1.0, 1.0)], ...], Meta(max_length=MOST_COMMON_ERRORS)
+    tuple[Annotated[float, within(-1.0, 1.0)], ...], Meta(max_length=MAX_COMMON_ERRORS)
 ]
 """Parts of an error that others of the ice share, error by error."""
 
@@ -118,8 +118,8 @@ class LevelError:
 def check_common(parts: tuple[float, ...], what: str) -> None:
     """Refuse parts whose squares add up to more than one, which would exceed the sigma."""
     whole = math.hypot(*parts)
-    if len(parts) > MOST_COMMON_ERRORS or not whole <= 1.0 + COMMON_ROUNDING:
+    if len(parts) > MAX_COMMON_ERRORS or not whole <= 1.0 + COMMON_ROUNDING:
         raise InputError(
-            f"{what}: the squares of its common parts, at most {MOST_COMMON_ERRORS}, must add up "
+            f"{what}: the squares of its common parts, at most {MAX_COMMON_ERRORS}, must add up "
             f"to at most 1, got {len(parts)} of {whole**2:g}"
         )

@@ -30,9 +30,9 @@ TRACK_TABLE = (
     Column(name="sigma_t", unit="s", low=0.0, high=1e4, required=False),
 )
 """Columns of a tracks file. Rows may be outliers, but not by a thousand kilometres."""
-FASTEST_TRACK = 20.0
+MAX_TRACK_SPEED = 20.0
 """Maximum mean speed of a track [m/s]; a wrong unit is far above it."""
-FASTEST_TURN = 40.0
+MAX_TURN_RATE = 40.0
 """Maximum rotation of a stone [rad/s]; a throw's spin is at most 20."""
 HEADING_SLACK = 8 * np.pi
 """Allowance for outliers and lost whole turns between two rows [rad]."""
@@ -229,7 +229,7 @@ def _check_speed(table: Table, start: int, columns: dict[str, Floats]) -> None:
     """Refuse a track whose ends are farther apart than a stone could travel in its time."""
     t, x, y = (columns[name] for name in ("t", "x", "y"))
     duration, distance = float(t[-1] - t[0]), float(np.hypot(x[-1] - x[0], y[-1] - y[0]))
-    if distance > FASTEST_TRACK * duration and len(t) > 2:
+    if distance > MAX_TRACK_SPEED * duration and len(t) > 2:
         raise InputError(
             f"{distance:.3g} m within {duration:.3g} s is too fast for a stone; expected t in "
             "seconds, x and y in metres",
@@ -249,7 +249,7 @@ def _check_headings(table: Table, start: int, t: Floats, theta: Floats) -> None:
     """
     known = np.flatnonzero(np.isfinite(theta))
     turned = np.abs(np.diff(theta[known]))
-    jumps = np.flatnonzero(turned > FASTEST_TURN * np.diff(t[known]) + HEADING_SLACK)
+    jumps = np.flatnonzero(turned > MAX_TURN_RATE * np.diff(t[known]) + HEADING_SLACK)
     if jumps.size:
         before, after = int(known[jumps[0]]), int(known[jumps[0] + 1])
         raise InputError(

@@ -81,15 +81,15 @@ def side(metres: float, units: Units = Units.METRES, *, right: str = "right") ->
     right : the word for positive ones; ``past`` gives ``short`` for negative ones
     """
     other = {"right": "left", "left": "right", "past": "short"}[right]
-    told = short_length(metres, units)
-    if told in ("0 cm", "0 in") or not math.isfinite(metres):
+    text = short_length(metres, units)
+    if text in ("0 cm", "0 in") or not math.isfinite(metres):
         return {"past": "on the tee line"}.get(right, "on the line")
-    return f"{told} {right if metres > 0 else other}"
+    return f"{text} {right if metres > 0 else other}"
 
 
 def brooms(metres: float) -> str:
     """Format a length in widths of a broom, to the half: ``5½ brooms``; without sign."""
     halves = round(2 * abs(metres) / BROOM)
     whole, half = divmod(halves, 2)
-    told = f"{whole or ''}{'½' if half else ''}" or "0"
-    return f"{told} {'broom' if halves in (1, 2) else 'brooms'}"
+    text = f"{whole or ''}{'½' if half else ''}" or "0"
+    return f"{text} {'broom' if halves in (1, 2) else 'brooms'}"

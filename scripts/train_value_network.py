@@ -50,9 +50,9 @@ from agents.playing.league.self_play import (
     sigmas_of,
 )
 from agents.playing.league.tuning import (
-    ENDS_SIDE_BY_SIDE,
     LEAD_SPREAD,
     MAX_ENDS_LEFT,
+    PARALLEL_ENDS,
 )
 from agents.playing.search import networks
 from agents.playing.search.networks import NETWORKS, LearntFor, network_named
@@ -146,7 +146,7 @@ def learn(
         inside = make_directory(folder / f"round-{number + 1}")
         batches = [
             Batch(learnt_for, (seed, number, k), inside / f"batch-{k:03d}.npz")
-            for k in range(-(-ends // ENDS_SIDE_BY_SIDE))
+            for k in range(-(-ends // PARALLEL_ENDS))
         ]
         missing = [batch for batch in batches if not batch.path.exists()]
         with executor(workers) as pool:
@@ -305,7 +305,7 @@ def played_ends(
     learnt_for : ice, rules, delivery and usual players
     seed : seed of everything random
     """
-    n = ENDS_SIDE_BY_SIDE
+    n = PARALLEL_ENDS
     simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
     rng = np.random.default_rng(seed)
     usual = skill_named(learnt_for.skill)

@@ -3,8 +3,10 @@
 python scripts/validation.py                  the table as text
 python scripts/validation.py --json           JSON list of rows, each with `ice` (null: of no ice)
 python scripts/validation.py --pictures docs/pictures/validation
+python scripts/validation.py --shots Stones.csv --hands all.skill.json    with rows of mixed doubles
 
-docs/validation.md describes every row, docs/validation-hands.md those of hands and strategy.
+docs/validation.md describes every row, docs/validation-hands.md those of hands and strategy,
+docs/championships.md those of mixed doubles, which need a table of championship shots.
 """
 
 from __future__ import annotations
@@ -31,6 +33,9 @@ ICES = ("standard", "fitted", "club", "fcv1")
 PAPER_SEED = 2019
 HANDS = Path(__file__).parent / "measures" / "hands.json"
 """Ends of `search` against itself beside those of championships; docs/validation-hands.md."""
+
+GRADE_ERROR = 3.0
+"""Tasks whose shares of grades are known worse than this are ignored [percentage points]."""
 
 
 @cache
@@ -112,12 +117,80 @@ ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS, *_hands_rows())
 """Rows that are the same on every ice."""
 
 
-def tables(ices: Iterable[str] = ICES) -> dict[str | None, list[Comparison]]:
-    """The rows of each ice by its name, and under None those that no ice changes."""
+def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
+    """Rows of mixed doubles: ends of `search` and grades, beside a table of championship shots.
+
+    Parameters
+    ----------
+    shots : the table
+    hands : name or file of the skill of both teams
+    ends : number of ends that are played
+    """
+    from agents.shots.grades import held_out_score
+    from agents.shots.table import read_shots
+    from agents.shots.world import EndsBeside, played_ends, real_ends
+    from curling_env.game.skill_file import load_skill
+
+    table = read_shots(shots)
+
+    @cache
+    def beside() -> EndsBeside:
+        played = played_ends(load_skill(hands), ends=ends)
+        return EndsBeside(real=real_ends(table), played=played)
+
+    def worst_grade(_: Shots) -> float:
+        held = held_out_score(table.games)
+        return max(off for off, error in held.off_by_task.values() if error < GRADE_ERROR)
+
+    def row(name: str, low: float, high: float, unit: str, value: Any, said: str) -> Row:
+        return Row(
+            name=name,
+            part="mixed doubles",
+            said=said,
+            low=low,
+            high=high,
+            unit=unit,
+            source=f"table of championship shots, {len(table.games)} games",
+            value=value,
+            depends_on_ice=False,
+        )
+
+    return (
+        row(
+            "results of ends, worst class",
+            0.0,
+            4.0,
+            "points",
+            lambda _: beside().worst,
+            "within 4 points",
+        ),
+        row(
+            "results of ends, p of χ²",
+            0.05,
+            1.0,
+            "1",
+            lambda _: beside().chi_squared[2],
+            "not told apart",
+        ),
+        row(
+            "grades by task on held-out games, worst share",
+            0.0,
+            3.0,
+            "points",
+            worst_grade,
+            "within 3 points",
+        ),
+    )
+
+
+def tables(
+    ices: Iterable[str] = ICES, more: Iterable[Row] = ()
+) -> dict[str | None, list[Comparison]]:
+    """The rows of each ice by its name, and under None those that no ice changes, with `more`."""
     found: dict[str | None, list[Comparison]] = {
         name: compare(load_ice(name), preset_of(name), ICE_ROWS) for name in ices
     }
-    found[None] = compare(load_ice("standard"), "standard", ROWS_OF_NO_ICE)
+    found[None] = compare(load_ice("standard"), "standard", (*ROWS_OF_NO_ICE, *more))
     return found
 
 
@@ -131,6 +204,13 @@ def main(
         list[str] | None, typer.Option(help="An ice file or a preset; repeat it for several.")
     ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="JSON instead of text.")] = False,
+    shots: Annotated[
+        Path | None, typer.Option(metavar="Stones.csv", help="Table of championship shots.")
+    ] = None,
+    hands: Annotated[
+        str, typer.Option(metavar="SKILL", help="Hands, from `curling hands` on that table.")
+    ] = "championship",
+    ends: Annotated[int, typer.Option(min=10, help="Number of ends played beside it.")] = 300,
     pictures: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Draw the figures of docs/validation.md.")
     ] = None,
@@ -142,7 +222,7 @@ def main(
         draw_all(make_directory(pictures))
         say(f"figures in {pictures}")
         return
-    found = tables(ice or ICES)
+    found = tables(ice or ICES, () if shots is None else doubles_rows(shots, hands, ends))
     if as_json:
         print_json(as_documents(found))
         return

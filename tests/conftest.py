@@ -36,7 +36,7 @@ settings.load_profile(os.environ.get("CURLING_HYPOTHESIS", "repeatable"))
 
 
 def pytest_terminal_summary(terminalreporter: Any) -> None:
-    """List in one line what could not run on this machine, and why."""
+    """List in one line the tests that could not run on this machine, and why."""
     skipped = terminalreporter.stats.get("skipped", [])
     reasons = Counter(report.longrepr[2].removeprefix("Skipped: ") for report in skipped)
     if reasons:
@@ -67,7 +67,7 @@ class Outcome:
 
 @cache
 def schema_validator(name: str) -> Any:
-    """What checks documents by docs/schemas/NAME.schema.json."""
+    """Return the validator of documents by docs/schemas/NAME.schema.json."""
     from jsonschema import Draft202012Validator
 
     folder = Path(__file__).parents[1] / "docs" / "schemas"
@@ -78,7 +78,7 @@ def schema_validator(name: str) -> Any:
 
 @pytest.fixture
 def must_fit() -> Callable[..., None]:
-    """Hold a JSON file, or each line of a file of JSON lines, to its published schema."""
+    """Check a JSON file, or each line of a file of JSON lines, against its published schema."""
 
     def hold(path: Path, schema: str) -> None:
         text = path.read_text(encoding="utf-8")
@@ -151,7 +151,7 @@ def rng() -> np.random.Generator:
 
 
 PATIENCE = 120_000
-"""For what a page works out on a busy machine [ms]."""
+"""Timeout of a page on a busy machine [ms]."""
 
 
 @pytest.fixture(scope="session")
@@ -176,7 +176,7 @@ def browser() -> Iterator[Any]:
 
 
 def _patient(make: Callable[..., Any]) -> Callable[..., Any]:
-    """What makes pages, so that theirs is the patience of the tests."""
+    """Wrap the maker of pages, so that they have the timeout of the tests."""
 
     def made(**about: Any) -> Any:
         new = make(**about)

@@ -14,7 +14,7 @@ PACKAGES = ("curling_env", "friction_estimation", "agents")
 
 
 def folders() -> set[PurePosixPath]:
-    """Every folder of the three packages that holds a file git would keep."""
+    """Return every folder of the three packages with a file that git would keep."""
     files = [
         path.relative_to(ROOT)
         for package in PACKAGES
@@ -25,7 +25,7 @@ def folders() -> set[PurePosixPath]:
 
 
 def mapped() -> dict[PurePosixPath, str]:
-    """Every folder in the map and the words beside it, in the order of the map.
+    """Return every folder in the map and its description, in the order of the map.
 
     The map is the first fenced block below "## The map". In each of its lines stand a folder with a
     final slash and, after two spaces or more, its words; a folder inside another is indented more.

@@ -22,7 +22,7 @@ def test_any(x, n):
 
 
 def examples(folder: Path, profile: str, seed: int) -> list[str]:
-    """The examples that a property is tried on in a run of pytest with our conftest."""
+    """Return the examples of a property in a run of pytest with our conftest."""
     folder.mkdir()
     (folder / "test_property.py").write_text(PROPERTY)
     shutil.copy(Path(__file__).with_name("conftest.py"), folder)

@@ -1,4 +1,4 @@
-"""The examples in CONTRIBUTING.md do what the text around them says."""
+"""The examples in CONTRIBUTING.md do what the text around them states."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def modules(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
         sys.modules.pop(name, None)
 
 
-def test_every_example_is_declared_and_what_is_declared_exists(modules):
+def test_every_example_is_declared_and_every_declared_one_exists(modules):
     declared = tomllib.loads(re.search(r"^```toml\n(.*?)^```$", TEXT, re.M | re.S)[1])
     points = [point for group in declared["project"]["entry-points"].values() for point in group]
     values = [
@@ -87,7 +87,7 @@ def test_the_tracker_tracks(modules, tmp_path):
     assert track.xy[-1].tolist() == [0.0, -9.5]
 
 
-def test_the_command_says_how_far_a_stone_slides(modules):
+def test_the_command_reports_the_distance_of_a_slide(modules):
     import stopping
     import typer
     from typer.testing import CliRunner

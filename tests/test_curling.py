@@ -1,4 +1,4 @@
-"""The program answers an interrupt while it is still loading, and none when all is done."""
+"""The program handles an interrupt while it is still loading, and ignores it after the end."""
 
 from __future__ import annotations
 

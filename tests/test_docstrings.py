@@ -1,4 +1,4 @@
-"""Docstrings describe what there is: every parameter that they name exists."""
+"""Docstrings describe existing parameters only."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Every example of every page does what it says, on files that the pages make themselves.
+"""Every example of every page works, on files that the pages make themselves.
 
 `make test` reads all examples and runs those that are done in a moment; `make docs-test` runs all.
 """
@@ -33,7 +33,7 @@ AT_ONCE = {
     *("how-to/own-effect.md", "how-to/own-player.md", "how-to/own-task.md"),
     *("how-to/own-tracker.md", "effects.md"),
 }
-"""Pages whose examples take a moment each; `make docs-test` runs those of the others as well."""
+"""Pages whose examples take a moment each; `make docs-test` also runs those of the others."""
 TESTED_ELSEWHERE = {"README.md": "test_readme.py", "CONTRIBUTING.md": "test_contributing.py"}
 READ = {
     "json": json.loads,
@@ -50,13 +50,13 @@ def of(name: str) -> list[Example]:
 
 @pytest.fixture(scope="session")
 def files(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """What examples take up and none makes; those that run at once need nothing."""
+    """Make the input files that no example makes; quick examples need none."""
     folder = tmp_path_factory.mktemp("desk")
     return desk.lay_out(folder) if ALL else folder
 
 
 @pytest.mark.parametrize("name", PAGES)
-def test_every_block_says_what_it_is_and_can_be_read(name: str) -> None:
+def test_every_block_declares_its_language_and_is_readable(name: str) -> None:
     for example in of(name):
         where = f"{name}:{example.line}"
         assert example.language in (*RUN, *READ, *NO_EXAMPLE), f"{where}: no language"

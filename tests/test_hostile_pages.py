@@ -1,4 +1,4 @@
-"""Pages made of a stranger's files: his names are shown, his scripts never run."""
+"""Pages made of a stranger's files: names are shown, scripts never run."""
 
 from __future__ import annotations
 
@@ -11,14 +11,16 @@ import numpy as np
 EVIL = "<img src=x onerror=\"document.title='PWNED'\"><script>document.title='PWNED'</script>"
 SCHEME = "</script><script>document.title='PWNED'</script>"
 NAME = "<img src=x onerror=document.title='PWNED'>"
-"""The same without what no file name may hold."""
+"""The same without characters that file names cannot have."""
 POLICY = re.compile(
     r'^.{0,120}?<meta http-equiv="Content-Security-Policy" content="([^"]*)">', re.S
 )
 
 
 def check(browser, page, address, *, shows):
-    """Nothing of a page's content runs, by its policy and without it, and its names are read."""
+    """Check that nothing in a page's content runs, with and without its policy, and that names are
+    read.
+    """
     strict = browser.new_page()
     for shown in (strict, page):
         asked: list[str] = []
@@ -38,7 +40,7 @@ def check(browser, page, address, *, shows):
 
 
 def policy_in(path) -> str:
-    """The policy of a page, which stands before anything that a file has brought into it."""
+    """Return the policy of a page, which comes before any content of files."""
     found = POLICY.search(path.read_text())
     assert found is not None, path.read_text()[:300]
     assert "default-src 'none'" in found[1]

@@ -1,4 +1,4 @@
-"""Compiled functions call only what their cache knows of: the physics, and their own folder.
+"""Compiled functions call only functions covered by their cache: the physics, and their own folder.
 
 The name of a kernel's cache holds a digest of those sources (`curling_env.physics.compiled`); one
 that called a kernel of another folder would go on running machine code that is out of date.
@@ -23,7 +23,7 @@ def kernels(tree: ast.Module) -> list[ast.FunctionDef]:
     ]
 
 
-def test_kernels_call_only_those_of_the_physics_and_of_their_own_folder() -> None:
+def test_kernels_call_only_kernels_of_the_physics_and_of_their_folder() -> None:
     trees = {
         ".".join(path.relative_to(ROOT).with_suffix("").parts): ast.parse(path.read_bytes())
         for package in PACKAGES

@@ -1,4 +1,4 @@
-"""What the README shows runs as it stands there."""
+"""The examples of the README run unchanged."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ README = (Path(__file__).parents[1] / "README.md").read_text(encoding="utf-8")
 
 @pytest.fixture
 def films(tmp_path):
-    """Two short throws, filmed from above, under the names that the README uses."""
+    """Make two short throws, filmed from above, under the names in the README."""
     ice = load_ice("standard")
     throws = [
         (Throw(speed=1.5, angle=0.02, spin=1.2), Direction.AWAY),

@@ -1,4 +1,5 @@
-"""The built site in a browser: it is searched, fits a phone, and asks nobody else for anything.
+"""The built site in a browser: it can be searched, fits a phone, and requests nothing from other
+hosts.
 
 `make lint` and `make docs` build it.
 """

@@ -97,13 +97,21 @@ def _random(env: Any, observation: Any) -> Any:
     return env.np_random.uniform(-1.0, 1.0, env.action_space.shape).astype(np.float32)
 
 
-CONSTANTS = {"ends": (-0.689, 0.448, -0.703)}
+CONSTANTS = {
+    "draw": (0.371, -0.492, 0.813),
+    "guard": (-0.524, -0.384, 0.61),
+    "takeout": (0.621, -0.126, 0.441),
+    "hit_and_stay": (-0.231, 0.216, -0.487),
+    "freeze": (-0.096, 0.188, 0.07),
+    "ends": (-0.689, 0.448, -0.703),
+}
 """The best action that is always the same, by the task of single throws or for ends, as
 `scripts/baselines.py constants` finds it."""
 
 
 def _constant(env: Any, observation: Any) -> Any:
-    return np.float32(CONSTANTS["ends" if isinstance(env, CurlingEndEnv) else env.task.name])
+    task = "ends" if isinstance(env, CurlingEndEnv) else env.task.name
+    return np.array(CONSTANTS[task], dtype=np.float32)
 
 
 def _planned(env: Any, observation: Any) -> Any:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -85,7 +85,7 @@ def read_row(path: str | Path) -> RowDocument:
 
 
 def write_row(
-    path: str | Path, policy: str, scores: dict[str, Sequence[Floats]], *, method: str = ""
+    path: str | Path, policy: str, scores: Mapping[str, Sequence[Floats]], *, method: str = ""
 ) -> None:
     """Write a row of what `played` returned, run by run, for each task."""
     each = [{"task": name, "runs": [one.tolist() for one in runs]} for name, runs in scores.items()]

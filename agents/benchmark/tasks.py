@@ -1,4 +1,4 @@
-"""The eleven tasks of the benchmark, and one for practice.
+"""The ten tasks of the benchmark, and two for practice.
 
 A task is an environment with fixed options, episodes with fixed seeds, and one number per episode.
 A change to any of them is a new version of the benchmark.
@@ -42,6 +42,7 @@ class BenchmarkTask:
     reward_threshold : mean reward of an episode from which the task counts as solved
     references : scores of random actions and of the reference (the planner, or `rulebased`), the 0
         and 1 of normalised scores
+    reference_returns : the same for the mean reward of an episode
     headline : whether it counts; a task for practice does not need the stones
     """
 
@@ -52,6 +53,7 @@ class BenchmarkTask:
     metric: Metric = "success"
     reward_threshold: float = 0.0
     references: tuple[float, float] = (0.0, 1.0)
+    reference_returns: tuple[float, float] = (0.0, 1.0)
     headline: bool = True
 
 
@@ -99,6 +101,7 @@ _ALL = (
         environment="CurlingEnd-v0",
         options={"opponent": "rulebased", "rules": "mixed_doubles_2024"},
         metric="points",
+        headline=False,
     ),
     replace(_end("draw"), headline=False),
 )
@@ -118,8 +121,33 @@ _THRESHOLDS = {
     "end-doubles": 0.6,
     "end-draw": 1.3,
 }
-TASKS = {task.name: replace(task, reward_threshold=_THRESHOLDS[task.name]) for task in _ALL}
-"""The tasks by name; those that count, and `end-draw`, where one constant action does as well."""
+# Scores and returns of random actions, then those of the planner, or of `rulebased` in ends, in the
+# first hundred episodes (`scripts/baselines.py rows`).
+_REFERENCES = {
+    "draw": ((6.04, 0.68), (-4.10, 0.19)),
+    "draw-mean": ((6.04, 0.73), (-4.10, 0.17)),
+    "draw-blind": ((6.04, 1.32), (-4.10, -0.70)),
+    "guard": ((0.04, 0.76), (-3.55, 0.75)),
+    "takeout": ((0.03, 0.90), (-0.54, 2.58)),
+    "hit-and-stay": ((0.01, 0.70), (-1.00, 2.2)),
+    "freeze": ((0.0, 0.23), (-4.44, 0.3)),
+    "end-rulebased": ((-4.56, -0.14), (-4.56, -0.14)),
+    "end-greedy": ((-5.19, 0.60), (-5.19, 0.60)),
+    "end-learned": ((-3.66, -0.59), (-3.66, -0.59)),
+    "end-doubles": ((-3.44, -0.05), (-3.44, -0.05)),
+    "end-draw": ((-5.77, 0.92), (-5.77, 0.92)),
+}
+TASKS = {
+    task.name: replace(
+        task,
+        reward_threshold=_THRESHOLDS[task.name],
+        references=_REFERENCES[task.name][0],
+        reference_returns=_REFERENCES[task.name][1],
+    )
+    for task in _ALL
+}
+"""The tasks by name: those that count, and two for practice, where drawing to the button wins as
+much as playing by the stones."""
 
 
 def task_of(name: str) -> BenchmarkTask:

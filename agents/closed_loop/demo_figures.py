@@ -146,7 +146,7 @@ def _house(ax: Axes, found: Findings) -> None:
         color=figures.INK,
     )
     _legend_below(
-        ax, [(colour, f"{text}: {found.told(miss)} off") for _, colour, miss, text in rests]
+        ax, [(colour, f"{text}: {found.in_units(miss)} off") for _, colour, miss, text in rests]
     )
 
 
@@ -167,7 +167,7 @@ def _more_draws(ax: Axes, found: Findings) -> None:
     _legend_below(
         ax,
         [
-            (colour, f"{text}: {found.told(miss)} off on average")
+            (colour, f"{text}: {found.in_units(miss)} off on average")
             for colour, text, miss in (
                 (ON_TRUE, "planned on the ice read from film", found.mean_miss),
                 (BY_AVERAGE, "planned on its average friction", found.mean_other_miss),
@@ -190,7 +190,7 @@ def _missing_effect(ax: Axes, found: Findings) -> None:
     figures.draw_target(ax, draw.target, view)
     figures.show_house(ax, ice.sheet, short=2.6, past=2.6)
     _legend_below(
-        ax, [(colour, f"{text}: {found.told(miss)} off") for _, colour, miss, text in rests]
+        ax, [(colour, f"{text}: {found.in_units(miss)} off") for _, colour, miss, text in rests]
     )
 
 

@@ -117,7 +117,7 @@ class Findings:
         """Mean miss of the draws planned on the average ice [m]."""
         return float(np.mean([draw.other_miss for draw in self.draws]))
 
-    def told(self, metres: float) -> str:
+    def in_units(self, metres: float) -> str:
         """Format a miss for people."""
         return miss(metres, self.units)
 
@@ -125,14 +125,16 @@ class Findings:
         """Return the result in one sentence."""
         if self.mean_miss < self.mean_other_miss:
             return (
-                f"Draws planned on the ice read from film stop {self.told(self.mean_miss)} from "
+                f"Draws planned on the ice read from film stop {self.in_units(self.mean_miss)} "
+                "from "
                 "their targets; planned on its average friction only, "
-                f"{self.told(self.mean_other_miss)}."
+                f"{self.in_units(self.mean_other_miss)}."
             )
         return (
-            f"This time the map did not help: draws planned on it stop {self.told(self.mean_miss)} "
+            "This time the map did not help: draws planned on it stop "
+            f"{self.in_units(self.mean_miss)} "
             f"from their targets, those planned on the average friction "
-            f"{self.told(self.mean_other_miss)}."
+            f"{self.in_units(self.mean_other_miss)}."
         )
 
     def area_sentences(self) -> list[str]:
@@ -150,9 +152,10 @@ class Findings:
         place = "the button" if np.hypot(x, y - TEE_Y) < 0.02 else self._place(x, y)
         return [
             f"A draw to {place}: {self.plan.best.description.call_in(self.units)}.",
-            f"On the estimated ice it stops {self.told(self.miss_on_estimated)} from its target; "
-            f"on the hidden ice {self.told(self.tested.miss)}. Planned on average ice it would "
-            f"have missed by {self.told(self.tested.other_miss)}.",
+            f"On the estimated ice it stops {self.in_units(self.miss_on_estimated)} from its "
+            "target; "
+            f"on the hidden ice {self.in_units(self.tested.miss)}. Planned on average ice it would "
+            f"have missed by {self.in_units(self.tested.other_miss)}.",
         ]
 
     def _place(self, x: float, y: float) -> str:
@@ -166,8 +169,8 @@ class Findings:
         named = " and ".join(self.named) or "nothing"
         return (
             f"The same films, read with a model that has no curl: a draw planned on it misses "
-            f"by {self.told(self.missing.other_miss)}; discovery names {named}; planned again, "
-            f"the draw misses by {self.told(self.missing.miss)}."
+            f"by {self.in_units(self.missing.other_miss)}; discovery names {named}; planned again, "
+            f"the draw misses by {self.in_units(self.missing.miss)}."
         )
 
     def sentences(self) -> list[str]:
@@ -175,7 +178,7 @@ class Findings:
         return [
             f"Filmed {len(self.tracks)} practice throws, {self.film_frames} frames of "
             f"{self.film_size[0]} × {self.film_size[1]}; the stone was tracked to "
-            f"{self.told(float(np.median(self.track_errors)))} (median over throws).",
+            f"{self.in_units(float(np.median(self.track_errors)))} (median over throws).",
             "The ice according to the film:",
             *(f"  {sentence}" for sentence in self.area_sentences()),
             f"Over the {int(self.observed.sum())} cells that stones crossed, the map is within "

@@ -31,15 +31,15 @@ def write_demo_page(found: Findings, directory: Path, *, film_still: Path | None
     numbers = facts(
         [
             (
-                found.told(found.mean_miss),
+                found.in_units(found.mean_miss),
                 f"average miss of {draws} draws, planned on the ice read from film",
             ),
             (
-                found.told(found.mean_other_miss),
+                found.in_units(found.mean_other_miss),
                 "the same draws, planned on the ice’s average friction",
             ),
             (
-                found.told(float(median_error)),
+                found.in_units(float(median_error)),
                 f"accuracy of tracking the stone ({throws} throws)",
             ),
             (

@@ -51,7 +51,7 @@ class Films:
     errors : (n,) RMS distance of each track from the true path [m]
     frames : number of frames in all films
     size : width and height of a frame [px]
-    still : picture of a frame with the track drawn into it; None if there is none
+    still : picture of a frame with the track drawn into it; None if absent
     """
 
     tracks: list[Trajectory]

@@ -290,7 +290,7 @@ def _summary(
 ) -> ErrorSummary:
     spread = np.sqrt(np.einsum("dii->di", covariance))
 
-    def told(draws: Floats) -> tuple[Interval, Interval, Interval]:
+    def intervals(draws: Floats) -> tuple[Interval, Interval, Interval]:
         low, middle, high = np.quantile(draws, [0.025, 0.5, 0.975], axis=0)
         first, second, third = (
             Interval(float(middle[k]), float(low[k]), float(high[k])) for k in range(3)
@@ -303,8 +303,8 @@ def _summary(
         handle=handle,
         weight=weight,
         throws=n,
-        bias=told(bias),
-        spread=told(spread),
+        bias=intervals(bias),
+        spread=intervals(spread),
         covariance=correlation * np.outer(scale, scale),
     )
 

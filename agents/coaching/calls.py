@@ -37,9 +37,9 @@ GUARD = (0.0, -3.2)
 """Position of the centre guard, as in the planner: right and past the tee [m]."""
 CORNER = 1.22
 """Distance of a corner guard from the centre line [m]: inside the edge of the 8-foot ring."""
-WIDEST = 2.5
+MAX_SIDEWAYS = 2.5
 """Maximum distance of a place or a broom from the centre line [m]."""
-MOST_TURNS = 20.0
+MAX_TURNS = 20.0
 """Maximum number of turns."""
 _TWELVE, _EIGHT, _FOUR, _BUTTON = RING_RADII
 _RINGS = {
@@ -234,7 +234,7 @@ class _Words:
         self._rest = rest
 
     def read(self) -> Call:
-        """Return the call; raise if there is none."""
+        """Return the call; raise if absent."""
         broom = self._broom()
         target = self._pair()
         sided = self._sided()
@@ -338,10 +338,10 @@ def _is_possible(call: Call) -> bool:
     """Return whether the target is possible for a stone, and the weight and broom for a throw."""
     if call.target is not None:
         right, past = call.target
-        if abs(right) > WIDEST or not -HOG_TO_TEE < past < BACK_LINE_Y - TEE_Y + 0.2:
+        if abs(right) > MAX_SIDEWAYS or not -HOG_TO_TEE < past < BACK_LINE_Y - TEE_Y + 0.2:
             return False
-    if call.broom is not None and abs(call.broom) > WIDEST:
+    if call.broom is not None and abs(call.broom) > MAX_SIDEWAYS:
         return False
     if call.hog_to_hog is not None and not 4.0 <= call.hog_to_hog <= 30.0:
         return False
-    return call.turns is None or 0.0 < call.turns <= MOST_TURNS
+    return call.turns is None or 0.0 < call.turns <= MAX_TURNS

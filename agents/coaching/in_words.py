@@ -19,9 +19,9 @@ CAUSE_WORDS: dict[Cause, str] = {
     "neither": "unexplained",
 }
 """Name of each cause."""
-SMALL = 0.02
+MIN_SHOWN = 0.02
 """Smallest part of a miss that is shown [m]."""
-NOTED_MEAN = 0.1
+MIN_MENTIONED_MEAN = 0.1
 """Smallest mean part that is mentioned [m]."""
 
 
@@ -34,7 +34,7 @@ def offset(right: float, past: float, units: Units = Units.METRES) -> str:
     right, past : to the right, and along play [m]
     units : units of displayed lengths
     """
-    least = max(SMALL, 0.2 * max(abs(right), abs(past)))
+    least = max(MIN_SHOWN, 0.2 * max(abs(right), abs(past)))
     parts = [
         side(value, units, right=name)
         for value, name in ((past, "past"), (right, "right"))
@@ -50,7 +50,7 @@ def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
     """Return a row for each throw: its miss and the contribution of each cause."""
     causes: list[Cause] = [c for c in CAUSES if any(c in one.parts for one in found.throws)]
     if not found.believed and not any(
-        one.parts["ice"].size > SMALL for one in found.throws if "ice" in one.parts
+        one.parts["ice"].size > MIN_SHOWN for one in found.throws if "ice" in one.parts
     ):
         causes.remove("ice")
     head = ["throw", "athlete", "called", "miss", *(CAUSE_WORDS[c] for c in causes), "mostly"]
@@ -76,8 +76,8 @@ def part_in_words(part: Part | None, units: Units = Units.METRES) -> str:
         return NOT_SEEN
     larger = max((part.right, part.past), key=lambda one: abs(one.value))
     half = INTERVAL * (larger.sigma or 0.0)
-    told = offset(part.right.value, part.past.value, units)
-    return f"{told} ± {short_length(half, units)}" if half >= 0.005 else told
+    text = offset(part.right.value, part.past.value, units)
+    return f"{text} ± {short_length(half, units)}" if half >= 0.005 else text
 
 
 def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
@@ -101,7 +101,7 @@ def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
         for right, past in [
             tuple(
                 way.value
-                if abs(way.value) > max(INTERVAL * (way.sigma or 0.0), NOTED_MEAN)
+                if abs(way.value) > max(INTERVAL * (way.sigma or 0.0), MIN_MENTIONED_MEAN)
                 else 0.0
                 for way in ways
             )
@@ -155,22 +155,22 @@ def athletes_in_words(athletes: Sequence[AthleteErrors], units: Units = Units.ME
     """Describe the notable errors of each athlete."""
     sentences: list[str] = []
     for one in athletes:
-        told: list[str] = []
+        errors: list[str] = []
         weight, line, _ = one.overall.bias
         if not weight.low <= 0 <= weight.high:
-            told.append(f"throws {_weight(one, one.overall, units)[0].split(' (')[0]}")
+            errors.append(f"throws {_weight(one, one.overall, units)[0].split(' (')[0]}")
         if not line.low <= 0 <= line.high:
-            told.append(f"sends stones {side(line.value, units)} of the line")
+            errors.append(f"sends stones {side(line.value, units)} of the line")
         by_handle = [g for g in one.groups if g.handle is not None and g.weight is None]
         if line.low <= 0 <= line.high and not by_handle:
             by_handle = [g for g in one.groups if g.handle is not None and _is_finest(one, g)]
         for group in by_handle:
             low, high = group.bias[1].low, group.bias[1].high
             if line.low <= 0 <= line.high and not low <= 0 <= high:
-                told.append(f"{group.handle}s {side(group.bias[1].value, units)}")
+                errors.append(f"{group.handle}s {side(group.bias[1].value, units)}")
         name = one.name or "Throws without a name"
         count = f"{one.overall.throws} throws in {_sessions(one.sessions)}"
-        sentences.append(f"{name} ({count}): {', '.join(told) or 'no systematic error'}.")
+        sentences.append(f"{name} ({count}): {', '.join(errors) or 'no systematic error'}.")
     if athletes:
         sentences.append(
             "Weight, line and rotation have 95 % intervals; columns with ± are the spread from "
@@ -223,8 +223,8 @@ def _rotation(one: AthleteErrors, group: ErrorSummary) -> tuple[str, str]:
         return f"{bias.value:+.2f} rad/s".replace("-", "−"), f"{spread.value:.2f} rad/s"
     value = round(each * bias.value, 1) + 0.0
     word = "more" if value > 0 else "fewer"
-    told = f"{abs(value):.1f} turns {word}" if value else "0"
-    return told, f"{each * spread.value:.1f} turns"
+    text = f"{abs(value):.1f} turns {word}" if value else "0"
+    return text, f"{each * spread.value:.1f} turns"
 
 
 # --- stones --------------------------------------------------------------------------------------

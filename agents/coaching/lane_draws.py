@@ -112,5 +112,9 @@ def _described(aim: Aim, lane: float, spin: float, target: Floats) -> tuple[floa
     throw = aim.draw(lane, 0.0, spin)
     if throw is None:
         return None
-    told = describe(aim.ice, throw, target, aim.direction, aim.delivery)
-    return None if told.hog_to_hog_s is None else (told.hog_to_hog_s, told.broom_m - lane)
+    description = describe(aim.ice, throw, target, aim.direction, aim.delivery)
+    return (
+        None
+        if description.hog_to_hog_s is None
+        else (description.hog_to_hog_s, description.broom_m - lane)
+    )

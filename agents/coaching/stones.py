@@ -25,8 +25,8 @@ from agents.coaching.stone_levels import Levels, levels
 from agents.coaching.tuning import (
     ALIKE_CURL,
     ALIKE_FRICTION,
-    KNOWN_CURL,
-    MOST_MORE,
+    MAX_CURL_SIGMA,
+    MAX_MORE_THROWS,
     STONE_DRAWS,
 )
 from curling_env.errors import InputError, TrackTooShortError
@@ -245,7 +245,7 @@ class _Match:
         friction = np.array([one.friction for one in releases], dtype=np.float64)
         self._friction = levels(friction, stone, len(numbers), [trend, ends])
         curl = np.array([one.curl for one in releases], dtype=np.float64)
-        known = curl[:, 1] < KNOWN_CURL
+        known = curl[:, 1] < MAX_CURL_SIGMA
         self._curl = None
         if set(stone[known].tolist()) == set(range(len(numbers))):
             self._curl = levels(
@@ -315,12 +315,12 @@ class _Match:
         )
 
     def _verdict(
-        self, levels: Levels, told: tuple[float, float, float], alike: float, i: int, j: int
+        self, levels: Levels, interval: tuple[float, float, float], alike: float, i: int, j: int
     ) -> tuple[str, int]:
         """Return the verdict on two stones, and the number of further throws of each to settle
         it.
         """
-        value, low, high = told
+        value, low, high = interval
         if low > 0 or high < 0:
             return "differ", 0
         if -alike < low and high < alike:
@@ -330,11 +330,11 @@ class _Match:
         wanted = max(abs(value), alike - abs(value), 0.5 * alike) / 1.96
         needed = (levels.noise[i] + levels.noise[j]) / wanted**2
         more = ceil(needed - min(int(self._throws[i]), int(self._throws[j])))
-        return "open", int(np.clip(more, 1, MOST_MORE))
+        return "open", int(np.clip(more, 1, MAX_MORE_THROWS))
 
 
-def _factor(told: tuple[float, float, float]) -> Interval:
-    value, low, high = np.exp(told).tolist()
+def _factor(interval: tuple[float, float, float]) -> Interval:
+    value, low, high = np.exp(interval).tolist()
     return Interval(value, low, high)
 
 

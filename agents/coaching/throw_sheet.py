@@ -50,7 +50,7 @@ class ThrowSheet:
     ----------
     measures : numbers of its track
     note : athlete, stone, call, and anything else
-    call : the call in that note; None if there is none
+    call : the call in that note; None if absent
     hand : throwing hand of the athlete
     """
 
@@ -207,8 +207,8 @@ def sheet_rows(sheets: Sequence[ThrowSheet], units: Units = Units.METRES) -> Thr
     units : units of displayed lengths
     """
     notes = {sheet.throw: sheet.note for sheet in sheets}
-    told = throw_rows([sheet.measures for sheet in sheets], units, notes, errors=False)
-    head, rows = list(told.head), [list(row) for row in told.rows]
+    table = throw_rows([sheet.measures for sheet in sheets], units, notes, errors=False)
+    head, rows = list(table.head), [list(row) for row in table.rows]
     if "handle" in head:
         at = head.index("handle")
         for row, sheet in zip(rows, sheets, strict=True):

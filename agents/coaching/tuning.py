@@ -21,7 +21,7 @@ WIDE_FRICTION = 0.3
 """The same when the friction of the throw itself is estimated."""
 WIDE_CURL = 1.0
 """The same for ln curl."""
-MOST_FRICTION, MOST_CURL = 0.6, 1.0
+MAX_OWN_FRICTION, MAX_OWN_CURL = 0.6, 1.0
 """Bounds of these deviations, in ln: beyond them it is no curling stone."""
 BIN = 0.125
 """Averaging time of rows before a fit [s]."""
@@ -33,7 +33,7 @@ UNSEEN_SPIN = 0.6
 """Standard deviation of a spin that was not seen [rad/s]."""
 LATEST_START = 1.2
 """Latest start of a track beyond the hog line for its release to be read [m]."""
-FEWEST_BINS = 12
+MIN_BINS = 12
 """Minimum number of averaged rows from which a release is read: a second and a half."""
 
 # --- causes ------------------------------------------------------------------------------------
@@ -42,7 +42,7 @@ DRAWS = 64
 """Number of sampled errors of the measurement and of the ice for the intervals."""
 HABIT_THROWS = 3
 """Minimum number of throws for an athlete's usual rotation, or speed for a named weight."""
-FEWEST_TOGETHER = 4
+MIN_THROWS_TO_CORRECT_ICE = 4
 """Minimum number of throws whose unexplained parts correct the ice of all."""
 MAX_REACH = 0.6
 """Longest distance before the target of a hit at which the free slide may end [m]: two radii, and a
@@ -74,9 +74,9 @@ ALIKE_FRICTION = 0.01
 """Difference in ln friction below which two stones are a pair: 30 cm on a draw."""
 ALIKE_CURL = 0.1
 """The same for ln curl: a hand's breadth on a draw."""
-KNOWN_CURL = 0.5
+MAX_CURL_SIGMA = 0.5
 """Standard error of a throw's ln curl above which it is ignored."""
 STONE_DRAWS = 16
 """Number of ices sampled for the effect of a map's errors on single throws."""
-MOST_MORE = 50
+MAX_MORE_THROWS = 50
 """Maximum number of further throws that is suggested."""

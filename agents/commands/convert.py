@@ -15,7 +15,7 @@ from friction_estimation.tracks.importers import Along
 from friction_estimation.tracks.tuning import GATE_TIME_SIGMA
 
 FAULTS_SHOWN = 5
-"""Number of faults of a table that are shown; the report has all."""
+"""Maximum number of faults of a table that are shown; the report has all."""
 METRES = {"m": 1.0, "cm": 0.01, "mm": 0.001, "ft": 0.3048, "in": 0.0254}
 
 
@@ -127,7 +127,7 @@ def convert(
 
 
 def _is_game(table: Path, output: Path, games: list[str] | None, results: Results) -> bool:
-    """Convert a table of shots or a log of a game; False for any other file."""
+    """Convert a table of shots or a log of a game; return False for any other file."""
     from agents.digital_curling.read_logs import is_log, read_log
     from agents.playing.record import write_lines
     from agents.shots.records import REPORT, chosen_games, write_records

@@ -1,4 +1,4 @@
-"""`curling hands`: the hands of championship players from a table of shots."""
+"""`curling hands`: execution errors of championship players from a table of shots."""
 
 from __future__ import annotations
 

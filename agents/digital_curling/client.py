@@ -98,14 +98,14 @@ class Client:
         self.seen: list[SeenMove] = []
         self.game: Game | None = None
         self.is_over = False
-        self._ice, self._setting = ice, GameMessage().told_setting
+        self._ice, self._setting = ice, GameMessage().known_setting
         self._rule_name, self._arrangement = rule_name, 0
         self._rules, self._lines = rules_of(self._setting, name=rule_name), Lines()
         self._skills: list[Skill] = []
         self._ice_changes = False
         self._deliveries: list[Delivery] = []
         self._called: Call | None = None
-        self._told_ends: int | None = None
+        self._server_ends: int | None = None
 
     @property
     def ice(self) -> Ice:
@@ -195,8 +195,8 @@ class Client:
         if game.rule != "normal":
             raise InputError(f"expected the rule normal, found {game.rule[:40]!r}", where="rule")
         self.team = Team(TEAMS.index(line.team))
-        self._setting = game.told_setting
-        self._told_ends = self._setting.max_end
+        self._setting = game.known_setting
+        self._server_ends = self._setting.max_end
         self._set_rules(self._rules_with())
         self._ice_changes = game.simulator_type != "fcv1"
         if self._ice is None and self._ice_changes:
@@ -226,9 +226,9 @@ class Client:
         if not self._skills:
             raise InputError("received an update before is_ready")
         state = line.state
-        if self._told_ends is None:
-            self._told_ends = max(len(state.scores.team0), 1)
-            ends = self._told_ends
+        if self._server_ends is None:
+            self._server_ends = max(len(state.scores.team0), 1)
+            ends = self._server_ends
             self._set_rules(self._rules_with(ends))
         before = self.game
         self.game = _remembering(game_of(state, self._rules, self._lines), before)

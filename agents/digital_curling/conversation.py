@@ -53,7 +53,7 @@ class PlayerMessage(msgspec.Struct):
     stddev_angle: Annotated[float, within(0.0, 10.0)] = 0.0
 
 
-Untold = bool | None
+Undisclosed = bool | None
 """Value of fields that the organiser does not disclose."""
 
 
@@ -61,12 +61,12 @@ class GameMessage(msgspec.Struct):
     """Description of the game by the organiser."""
 
     rule: Short = "normal"
-    setting: SettingMessage | Untold = None
-    simulator: SimulatorMessage | Untold = None
-    players: dict[TeamName, list[PlayerMessage]] | Untold = None
+    setting: SettingMessage | Undisclosed = None
+    simulator: SimulatorMessage | Undisclosed = None
+    players: dict[TeamName, list[PlayerMessage]] | Undisclosed = None
 
     @property
-    def told_setting(self) -> SettingMessage:
+    def known_setting(self) -> SettingMessage:
         """Return the setting, or the server's default if it is not disclosed."""
         return self.setting if isinstance(self.setting, SettingMessage) else SettingMessage()
 

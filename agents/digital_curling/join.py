@@ -11,7 +11,7 @@ from agents.digital_curling.client import Client
 from agents.digital_curling.conversation import MAX_LINE, Update, from_server, write_line
 from curling_env.errors import InputError
 
-PATIENCE = 10.0
+CONNECT_TIMEOUT = 10.0
 """Timeout of the connection [s]."""
 
 
@@ -104,7 +104,7 @@ def play_on_server(
 @contextmanager
 def _connected(host: str, port: int) -> Iterator[socket.socket]:
     try:
-        connection = socket.create_connection((host, port), timeout=PATIENCE)
+        connection = socket.create_connection((host, port), timeout=CONNECT_TIMEOUT)
     except OSError as error:
         reason = (error.strerror or str(error)).lower()
         raise InputError(f"no server answers: {reason}", source=f"{host}:{port}") from error

@@ -2,7 +2,7 @@
 
 A ``.dcl2`` of version 3, which `curling host` writes too, has the server's messages: positions and
 throws are those of the log. A ``.dcl`` of version 2 has positions before every shot and velocities
-in that program's own physics, which does not serve here: its throws and paths are drawn, see
+in that program's physics, which cannot be used here: its throws and paths are drawn, see
 `agents.playing.drawn_record`.
 """
 
@@ -27,7 +27,7 @@ from curling_env.infrastructure.files import limits
 from curling_env.infrastructure.files.reading import parse_json, read_text
 
 TEE = (2.375, 4.88)
-"""The tee in version 2; y grows against the direction of play [m]."""
+"""Position of the tee in version 2; y grows against the direction of play [m]."""
 STONES = 16
 _LEFT = "1"
 """Third number of a shot in version 2 whose stone curls to the left, counter-clockwise."""
@@ -35,11 +35,11 @@ _LEFT = "1"
 
 @dataclass(frozen=True, kw_only=True)
 class LogOfGame:
-    """A game of a log.
+    """Game of a log.
 
     Parameters
     ----------
-    lines : its recorded game
+    lines : lines of its recorded game
     faults : places at which the log contradicts itself, each with its line
     """
 
@@ -48,16 +48,16 @@ class LogOfGame:
 
 
 def is_log(path: str | Path) -> bool:
-    """True for the name of a log of Digital Curling, version 2 or 3."""
+    """Return whether a name is that of a log of Digital Curling, version 2 or 3."""
     return Path(path).suffix.lower() in (".dcl", ".dcl2")
 
 
 def read_log(path: str | Path) -> LogOfGame:
-    """The game of a log, by the suffix of its name.
+    """Read the game of a log, by the suffix of its name.
 
     Raises
     ------
-    InputError : a line that does not belong into such a log, or a log without a shot
+    InputError : a line that is invalid in such a log, or a log without a shot
     """
     newer = Path(path).suffix.lower() == ".dcl2"
     return LogOfGame(lines=_version_3(path)) if newer else _version_2(path)
@@ -83,7 +83,7 @@ def _version_3(path: str | Path) -> list[dict[str, Any]]:
         document = cast("dict[str, Any]", message)
         if document.get("cmd") not in ("is_ready", "new_game", "update"):
             continue
-        if document["cmd"] == "is_ready":  # which a log has once, for both teams
+        if document["cmd"] == "is_ready":  # a log has it once, for both teams
             document = {**document, "team": "team0"}
         with placed(source=path, where=f"line {number}"):
             match from_server(write_line(document).strip()):
@@ -94,7 +94,7 @@ def _version_3(path: str | Path) -> list[dict[str, Any]]:
                 case _:
                     pass
     if not client.seen:
-        raise InputError("holds no shot of a game", source=path)
+        raise InputError("contains no shot of a game", source=path)
     with placed(source=path):
         return record_of(client, ice="fcv1")
 
@@ -104,7 +104,7 @@ def _version_3(path: str | Path) -> list[dict[str, Any]]:
 
 @dataclass
 class _Section:
-    """A numbered section: the position, and the shot that follows."""
+    """Numbered section: the position, and the shot that follows."""
 
     line: int
     values: dict[str, list[str]] = field(default_factory=dict[str, list[str]])
@@ -119,7 +119,7 @@ def _version_2(path: str | Path) -> LogOfGame:
         first = _team(end[0], path)
         ends.append(_end(end, first, path, faults))
     if not ends:
-        raise InputError("holds no shot of a game", source=path)
+        raise InputError("contains no shot of a game", source=path)
     rules = rule_set("digital_curling", ends=max(len(ends), 1), free_guard_until=4)
     more = {"source": "a log of Digital Curling 2"}
     lines = drawn_lines(names, rules, ends, ice="fcv1", more=more)
@@ -127,7 +127,7 @@ def _version_2(path: str | Path) -> LogOfGame:
 
 
 def _sections(path: str | Path) -> tuple[dict[str, str], list[_Section]]:
-    """The words about the game, and the numbered sections."""
+    """Return the entries on the game, and the numbered sections."""
     about: dict[str, str] = {}
     sections: list[_Section] = []
     numbered = False
@@ -147,19 +147,19 @@ def _sections(path: str | Path) -> tuple[dict[str, str], list[_Section]]:
 
 
 def _ends(sections: list[_Section]) -> Iterator[list[_Section]]:
-    """The sections of each end, the last of which has the position after it."""
+    """Return the sections of each end, the last of which has the position after it."""
     own: list[_Section] = []
     for section in sections:
         own.append(section)
         if "SETSTATE" not in section.values:
             yield own
             own = []
-    if len(own) > 1:  # a game that was broken off
+    if len(own) > 1:  # an interrupted game
         yield own
 
 
 def _end(sections: list[_Section], first: Team, path: str | Path, faults: list[str]) -> PlacedEnd:
-    """An end from its sections; the team `first` delivers first."""
+    """Return an end from its sections; the team `first` delivers first."""
     shots: list[PlacedShot] = []
     for k, (section, after) in enumerate(pairwise(sections)):
         team = _team(section, path)
@@ -196,7 +196,7 @@ _RULES = rule_set("digital_curling")
 
 
 def _stones(section: _Section, first: Team, path: str | Path) -> Stones:
-    """The stones of a section, in order of delivery; delivery frame."""
+    """Return the stones of a section, in order of delivery; delivery frame."""
     count = len(section.values.get("POSITION", ()))
     if count != 2 * STONES:
         raise InputError(
@@ -214,7 +214,7 @@ def _stones(section: _Section, first: Team, path: str | Path) -> Stones:
 
 
 def _team(section: _Section, path: str | Path) -> Team:
-    """The team that delivers; home is the one named First."""
+    """Return the team that delivers; home is the one named First."""
     return Team(int(_number(section, "SETSTATE", 3, path)) % 2)
 
 

@@ -69,7 +69,7 @@ def transition(
     """
     before = checked(state, StateMessage, inside="state")
     game = checked(setting or {}, dict[str, Any], inside="setting")
-    told = checked(game.get("setting", game) or {}, SettingMessage, inside="setting")
+    options = checked(game.get("setting", game) or {}, SettingMessage, inside="setting")
     simulator = checked(game.get("simulator") or {}, SimulatorMessage, inside="simulator")
     play = checked(move, cast("type[Move]", Move), inside="move")
     if before.game_result is not None or before.hammer is None:
@@ -79,7 +79,7 @@ def transition(
             f"expected the simulator fcv1, found {simulator.type[:40]!r}", where="simulator.type"
         )
     known = min(len(before.scores.team0), len(before.scores.team1))
-    ends = told.max_end or known
+    ends = options.max_end or known
     if known < ends:
         raise InputError(f"expected the scores of {ends} ends, found {known}", where="state.scores")
     hammer = Team(TEAMS.index(before.hammer))
@@ -91,11 +91,11 @@ def transition(
     stones = tuple(s for s in stones_of(before) if (s.team, s.number) != (team, slot))
     given_up = out_of_time or isinstance(play, ConcedeMessage)
     if isinstance(play, ShotMessage) and not out_of_time:
-        stones = _played(before, stones, team, play, told, simulator, after)
+        stones = _played(before, stones, team, play, options, simulator, after)
     if before.shot < STONES_PER_END - 1:
         after["shot"] = before.shot + 1
     else:
-        _end(after, before, stones, hammer, ends, told)
+        _end(after, before, stones, hammer, ends, options)
     if given_up:
         after["hammer"] = None
         reason = "time_limit" if out_of_time else "concede"
@@ -108,14 +108,16 @@ def _played(
     stones: tuple[RestingStone, ...],
     team: Team,
     shot: ShotMessage,
-    told: SettingMessage,
+    options: SettingMessage,
     simulator: SimulatorMessage,
     after: dict[str, Any],
 ) -> tuple[RestingStone, ...]:
     """Throw a stone, fill in the positions of the stones in `after`, and return those that stay."""
     slot = before.shot // 2
-    rest = _thrown(before, stones, shot, told, simulator)
-    rules = replace(rule_set("digital_curling"), free_guard_until=5 if told.five_rock_rule else 4)
+    rest = _thrown(before, stones, shot, options, simulator)
+    rules = replace(
+        rule_set("digital_curling"), free_guard_until=5 if options.five_rock_rule else 4
+    )
     thrown = RestingStone(team, slot, 0.0, 0.0)
     places: list[RestingStone | None] = []
     for stone, state, gone, pushed in zip(
@@ -126,7 +128,7 @@ def _played(
         places.append(None if gone else stone if not pushed and stone is not thrown else moved)
     ruling = rule_on(
         rules,
-        rules.lines(width=told.sheet_width),
+        rules.lines(width=options.sheet_width),
         stones,
         team,
         before.shot,
@@ -157,7 +159,7 @@ def _thrown(
     before: StateMessage,
     stones: tuple[RestingStone, ...],
     shot: ShotMessage,
-    told: SettingMessage,
+    options: SettingMessage,
     simulator: SimulatorMessage,
 ) -> Rest:
     """Simulate a shot until all stones rest."""
@@ -172,7 +174,7 @@ def _thrown(
     states[-1, [State.VX, State.VY]] = shot.velocity.x, shot.velocity.y
     states[-1, State.OMEGA] = -SPIN if shot.rotation == "cw" else SPIN
     return run_steps(
-        fcv1_ice(told.sheet_width), states, seconds_per_frame=simulator.seconds_per_frame
+        fcv1_ice(options.sheet_width), states, seconds_per_frame=simulator.seconds_per_frame
     )
 
 
@@ -194,11 +196,11 @@ def _end(
     stones: tuple[RestingStone, ...],
     hammer: Team,
     ends: int,
-    told: SettingMessage,
+    options: SettingMessage,
 ) -> None:
     """Score an end, and start the next one or end the game."""
     rules = rule_set("digital_curling", measure=0.0)
-    lines = rules.lines(width=told.sheet_width)
+    lines = rules.lines(width=options.sheet_width)
     points = score_of(rules, lines, _as_measured(stones, lines.reach))
     if before.end < ends:
         for name, team_points in zip(TEAMS, points, strict=True):
@@ -218,5 +220,5 @@ def _end(
         after["hammer"], after["game_result"] = None, {"winner": winner, "reason": "score"}
     elif after["end"] >= LAST_END:
         after["hammer"], after["game_result"] = None, {"winner": None, "reason": "draw"}
-    elif told.extra_end_thinking_time and "thinking_time_remaining" in after:
-        after["thinking_time_remaining"] = dict(told.extra_end_thinking_time)
+    elif options.extra_end_thinking_time and "thinking_time_remaining" in after:
+        after["thinking_time_remaining"] = dict(options.extra_end_thinking_time)

@@ -41,7 +41,7 @@ class MlpActor:
     squashed : pass actions through a hyperbolic tangent; otherwise clip them at ±1
     centre, scale : offset subtracted from observations, and factor; None if they pass unchanged
     log_deviation : logarithm of the standard deviation of actions: a constant (3,), or a layer from
-        the last hidden one; None if there is none
+        the last hidden one; None if absent
     """
 
     layers: tuple[Layer, ...]

@@ -138,7 +138,9 @@ class TrainingSettings:
             raise InputError(f"noise must lie within 0 and 10, got {_brief(self.noise)}")
         _known_keys("policy_kwargs", self.policy_kwargs, POLICY_KWARGS)
         _known_keys("env_kwargs", self.env_kwargs, _options_of_environment())
-        _known_keys("the settings", self.hyperparameters, _hyperparameters_of(self.algorithm))
+        known = _hyperparameters_of(self.algorithm)
+        if known is not None:
+            _known_keys("the settings", self.hyperparameters, known)
         layers = self.policy_kwargs.get("net_arch", [64])
         if (
             not isinstance(layers, list | tuple)
@@ -279,9 +281,12 @@ def with_settings(settings: TrainingSettings, **others: Any) -> TrainingSettings
 # --- what is allowed ------------------------------------------------------------------------------
 
 
-def _hyperparameters_of(algorithm: str) -> list[str]:
-    import stable_baselines3 as sb3
-
+def _hyperparameters_of(algorithm: str) -> list[str] | None:
+    """Names of an algorithm's hyperparameters; None without stable-baselines3, to use a model."""
+    try:
+        import stable_baselines3 as sb3
+    except ModuleNotFoundError:
+        return None
     parameters = inspect.signature(getattr(sb3, algorithm.upper())).parameters
     return sorted(set(parameters) - _NOT_HYPERPARAMETERS)
 

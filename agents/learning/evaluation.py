@@ -150,7 +150,7 @@ def evaluation_draws(settings: TrainingSettings, ice: Ice, n: int) -> list[Evalu
         places[:] = to_sheet((0.0, 0.0) if target is None else target, Direction.AWAY)
     if settings.ices is None:
         return [EvaluationDraw(ice=ice, known=ice, target=place) for place in places]
-    # Everybody gets the map here, so that policies with and without it meet the same ices.
+    # All policies get the map here, so that policies with and without it meet the same ices.
     drawn = [(*settings.ices.draw(rng), place) for place in places]
     return [EvaluationDraw(ice=true, known=known, target=place) for true, known, place in drawn]
 

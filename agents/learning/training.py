@@ -180,7 +180,7 @@ def latest_checkpoint(folder: str | Path) -> Path:
 
     Raises
     ------
-    InputError : there is none
+    InputError : a folder without a checkpoint
     """
     kept = sorted(Path(folder).glob("checkpoint-*.npz"))
     if not kept:

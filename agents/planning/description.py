@@ -74,11 +74,11 @@ class Description:
 
     def as_dict(self) -> dict[str, object]:
         """Return the fields, with numbers rounded for people."""
-        told = {
+        rounded = {
             key: round(value, 3) if isinstance(value, float) else value
             for key, value in asdict(self).items()
         }
-        return {**told, "call": self.call}
+        return {**rounded, "call": self.call}
 
 
 def seconds_per_speed(

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 OWN_COLOUR, OTHER_COLOUR, NO_TEAM_COLOUR = "#c8433f", "#f2c230", "#7d8894"
 """Handle colours of the thrower's stones, of the opponents', and of stones without a team."""
-CONTACT_MATTERS = 0.05
+MAX_CONTACT_SHARE = 0.05
 """Share of trials with a contact above which the ends are not drawn as an ellipse."""
 
 
@@ -182,7 +182,7 @@ def _colours(plan: Plan) -> list[str]:
 
 def _is_cloud(plan: Plan) -> bool:
     """Return whether the ends have any shape, because stones touched another."""
-    return plan.best.trials.chance(SlideEnd.CONTACT) > CONTACT_MATTERS
+    return plan.best.trials.chance(SlideEnd.CONTACT) > MAX_CONTACT_SHARE
 
 
 def _draw_moved_stones(ax: Axes, plan: Plan, view: figures.Projection) -> None:
@@ -251,8 +251,8 @@ def _draw_forgiveness(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
     ax.set_ylabel(weight_name, fontsize=8)
     ax.tick_params(labelsize=7)
     bar = ax.figure.colorbar(layer, ax=ax, pad=0.01, aspect=12)
-    told = f"miss [{unit_name}]" if rests else "points" if scores else "succeeds [%]"
-    bar.set_label(told, fontsize=8)
+    label = f"miss [{unit_name}]" if rests else "points" if scores else "succeeds [%]"
+    bar.set_label(label, fontsize=8)
     bar.ax.tick_params(labelsize=7)
     ax.set_title("Cost of small errors", fontsize=10, loc="left")
 
@@ -305,8 +305,8 @@ def _write_call(ax: Axes, ice: Ice, plan: Plan, units: Units) -> None:
         if planned.sweep is not None:
             start, end = planned.sweep[0], min(planned.sweep[1], planned.time)
             line(f"Sweep from {start:.0f} to {end:.0f} s after the release", size)
-        told = plan.expectation(planned, units)
-        for part in told.split("; ") if told else []:
+        expectation = plan.expectation(planned, units)
+        for part in expectation.split("; ") if expectation else []:
             line(part[0].upper() + part[1:], size, color=figures.TARGET_COLOUR)
         if len(trials.miss) > 1 and plan.objective.miss_means is not None:
             within = short_length(float(np.quantile(trials.miss, 0.9)), units)

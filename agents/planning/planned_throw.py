@@ -120,7 +120,7 @@ class Plan:
 
     @property
     def target(self) -> Floats:
-        """Where the delivered stone should end, or what it is aimed at, (2,) sheet frame [m]."""
+        """Intended end of the delivered stone, or its aim, (2,) sheet frame [m]."""
         return self.objective.target
 
     @property
@@ -130,7 +130,7 @@ class Plan:
 
     @property
     def delivery(self) -> Delivery:
-        """Where throws begin, and the fastest."""
+        """Start and maximum speed of throws."""
         return self.objective.delivery
 
     @property
@@ -140,7 +140,7 @@ class Plan:
 
     @property
     def own(self) -> Flags | None:
-        """Whether each of them belongs to the thrower's team, (k,); None where that is not told."""
+        """Ownership of each stone by the thrower's team, (k,); None if unknown."""
         return self.objective.own
 
     def expectation(self, planned: PlannedThrow, units: Units = Units.METRES) -> str:
@@ -158,8 +158,8 @@ class Plan:
                 f"{100 * trials.success.mean():.0f} % succeed ({self.objective.success_means})"
             )
         if self.objective.miss_means is not None:
-            told = short_length(trials.expected_miss, units)
-            parts.append(f"expect to miss by {told} ({self.objective.miss_means})")
+            miss = short_length(trials.expected_miss, units)
+            parts.append(f"expect to miss by {miss} ({self.objective.miss_means})")
         return "; ".join(parts)
 
     @property

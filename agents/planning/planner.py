@@ -33,13 +33,13 @@ from agents.planning.rollouts import (
 )
 from agents.planning.target_search import check_target, direction_to, find_throws, handles_of
 from agents.planning.tuning import (
-    BELIEF_MATTERS,
     CLOUD_TRIALS,
+    DISTINCT_WEIGHT,
     EQUAL_MISS_RATIO,
     EQUAL_VALUE_DIFFERENCE,
     FINAL_TRIALS,
     GRID_THROWS,
-    OTHER_WEIGHT,
+    MIN_EFFECT_ON_REST,
     RANKING_TRIALS,
     REFINED_PEAKS,
     SAMPLED_ICES,
@@ -266,7 +266,7 @@ def _best_peaks(peaks: Floats) -> Floats:
 
 
 def _throws_to(ice: Ice, objective: Objective, spins: Sequence[float], x: float) -> Floats:
-    """Return throws that rest at the target on the empty sheet; empty if there are none."""
+    """Return throws that rest at the target on the empty sheet; empty if none reaches it."""
     delivery = objective.delivery
     try:
         return find_throws(ice, objective.target, spins=spins, x=x, delivery=delivery).throws
@@ -342,19 +342,19 @@ def _choose(ice: Ice, objective: Objective, throws: Floats, skill: Skill, seed: 
         map_is_uncertain=len(maps) > 1,
         lacks_something=is_marked_unknown(ice),
         lacks_curl=lacks_curl(ice),
-        believed=_beliefs_that_matter(ice, chosen[0], objective),
+        believed=_relevant_assumptions(ice, chosen[0], objective),
     )
 
 
 def _is_another_shot(throw: Floats, best: Floats) -> bool:
     """Return whether a throw (6,) is another shot: another handle, weight or sweeping."""
     handle = np.sign(throw[SPIN]) != np.sign(best[SPIN])
-    weight = abs(throw[SPEED] / best[SPEED] - 1) > OTHER_WEIGHT
+    weight = abs(throw[SPEED] / best[SPEED] - 1) > DISTINCT_WEIGHT
     swept = (throw[SWEEP_END] > throw[SWEEP]) != (best[SWEEP_END] > best[SWEEP])
     return bool(handle or weight or swept)
 
 
-def _beliefs_that_matter(
+def _relevant_assumptions(
     ice: Ice, throw: Floats, objective: Objective
 ) -> dict[str, tuple[str, ...]]:
     """Return assumed effects, with parameters, without which a throw (6,) would end elsewhere."""
@@ -363,18 +363,18 @@ def _beliefs_that_matter(
         return {}
 
     def end_on(known: Ice) -> Floats:
-        return _thrown_exactly(known, throw, objective).xy[0]
+        return _thrown_without_error(known, throw, objective).xy[0]
 
     end = end_on(ice)
     return {
         name: parameters
         for name, parameters in believed.items()
         # In this form a NaN end matters too.
-        if not np.hypot(*(end_on(ice.without_effect(name)) - end)) < BELIEF_MATTERS
+        if not np.hypot(*(end_on(ice.without_effect(name)) - end)) < MIN_EFFECT_ON_REST
     }
 
 
-def _thrown_exactly(ice: Ice, throw: Floats, objective: Objective) -> Rollouts:
+def _thrown_without_error(ice: Ice, throw: Floats, objective: Objective) -> Rollouts:
     """Simulate a throw (6,) without error."""
     return roll_out_in_play(
         ice,
@@ -412,7 +412,7 @@ def _expect(
     on_ice: Trials,
     on_map: Trials,
 ) -> PlannedThrow:
-    exact = _thrown_exactly(ice, throw, objective)
+    exact = _thrown_without_error(ice, throw, objective)
     from_tee = np.hypot(*(final.ends - tee(objective.direction)).T)
     in_house = (from_tee <= HOUSE_RADIUS + ice.stone.radius) & final.in_play
     speed, angle, spin, x, begin, end = (float(value) for value in throw)

@@ -40,14 +40,14 @@ CLOUD_TRIALS, RANKING_TRIALS, FINAL_TRIALS = 32, 128, 1024
 """Number of trials that guide a cloud, rank the candidates, and describe the best two."""
 SAMPLED_ICES = 64
 """Number of ices sampled within the standard errors; the miss due to them is then known to 7 %."""
-BELIEF_MATTERS = 0.01
+MIN_EFFECT_ON_REST = 0.01
 """Minimum change of the end without an assumed effect for a plan to depend on it [m]."""
 
 # --- choosing ------------------------------------------------------------------------------------
 
 USUAL_SPIN = 1.0
 """Spin of the standard draw [rad/s], about three turns; preferred among equally good throws."""
-OTHER_WEIGHT = 0.1
+DISTINCT_WEIGHT = 0.1
 """Relative difference of weight from which a throw is another shot: a hit of another weight."""
 EQUAL_MISS_RATIO = 1.03
 """Ratio within which expected misses count as equal: the ranking trials cannot resolve it."""

@@ -1,9 +1,9 @@
-"""A recorded game from positions alone, for sources that know no throws.
+"""Recorded game from positions alone, for sources without throws.
 
-Tables of championships and some logs have where stones lay after every delivery, and the handle.
-The throw and the paths of such a record are drawn: the delivered stone slides as on the given ice
-to where it stopped, or to the first stone that was moved; from there all stones move in straight
-lines. Places before and after are those of the source.
+Tables of championships and some logs have the positions after every delivery, and the handle. The
+throw and the paths of such a record are drawn: the delivered stone slides as on the given ice to
+its place of rest, or to the first stone that moved; from there all stones move in straight lines.
+Places before and after are those of the source.
 """
 
 from __future__ import annotations
@@ -31,22 +31,22 @@ from curling_env.throw import velocity_of
 from curling_env.typing import Floats
 
 MOVED = 1e-3
-"""Stones that differ by less before and after were not moved [m]."""
+"""Maximum difference of a stone's place before and after a delivery that did not move it [m]."""
 HIT_WEIGHT = 1.25
-"""Weight that is drawn for a stone that leaves play or moves others far."""
+"""Weight drawn for a stone that leaves play or moves others far."""
 GENTLE = 1.0
-"""A delivery that moves no stone farther than this is drawn as a draw [m]."""
+"""Maximum movement of stones by a delivery that is drawn as a draw [m]."""
 PATH_FPS = 10.0
 """Samples of a drawn path [1/s]."""
 STRAIGHT_SPEED = 1.2
 """Mean speed of stones after the contact [m/s]."""
 OUT_BY = 0.4
-"""How far outside the lines a stone that left play is drawn [m]."""
+"""Distance outside the lines at which a stone that left play is drawn [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PlacedShot:
-    """A delivery of which only the positions are known.
+    """Delivery of which only the positions are known.
 
     Parameters
     ----------
@@ -67,14 +67,14 @@ class PlacedShot:
 
 @dataclass(frozen=True, kw_only=True)
 class PlacedEnd:
-    """An end as positions.
+    """End as positions.
 
     Parameters
     ----------
     hammer : the team that delivers last
     before : stones on the sheet before the first delivery
     shots : the deliveries in order
-    score : points of home and away; None for an end that was not finished
+    score : points of home and away; None for an unfinished end
     power_play : side of a power play
     """
 
@@ -94,7 +94,7 @@ def drawn_lines(
     conceded: Team | None = None,
     more: Mapping[str, Any] | None = None,
 ) -> list[dict[str, Any]]:
-    """The lines of a recorded game, see `agents.playing.record`, from positions alone.
+    """Return the lines of a recorded game, see `agents.playing.record`, from positions alone.
 
     Parameters
     ----------
@@ -179,7 +179,7 @@ def _places(stones: Stones) -> dict[tuple[Team, int], RestingStone]:
 
 
 def _moved(before: Stones, shot: PlacedShot) -> list[RestingStone]:
-    """The stones that a delivery moved, the nearest to the thrower first."""
+    """Return the stones that a delivery moved, the nearest to the thrower first."""
     after = _places(shot.after)
     moved: list[RestingStone] = []
     for stone in before:
@@ -190,7 +190,8 @@ def _moved(before: Stones, shot: PlacedShot) -> list[RestingStone]:
 
 
 def _slides(end: PlacedEnd, ice: str) -> tuple[Floats, list[Floats]]:
-    """Drawn throws (n, 3), and the path of each delivered stone up to its stop or first contact.
+    """Return drawn throws (n, 3), and the path of each delivered stone up to its stop or first
+    contact.
 
     A path has the columns t [s], x, y [m] and heading [rad], delivery frame.
     """
@@ -240,7 +241,9 @@ def _slides(end: PlacedEnd, ice: str) -> tuple[Floats, list[Floats]]:
 def _paths(
     before: Stones, shot: PlacedShot, slide: Floats, direction: Direction
 ) -> list[dict[str, Any]]:
-    """The drawn paths of all stones that a delivery moved, the delivered one last; sheet frame."""
+    """Return the drawn paths of all stones that a delivery moved, the delivered one last; sheet
+    frame.
+    """
     after, moved = _places(shot.after), _moved(before, shot)
     contact = float(slide[-1, 0]) if moved else 0.0
     x, y = slide[-1, 1:3].tolist()
@@ -268,7 +271,9 @@ def _straight(
     away_from: tuple[float, float] | None = None,
     heading: float = 0.0,
 ) -> Floats:
-    """A straight, slowing path from a place to where a stone lies now, or out of play."""
+    """Return a straight path with decreasing speed from a place to a stone's new place, or out of
+    play.
+    """
     if now is not None:
         goal = np.array([now.x, now.y])
     else:

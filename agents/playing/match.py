@@ -45,7 +45,7 @@ class Match:
     seed : seed of all randomness; the same seed gives the same game
     last_stone : team with the hammer in the first end; by default the seed decides
     paths : keep the stones' paths of each delivery
-    start : a game to go on from, instead of a new one
+    start : a game to continue, instead of a new one
 
     Notes
     -----

@@ -11,7 +11,7 @@ from __future__ import annotations
 import os
 import shutil
 import warnings
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -65,63 +65,138 @@ def record_ends(
     InputError : a dataset already exists there, or observations that are not vectors
     ModuleNotFoundError : Minari is not installed
     """
-    from minari.data_collector import EpisodeBuffer
-    from minari.utils import create_dataset_from_buffers
-
-    # Minari puts the folder before the names of its files twice where it is relative.
-    root = make_directory(output).absolute()
-    if (root / DATASET).exists():
-        raise InputError(f"a dataset already exists: remove {root / DATASET}", source=output)
     env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
     if not isinstance(env.observation_space, gymnasium.spaces.Box):
         raise InputError("a dataset needs vector observations: expected observation='flat'")
-    # Written end by end, so that memory does not grow with their number.
-    played: Any = (
-        EpisodeBuffer(id=k, seed=seed + k, **episode)
-        for k, episode in enumerate(_episodes(env, player, ends, seed, progress))
+    return write_dataset(
+        output,
+        DATASET,
+        env,
+        _episodes(env, player, ends, seed, progress),
+        by=player.name,
+        what=f"Ends of CurlingEnd-v0 played by {player.name}",
+        seed=seed,
     )
+
+
+def check_minari() -> None:
+    """Check before long work that a dataset can be written.
+
+    Raises
+    ------
+    ModuleNotFoundError : Minari is not installed
+    """
+    import minari  # noqa: F401
+
+
+def write_dataset(
+    output: str | Path,
+    name: str,
+    env: Any,
+    episodes: Iterable[dict[str, Any]],
+    *,
+    by: str,
+    what: str,
+    seed: int | None = None,
+    references: tuple[float, float] | None = None,
+) -> Path:
+    """Write episodes as a Minari dataset, complete or not at all.
+
+    Parameters
+    ----------
+    output : folder of datasets
+    name : identifier of the dataset, which is also its folder there
+    env : their environment
+    episodes : fields of Minari's `EpisodeBuffer`, taken one by one, so that memory does not grow
+        with their number
+    by, what : name of the player, and a description
+    seed : seed of the first episode, if the others count up
+    references : mean returns that count as 0 and 1; None where there are none
+
+    Returns
+    -------
+    the folder of the dataset
+
+    Raises
+    ------
+    InputError : a dataset already exists there
+    ModuleNotFoundError : Minari is not installed
+    """
+    from minari.data_collector import EpisodeBuffer
+    from minari.utils import create_dataset_from_buffers
+
+    # Minari repeats a relative folder in the names of its files.
+    root = make_directory(output).absolute()
+    if (root / name).exists():
+        raise InputError(f"a dataset already exists: remove {root / name}", source=output)
+    buffers: Any = (
+        EpisodeBuffer(id=k, seed=None if seed is None else seed + k, **episode)
+        for k, episode in enumerate(episodes)
+    )
+    low, high = references or (None, None)
     draft = root / ".being-written"
     shutil.rmtree(draft, ignore_errors=True)
     try:
         with _datasets_in(draft), warnings.catch_warnings():
             warnings.simplefilter("ignore")  # missing metadata on authors
             create_dataset_from_buffers(
-                DATASET,
-                played,
+                name,
+                buffers,
                 env=env.spec,
-                algorithm_name=player.name,
-                description=f"Ends of CurlingEnd-v0 played by {player.name}",
+                algorithm_name=by,
+                description=what,
                 requirements=["curling-sheet"],
+                ref_min_score=low,
+                ref_max_score=high,
                 data_format="hdf5",
             )
-        (root / DATASET).parent.mkdir(parents=True, exist_ok=True)
-        (draft / DATASET).rename(root / DATASET)
+        (root / name).parent.mkdir(parents=True, exist_ok=True)
+        (draft / name).rename(root / name)
     finally:
         shutil.rmtree(draft, ignore_errors=True)
-    return root / DATASET
+    return root / name
+
+
+def episode_of(
+    env: Any, act: Callable[[Any, Any, dict[str, Any]], Any], *, seed: int, masks: bool = False
+) -> dict[str, Any]:
+    """Play an episode; the fields of Minari's `EpisodeBuffer`.
+
+    Parameters
+    ----------
+    env : the environment
+    act : the action, given the environment (unwrapped), its observation and its `info`
+    seed : seed of the episode
+    masks : whether the masks of actions are kept in its infos
+    """
+    observation, info = env.reset(seed=seed)
+    seen, there = [observation], [info.get("action_mask")]
+    actions, rewards, over = list[Any](), list[float](), False
+    while not over:
+        actions.append(act(env.unwrapped, observation, info))
+        observation, reward, over, _, info = env.step(actions[-1])
+        seen.append(observation)
+        there.append(info.get("action_mask"))
+        rewards.append(float(reward))
+    steps = len(rewards)
+    return {
+        "observations": np.stack(seen),
+        "actions": np.stack(actions),
+        "rewards": rewards,
+        "terminations": [False] * (steps - 1) + [True],
+        "truncations": [False] * steps,
+        **({"infos": {"action_mask": np.stack(there)}} if masks else {}),
+    }
 
 
 def _episodes(
     env: Any, player: Player, ends: int, seed: int, progress: Progress
 ) -> Iterator[dict[str, Any]]:
-    game: CurlingEndEnv = env.unwrapped
+    def act(game: CurlingEndEnv, observation: Any, info: Any) -> Any:
+        return game.action_of(player.call(game.simulator.view(game.state, AGENT)))
+
     for k in range(ends):
-        observation, _ = env.reset(seed=seed + k)
-        seen, actions, rewards, over = [observation], list[Any](), list[float](), False
-        while not over:
-            call = player.call(game.simulator.view(game.state, AGENT))
-            actions.append(game.action_of(call))
-            observation, reward, over, _, _ = env.step(actions[-1])
-            seen.append(observation)
-            rewards.append(float(reward))
-        steps = len(rewards)
-        yield {
-            "observations": np.stack(seen),
-            "actions": np.stack(actions),
-            "rewards": rewards,
-            "terminations": [False] * (steps - 1) + [True],
-            "truncations": [False] * steps,
-        }
+        yield episode_of(env, act, seed=seed + k)
         progress("ends", k + 1, ends)
 
 

@@ -1,4 +1,4 @@
-"""A policy of `CurlingEnd-v0` as a player of whole games."""
+"""Policy of `CurlingEnd-v0` as a player of whole games."""
 
 from __future__ import annotations
 
@@ -12,19 +12,19 @@ from curling_env.envs.game.opponents import Policy
 from curling_env.envs.game.shots import ShotActions
 from curling_env.game import Call, Player, PlayerView
 
-MOST_ENDS = 64
-"""Number of ends whose memory a recurrent policy keeps: more are never played side by side."""
+MAX_PARALLEL_ENDS = 64
+"""Number of ends whose memory a recurrent policy keeps: more are never played in parallel."""
 
 
 class GamePolicy(Player):
-    """A policy that sees flat observations and returns a throw, or the number of a shot.
+    """Policy that sees flat observations and returns a throw, or the number of a shot.
 
-    A policy that takes `action_masks` is given those of the shots; one that takes `state`, its
+    A policy with a parameter `action_masks` gets those of the shots; one with `state` gets its
     memory of the end.
 
     Parameters
     ----------
-    policy : a function of observations, or something with `predict`
+    policy : a function of observations, or an object with `predict`
     name : its name
 
     Raises
@@ -38,7 +38,7 @@ class GamePolicy(Player):
         self._memories: dict[tuple[Any, ...], Any] = {}
 
     def call(self, view: PlayerView) -> Call:
-        """What the policy's action means."""
+        """Return the call of the policy's action."""
         end = (view.entropy[0], view.team, len(view.game.line_score))
         memory = self._memories.pop(end, None)
         if view.own_stones_left == view.game.rules.stones:
@@ -47,7 +47,7 @@ class GamePolicy(Player):
         action, memory = self._policy.act(self._core.observation_of(view), memory, masks)
         if memory is not None:
             self._memories[end] = memory
-            if len(self._memories) > MOST_ENDS:
+            if len(self._memories) > MAX_PARALLEL_ENDS:
                 del self._memories[next(iter(self._memories))]
         chosen = self._shots if np.ndim(action) == 0 else self._core.action
         return chosen.call_of(action, view)

@@ -29,7 +29,7 @@ from curling_env.throw import Throw
 from curling_env.trajectory import Trajectory
 
 FORMAT = FileFormat(name="curling-game/1", what="a recorded game")
-KEPT_SAMPLES = 3
+SAMPLE_STRIDE = 3
 """Interval of the written samples among a path's 30 samples a second."""
 
 
@@ -191,7 +191,7 @@ def lying_line(stones: Any, direction: Any) -> list[dict[str, Any]]:
 
 
 def _path(path: Trajectory) -> dict[str, Any]:
-    keep = np.arange(len(path)) % KEPT_SAMPLES == 0
+    keep = np.arange(len(path)) % SAMPLE_STRIDE == 0
     # The last sample is always kept, but not one before it that rounds to the same time.
     keep &= path.t < path.t[-1] - 2e-3
     keep[-1] = True

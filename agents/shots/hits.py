@@ -13,17 +13,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.playing.board.recorded import playable
-from agents.playing.search.aiming_table import AimingTable
-from agents.playing.search.positions import EndSimulator, position_of
+from agents.playing.search.positions import position_of
 from agents.playing.search.shots import KINDS, shots_for
 from agents.shots.grades import GradedShot
+from agents.shots.inversion import Inversion
 from agents.shots.openings import Measured
-from agents.shots.table import LINES, RULES
-from curling_env.game.rules import End, RestingStone
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
-from curling_env.sheet import Direction
 from curling_env.throw import Skill
 from curling_env.typing import Flags, Floats, Progress, no_progress
 
@@ -47,7 +43,7 @@ _LAST_HIT = KINDS.index("peel")
 
 @dataclass(frozen=True, kw_only=True)
 class HitErrors:
-    """What the hits of one task say of hands.
+    """Errors of the hits of one task.
 
     Parameters
     ----------
@@ -88,8 +84,7 @@ def fit_hits(
     seed : seed of the choice of positions and of the errors
     progress : called after every task
     """
-    table = AimingTable(ice, Direction.AWAY)
-    simulator = EndSimulator(ice=ice, direction=Direction.AWAY, rules=RULES, lines=LINES)
+    inversion = Inversion(ice)
     rng = np.random.default_rng(seed)
     found: list[HitErrors] = []
     for k, (task, needed) in enumerate(TASKS.items()):
@@ -98,9 +93,7 @@ def fit_hits(
             continue
         made = float(np.mean([_made(one, needed) for one in own]))
         some = rng.permutation(len(own))[:positions]
-        rates = np.array(
-            [_rates(own[i], needed, table, simulator, skill, rng) for i in some.tolist()]
-        )
+        rates = np.array([_rates(own[i], needed, inversion, skill, rng) for i in some.tolist()])
         rate = rates.mean(axis=0)
         chance = np.sqrt(made * (1 - made) / len(own) + rates.var(axis=0).mean() / len(rates))
         factor, low, high = (
@@ -121,20 +114,6 @@ def fit_hits(
     return found
 
 
-def position_before(one: GradedShot, ice: Ice) -> tuple[End, Floats]:
-    """The end before a shot, and its stones as one position, see `playable`."""
-    shot = one.shot
-    places = np.array([(stone.x, stone.y) for stone in shot.before]).reshape(-1, 2)
-    apart = playable(places, ice).tolist()
-    stones = tuple(
-        RestingStone(stone.team, stone.number, x, y)
-        for stone, (x, y) in zip(shot.before, apart, strict=True)
-    )
-    hammer = shot.team if shot.number % 2 else shot.team.other
-    end = End(hammer=hammer, stones=stones, delivered=shot.number)
-    return end, position_of(end)
-
-
 def _opponents(one: GradedShot) -> int:
     return sum(stone.team is not one.shot.team for stone in one.shot.before)
 
@@ -150,15 +129,14 @@ def _made(one: GradedShot, needed: int) -> bool:
 def _rates(
     one: GradedShot,
     needed: int,
-    table: AimingTable,
-    simulator: EndSimulator,
+    inversion: Inversion,
     skill: Skill,
     rng: np.random.Generator,
 ) -> Floats:
     """Share of the surest throw that makes the shot, for each of `FACTORS`."""
-    _, position = position_before(one, table.ice)
-    number = one.shot.number
-    shots = shots_for(table, simulator, position[None], number)
+    simulator, number = inversion.simulator, one.shot.number
+    position = position_of(inversion.end_before(one.shot))
+    shots = shots_for(inversion.table, simulator, position[None], number)
     handle = shots.throws[:, 2] * one.shot.spin > 0
     hits = shots[(shots.kind >= _FIRST_HIT) & (shots.kind <= _LAST_HIT) & handle]
     if not len(hits):

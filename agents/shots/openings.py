@@ -18,22 +18,21 @@ from scipy.stats import t as student
 
 from agents.playing.search.aiming_table import AimingTable
 from agents.shots.grades import GradedShot, graded_shots
+from agents.shots.inversion import is_struck
 from agents.shots.table import TableGame
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
 from curling_env.typing import Floats
 
-MOVED = 0.02
-"""A stone that lies farther from its place before was struck [m]."""
 FEWEST = 20
-"""Least number of openings with one handle on one side that have a call of their own."""
+"""Least number of openings with one handle on one side that are fitted."""
 NEAR_CALL = 4.0
 """Openings farther from the usual call than so many scales are other calls, and do not count."""
 RESAMPLES = 40
 """Resampled sets of games for the intervals."""
 FIRST_SPEED, FIRST_LINE = 0.015, 0.004
-"""Where the fit of the scales begins [m/s, rad]."""
+"""First guess of the scales [m/s, rad]."""
 TAILS = 3.0
 """Fewest degrees of freedom that are considered: with fewer a standard deviation means little."""
 
@@ -55,7 +54,7 @@ class Measured:
 
 @dataclass(frozen=True, kw_only=True)
 class Openings:
-    """What the first deliveries of ends say of all hands together.
+    """Errors of all hands together in the first deliveries of ends.
 
     Parameters
     ----------
@@ -141,10 +140,7 @@ def _openings(game: TableGame, number: int) -> list[_Opening]:
             continue
         after = {(stone.team, stone.number): stone for stone in shot.after}
         rest = after.get((shot.team, 0))
-        struck = False
-        for stone in shot.before:
-            now = after.get((stone.team, stone.number))
-            struck |= now is None or bool(np.hypot(now.x - stone.x, now.y - stone.y) > MOVED)
+        struck = is_struck(shot)
         if rest is None and not struck:
             continue
         house = max(shot.before, key=lambda stone: stone.y)

@@ -17,8 +17,8 @@ import numpy as np
 
 from curling_env.analysis.tuning import (
     DRAWN_FRICTION,
-    LEAST_RESTED,
     MAP_ERROR_LENGTH,
+    MIN_RESTED_SHARE,
     REST_ICES,
 )
 from curling_env.errors import InputError
@@ -30,7 +30,7 @@ from curling_env.throw import Release
 from curling_env.typing import Floats
 
 _NORMAL = NormalDist()
-_LEAST_PROBABILITY = 1e-12
+_MIN_PROBABILITY = 1e-12
 """Distance from 0 and 1 below which probabilities are not drawn, to keep the Gaussian's quantiles
 finite.
 """
@@ -82,7 +82,7 @@ def rest_spread(ice: Ice, release: Release, *, seed: int = 0) -> tuple[float, fl
     table = release_table([release])
     rests = throw_batch(ices, np.repeat(table, len(ices)), which=np.arange(len(ices)))
     rested = rests.end == SlideEnd.REST
-    if rested.mean() < LEAST_RESTED:
+    if rested.mean() < MIN_RESTED_SHARE:
         return None
     return float(rests.x[rested].std()), float(rests.y[rested].std())
 
@@ -104,7 +104,7 @@ def smooth_field(
 def smooth_factors(
     rows: Floats, columns: Floats, along: float, across: float
 ) -> tuple[Floats, Floats]:
-    """Matrices L and R such that L·Z·Rᵀ is a `smooth_field` if Z holds standard normal numbers."""
+    """Return matrices L and R such that L·Z·Rᵀ is a `smooth_field` of standard normal numbers Z."""
     return _correlation_root(tuple(rows), along), _correlation_root(tuple(columns), across)
 
 
@@ -150,7 +150,7 @@ def _even_normals(pairs: int, rng: np.random.Generator) -> Floats:
 
 
 def _quantile(share: float) -> float:
-    return _NORMAL.inv_cdf(min(max(share, _LEAST_PROBABILITY), 1.0 - _LEAST_PROBABILITY))
+    return _NORMAL.inv_cdf(min(max(share, _MIN_PROBABILITY), 1.0 - _MIN_PROBABILITY))
 
 
 def _together(parts: Sequence[float], shared: Floats, own: Floats) -> Floats:

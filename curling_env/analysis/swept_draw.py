@@ -22,7 +22,7 @@ SWEPT_PART = 1.0 / 3.0
 """Share of its path, at the end, over which the draw is swept."""
 FACTOR_STEP = 0.005
 """Step of the derivative by the friction factor."""
-LONG_ENOUGH = 600.0
+SWEEP_DURATION = 600.0
 """Duration of the sweeping [s]: no stone slides longer."""
 AT_EDGE = 1e-3
 """Distance from an edge of the ice at which a slide counts as ended there [m]."""
@@ -56,7 +56,7 @@ def sweeping_gain(
     plain = simulate(ice, [draw])[0]
     way: Floats = plain.xy[:, 1] - plain.xy[0, 1]
     begin = float(np.interp((1.0 - SWEPT_PART) * float(way[-1]), way, plain.t))
-    swept = replace(draw, sweep_start=begin, sweep_end=begin + LONG_ENOUGH)
+    swept = replace(draw, sweep_start=begin, sweep_end=begin + SWEEP_DURATION)
 
     def rest(release: Release, friction_factor: float) -> float:
         changed = replace(effect, parameters={**effect.parameters, own.name: friction_factor})

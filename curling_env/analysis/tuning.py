@@ -10,7 +10,7 @@ DRAWN_FRICTION = (0.2, 5.0)
 """Minimum and maximum sampled friction, as shares of the map's: the Gaussian's tails are not real
 ice, and with neighbouring cells that differ a thousandfold a stone takes millions of steps.
 """
-LEAST_RESTED = 0.9
+MIN_RESTED_SHARE = 0.9
 """Minimum share of the sampled ices on which a stone must come to rest for its rest to have a
 spread.
 """

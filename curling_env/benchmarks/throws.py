@@ -23,12 +23,12 @@ def mapped_ice(rng: np.random.Generator) -> Ice:
 
 
 def draws_and_hits(rng: np.random.Generator, n: int, hits: float) -> NDArray[Any]:
-    """Return releases towards the away house; a share `hits` of them at take-out weight."""
+    """Return releases towards the away house; a share `hits` of them at takeout weight."""
     table = np.zeros(n, dtype=RELEASE_DTYPE)
     spin = rng.choice([-1.5, 1.5], n)
     hit = rng.random(n) < hits
     speed = np.where(hit, rng.uniform(2.5, 3.2, n), rng.normal(2.09, 0.02, n))
-    # The aim allows for the curl: 1.4 m for a draw, 0.7 m at take-out weight.
+    # The aim allows for the curl: 1.4 m for a draw, 0.7 m at takeout weight.
     aim = rng.normal(0.0, 0.5, n) + np.sign(spin) * np.where(hit, 0.7, 1.4)
     angle = -aim / (HOG_LINE_Y + TEE_Y)
     table["y"] = -HOG_LINE_Y

@@ -24,6 +24,8 @@ Facts = dict[str, Any]
 """Entries of `info`: by name an array or a list with a row for each episode, or a dictionary."""
 DETAILS = frozenset({"throw", "outcome", "trajectory", "shots"})
 """Entries of `info` that are objects of the physics and the game; the others have fixed shapes."""
+PART = "reward_"
+"""Beginning of the names of the parts of the reward, where `info` is flat."""
 Part = tuple[Indices, Facts]
 """Entries of `info` of some episodes, by their indices."""
 
@@ -108,10 +110,12 @@ class Core(ABC, Generic[Episodes]):
         """
 
     def returned(self, facts: Facts) -> Facts:
-        """The entries of `info` that the caller gets."""
+        """The entries of `info` that the caller gets: flat, unless details are asked for."""
         if self.details:
             return facts
-        return {name: value for name, value in facts.items() if name not in DETAILS}
+        flat = {name: value for name, value in facts.items() if name not in DETAILS}
+        parts: Facts = flat.pop("reward_parts", {})
+        return flat | {f"{PART}{name}": value for name, value in parts.items()}
 
     @abstractmethod
     def are_over(self, episodes: Episodes) -> Flags:

@@ -17,6 +17,7 @@ from gymnasium.vector import AutoresetMode, VectorEnv
 from stable_baselines3.common.monitor import Monitor
 from stable_baselines3.common.vec_env import VecEnv
 
+from curling_env.envs.core import PART
 from curling_env.envs.options import whole_number
 from curling_env.envs.vector import EnvsTogether
 from curling_env.errors import InputError
@@ -119,6 +120,12 @@ class CurlingVecEnv(VecEnv):
             for name in self._told:
                 if name in source:
                     _share_out(infos, rows, name, source)
+            if "reward_parts" in self._told:
+                parts = [name for name in source if name.startswith(PART)]
+                for i in rows if parts else ():
+                    infos[i]["reward_parts"] = {
+                        name.removeprefix(PART): source[name][i] for name in parts
+                    }
         for i in np.flatnonzero(over).tolist():
             if "success" in infos[i]:
                 infos[i]["is_success"] = bool(infos[i]["success"])
@@ -161,8 +168,4 @@ def _share_out(
     there = source[f"_{name}"]
     for i in rows:
         if there[i]:
-            infos[i][name] = (
-                {key: part[i] for key, part in value.items() if not key.startswith("_")}
-                if name == "reward_parts"
-                else value[i]
-            )
+            infos[i][name] = value[i]

@@ -82,7 +82,7 @@ class PlayedShot:
 
 
 class GameSimulator:
-    """Simulator of throws of games, without a game of its own.
+    """Simulator of throws of games; it holds no game.
 
     Parameters
     ----------

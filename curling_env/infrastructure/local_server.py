@@ -16,7 +16,7 @@ from typing import Any
 
 from curling_env.errors import OutputError
 
-PATIENCE = 10.0
+IDLE_TIMEOUT = 10.0
 """Timeout of a connection that has not been answered [s]."""
 MAX_CONNECTIONS = 16
 """Maximum number of simultaneous connections; a browser opens six."""
@@ -74,7 +74,7 @@ class LocalServer(ThreadingHTTPServer):
         with self._lock:
             full = len(self._open) >= MAX_CONNECTIONS
             oldest = min(self._open, key=self._open.__getitem__) if full else None
-            idled = oldest is None or time.monotonic() - self._open[oldest] >= PATIENCE
+            idled = oldest is None or time.monotonic() - self._open[oldest] >= IDLE_TIMEOUT
             if idled and oldest is not None:
                 _hang_up(oldest)
                 del self._open[oldest]
@@ -98,7 +98,7 @@ class LocalServer(ThreadingHTTPServer):
 class LocalHandler(BaseHTTPRequestHandler):
     """Handler of requests from the server's own page; a subclass has `answer`."""
 
-    timeout = PATIENCE
+    timeout = IDLE_TIMEOUT
     max_body = 100_000
     """Maximum length of a request [bytes]."""
     policy = "default-src 'none'"

@@ -32,7 +32,7 @@ from curling_env.throw import FROM_HOG_LINE, Delivery, Throw
 from curling_env.typing import Floats
 
 _TEE = np.array([0.0, TEE_Y])
-MOST_DRAWS = 1_000
+MAX_CACHED_DRAWS = 1_000
 """Number of draws that an aim caches."""
 
 
@@ -94,7 +94,7 @@ class Aim:
         """
         place = x, y, spin
         if place not in self._draws:
-            if len(self._draws) >= MOST_DRAWS:
+            if len(self._draws) >= MAX_CACHED_DRAWS:
                 self._draws.clear()
             self._draws[place] = self._find(x, y, spin)
         return self._draws[place]

@@ -24,7 +24,7 @@ from curling_env.physics.integrator import ThrowTimes, integrate
 from curling_env.physics.law import Law, Laws, compile_law, law_among
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
-from curling_env.physics.refusals import refuse_impossible
+from curling_env.physics.refusals import refuse_impossible_positions
 from curling_env.physics.slides import USUAL_NODES, edge_bounds
 from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import Workspace, new_workspace
@@ -47,23 +47,23 @@ MOST_STONES = 16
 
 
 class IceFamily:
-    """Ices like one of them, with maps of their own and an effect of another strength.
+    """Ices like one of them, with separate maps and an effect of another strength.
 
     Parameters
     ----------
-    base : the ice with everything that they have in common
-    effect : name of the effect; where the base has none of it, only maps differ
+    base : ice with everything in common
+    effect : name of the effect; if the base lacks it, only maps differ
     """
 
     def __init__(self, base: Ice, effect: str) -> None:
         self.base, self.effect = base, effect
 
     def __reduce__(self) -> tuple[Any, ...]:
-        # The law holds addresses of this process.
+        # The law contains addresses of this process.
         return IceFamily, (self.base, self.effect)
 
     def at(self, factor: float) -> Ice:
-        """The base with the effect so many times as strong."""
+        """Return the base with the effect's strength multiplied by a factor."""
         effects = tuple(
             replace(one, parameters={**one.parameters, "strength": factor * strength})
             if one.name == self.effect and (strength := one.parameters.get("strength"))
@@ -74,12 +74,12 @@ class IceFamily:
 
     @cached_property
     def law(self) -> Law:
-        """The law of the base."""
+        """Return the law of the base."""
         return compile_law(self.base)
 
     @cached_property
     def of_effect(self) -> Flags:
-        """True for the parameters of the law that are strengths of the effect."""
+        """Return the mask of the law's parameters that are strengths of the effect."""
         return compile_law(self.at(0.5)).theta != self.law.theta
 
 
@@ -88,7 +88,7 @@ class IceVariants(NamedTuple):
 
     Parameters
     ----------
-    family : what they have in common
+    family : their common family
     mu : (n, rows, columns) friction of each
     factors : (n,) strength of the effect on each, over that on the base
     """
@@ -98,14 +98,15 @@ class IceVariants(NamedTuple):
     factors: Floats
 
     def ice(self, k: int) -> Ice:
-        """The k-th of them."""
+        """Return the k-th ice."""
         mu = self.mu[k].copy()
-        friction = FrictionMap(mu=mu, sigma=np.zeros_like(mu), observed=np.full(mu.shape, True))
+        observed = np.ones(mu.shape, dtype=np.bool_)
+        friction = FrictionMap(mu=mu, sigma=np.zeros_like(mu), observed=observed)
         return replace(self.family.at(float(self.factors[k])), friction=friction)
 
     @property
     def laws(self) -> Laws:
-        """The law of each."""
+        """Return the law of each."""
         law, mu = self.family.law, self.mu
         patterned = bool((mu != mu[:, :1, :1]).any())
         theta = np.where(self.family.of_effect, law.theta * self.factors[:, None], law.theta)
@@ -246,7 +247,7 @@ def throw_batch(
 
     Parameters
     ----------
-    ice : one ice for all throws, or several; `IceVariants` are thrown on together
+    ice : one ice for all throws, or several; `IceVariants` are simulated together
     releases : structured array of RELEASE_DTYPE, or `Release`s
     which : (n,) index of the ice of each throw, if several are given. To throw all on every ice,
         give ``np.repeat(np.arange(len(ices)), n)`` and tiled releases
@@ -414,7 +415,7 @@ class BatchEngine:
         limits = edge_bounds(self.ice) if bounds is None else bounds
         all_stones = np.concatenate([stones, rows[:, None, : State.Y + 1]], axis=1)
         inside = "the bounds of the ice"
-        refuse_impossible(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
+        refuse_impossible_positions(all_stones, self.ice.stone.radius, limits, inside, bounded=k)
         after, last, theta = (np.empty((n, k + 1, *pair)) for pair in ((2,), (2,), ()))
         time, collisions = np.empty(n), np.empty(n, dtype=np.int32)
 

@@ -1,7 +1,7 @@
 """Compilation of kernels, the location of their machine code, and a logarithm and exponential.
 
 numba compiles them and stores the machine code on disk (`infrastructure.kernel_cache`), so that a
-second start compiles nothing. A kernel may call others of the physics and of its own folder. The
+second start compiles nothing. A kernel may call others of the physics and of its folder. The
 name of its cache folder is therefore a digest of all those sources, so that a change in any of them
 compiles it again.
 
@@ -119,7 +119,7 @@ def compiled(
 ) -> Any:
     """Compile a pure numeric function at its first call and cache the machine code.
 
-    It may call compiled functions of the physics and of its own folder. Results have the same bits
+    It may call compiled functions of the physics and of its folder. Results have the same bits
     on one machine under any load. The interpreter lock is released while the function runs.
 
     Parameters

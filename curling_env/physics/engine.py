@@ -24,13 +24,13 @@ from curling_env.physics.events import (
     REST,
     PlayWorkspace,
     advance_and_sample,
-    go_on,
     new_play_workspace,
+    update_after_contacts,
 )
 from curling_env.physics.law import compile_law
 from curling_env.physics.motion import ORDER
 from curling_env.physics.pymunk_contacts import Push, resolve_contacts
-from curling_env.physics.refusals import refuse_impossible
+from curling_env.physics.refusals import refuse_impossible_positions
 from curling_env.physics.slides import SlideEnd, delivery_of, play_bounds, state_of
 from curling_env.physics.state import State
 from curling_env.physics.step import Workspace
@@ -249,7 +249,7 @@ class Engine:
         position, _, _ = self._workspaces[n]
         position.stones[:] = [state_of(stone) for stone in (*stones, release)]
         position.identity[:] = [stone.stone for stone in (*stones, release)]
-        refuse_impossible(
+        refuse_impossible_positions(
             position.stones[None],
             self.ice.stone.radius,
             self._bounds[release.direction],
@@ -303,7 +303,9 @@ class Engine:
             for first, second, _ in pushes:
                 position.lengths[[first, second]] = 0
             all_pushes += pushes
-        go_on(position.stones, position.status, position.lengths, position.ends, position.finished)
+        update_after_contacts(
+            position.stones, position.status, position.lengths, position.ends, position.finished
+        )
         return all_pushes
 
     def _status(

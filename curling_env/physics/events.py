@@ -286,7 +286,7 @@ def advance(
 
 
 @part
-def go_on(stones: Any, status: Any, lengths: Any, ends: Any, finished: Any) -> None:
+def update_after_contacts(stones: Any, status: Any, lengths: Any, ends: Any, finished: Any) -> None:
     """Update after contacts which stones move, and which paths have changed.
 
     The path of a stone that is not pushed continues, unless its next obstacle has changed. The
@@ -401,6 +401,6 @@ def play(
         if pause == SlideEnd.NEVER_STOPS:
             break
         collisions += max(_resolve(contact, stones, status, lengths, position.contacts), 1)
-        go_on(stones, status, lengths, position.ends, position.finished)
+        update_after_contacts(stones, status, lengths, position.ends, position.finished)
         work = usual
     return t, -1

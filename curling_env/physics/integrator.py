@@ -74,9 +74,7 @@ REST, LEFT_BOUNDS, CONTACT, NEVER_STOPS = map(int, SlideEnd)
 
 @inlined
 def _ahead(breaks: Any, position: float, velocity: float) -> float:
-    """Return the distance to the next break in the direction of motion, infinite if there is none
-    [m].
-    """
+    """Return the distance to the next break in the direction of motion, infinite if none [m]."""
     nearest = np.inf
     for k in range(breaks.shape[0]):
         distance = breaks[k] - position if velocity > 0.0 else position - breaks[k]

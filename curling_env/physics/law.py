@@ -136,7 +136,7 @@ class Laws(NamedTuple):
 
     Parameters
     ----------
-    common : what they have in common
+    common : the common law
     mu : (n, rows, columns) friction of each one's map
     theta : (n, m) parameters of each one's effects
     """
@@ -148,7 +148,7 @@ class Laws(NamedTuple):
 
 @inlined
 def law_among(laws: Laws, k: int) -> Law:
-    """The k-th of some laws."""
+    """Return the k-th of some laws."""
     one = laws.common
     return Law(
         one.band_radius,

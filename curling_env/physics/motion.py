@@ -36,13 +36,13 @@ SWEPT = 12
 """1 while the stone is swept, else 0."""
 CONTACTS = 13
 """Number of contacts of the band in this call: friction kernels that act per contact only."""
-MOST_CONTACTS = 16
+MAX_CONTACTS = 16
 """Maximum number of contacts in one call of a kernel."""
 SLIP = 14
 """Sliding speed of contact q over the ice at SLIP + q [m/s]: kernels that act per contact only."""
-LOG_SLIP = SLIP + MOST_CONTACTS
+LOG_SLIP = SLIP + MAX_CONTACTS
 """Natural logarithm of the slip in m/s of contact q at LOG_SLIP + q."""
-RAN = LOG_SLIP + MOST_CONTACTS
+RAN = LOG_SLIP + MAX_CONTACTS
 """Layer of the law's tracks: the number of stones that had run before."""
 MOTION_SIZE = RAN + 1
 
@@ -61,7 +61,7 @@ PUSH_X, PUSH_Y = 5, 6
 """Acceleration along the sheet frame's x and y [m/s²]; add to it."""
 CONTACT_FRICTION = 7
 """Factor on the friction of contact q at CONTACT_FRICTION + q; multiply it."""
-PUSH_SIZE = CONTACT_FRICTION + MOST_CONTACTS
+PUSH_SIZE = CONTACT_FRICTION + MAX_CONTACTS
 
 GRAVITY = 9.80665
 """Standard gravity [m/s²] (ISO 80000-3)."""

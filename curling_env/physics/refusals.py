@@ -11,7 +11,7 @@ from curling_env.physics.tuning import OVERLAP_ALLOWED, ROUNDING
 from curling_env.typing import Floats
 
 
-def refuse_impossible(
+def refuse_impossible_positions(
     stones: Floats, radius: float, bounds: Floats, inside: str, *, bounded: int
 ) -> None:
     """Refuse invalid places, and two stones in one place; NaN twice means no stone.
@@ -29,7 +29,9 @@ def refuse_impossible(
     InputError : a stone beyond the bounds, one with one number only, or centres nearer to each
         other than those of stones in contact
     """
-    i, a, b = _first_impossible(stones, bounded, bounds, (2 * radius - OVERLAP_ALLOWED) ** 2)
+    i, a, b = _first_impossible_position(
+        stones, bounded, bounds, (2 * radius - OVERLAP_ALLOWED) ** 2
+    )
     if i >= 0:
         first, second = (f"({x:g}, {y:g})" for x, y in stones[i, [a, b], :2])
         raise InputError(
@@ -41,7 +43,7 @@ def refuse_impossible(
 
 
 @compiled
-def _first_impossible(stones: Any, bounded: int, bounds: Any, least: float) -> Any:
+def _first_impossible_position(stones: Any, bounded: int, bounds: Any, least: float) -> Any:
     """Return position and numbers of two stones in one place; twice that of one beyond; or -1.
 
     Bounds are exact to the rounding of numbers; `least` is a squared distance.

@@ -14,7 +14,7 @@ from curling_env.physics.compiled import inlined
 from curling_env.physics.contacts import collides
 from curling_env.physics.map_path import between_nodes, place_between_nodes
 from curling_env.physics.state import Node, State
-from curling_env.physics.tuning import CONTACT_GAP, CREEP_TIME, MAX_TIME, MORE_THAN_AT_NODES
+from curling_env.physics.tuning import ACCELERATION_MARGIN, CONTACT_GAP, CREEP_TIME, MAX_TIME
 from curling_env.typing import Floats
 
 NO_BOUNDS = np.array([-np.inf, np.inf, -np.inf, np.inf])
@@ -60,7 +60,7 @@ def greatest_acceleration(nodes: Any, n: int) -> float:
     for k in range(n):
         ax, ay = nodes[k, Node.AX], nodes[k, Node.AY]
         most = max(most, ax * ax + ay * ay)
-    return MORE_THAN_AT_NODES * math.sqrt(most) + 1e-3
+    return ACCELERATION_MARGIN * math.sqrt(most) + 1e-3
 
 
 @inlined

@@ -74,7 +74,7 @@ EDGE_MARGIN = 2e-6
 """Distance before the edge of an effect at which steps end, to hop over it [m]."""
 ROUNDING = 1e-9
 """Distance beyond a bound that counts as rounding [m]."""
-MORE_THAN_AT_NODES = 1.3
+ACCELERATION_MARGIN = 1.3
 """Maximum acceleration between the nodes of a path, over the greatest at the nodes."""
 CONTACT_GAP = 1e-7
 """Gap below which stones are in contact [m]."""

@@ -87,5 +87,5 @@ def playback_frames(
     frames = int(np.ceil((outcome.time / speed + HOLD) * fps))
     for k in range(frames + 1):
         t = min(k * speed / fps, outcome.time + LINGER + 1e-6)
-        told = scene_at_rest if scene_at_rest is not None and t >= outcome.time else scene
-        yield renderer.draw(scene_at(told, before, outcome, t, colour_of))
+        shown = scene_at_rest if scene_at_rest is not None and t >= outcome.time else scene
+        yield renderer.draw(scene_at(shown, before, outcome, t, colour_of))

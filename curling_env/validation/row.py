@@ -103,7 +103,7 @@ class Comparison:
     Parameters
     ----------
     row : the published measurement
-    value : computed value; None if there is none
+    value : computed value; None if absent
     verdict : agreement of the two
     why : reason for a difference; empty if they agree, or if it is unknown
     """

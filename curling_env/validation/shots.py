@@ -105,7 +105,7 @@ class Shots:
         return None if speed is None else self.time_to(HOG_TO_HOG, speed)
 
     def weight_of_time(self, seconds: float) -> float | None:
-        """Return the speed of a throw with a hog-to-hog time; None if there is none."""
+        """Return the speed of a throw with a hog-to-hog time; None if absent."""
 
         def later(speed: float) -> float:
             time = self.time_to(HOG_TO_HOG, speed)
@@ -180,7 +180,7 @@ def _brent(function: Callable[[float], float], low: float, high: float) -> float
 
 
 def _root(rises: Callable[[float], float], low: float, high: float) -> float | None:
-    """Find the zero of an increasing function by bisection; None if there is none in the interval.
+    """Find the zero of an increasing function by bisection; None if absent in the interval.
 
     The function may be infinite in places, where a stone never stops or never reaches a line.
     """

@@ -105,8 +105,10 @@ def as_text(found: Sequence[Comparison]) -> str:
 def in_words(found: Sequence[Comparison]) -> str:
     """Return the number of rows that agree, in a sentence."""
     number = Counter(comparison.verdict for comparison in found)
-    told = [f"{number[verdict]} {words}" for verdict, words in IN_WORDS.items() if number[verdict]]
-    return f"Of {len(found)} rows, " + "; ".join(told) + "."
+    counts = [
+        f"{number[verdict]} {words}" for verdict, words in IN_WORDS.items() if number[verdict]
+    ]
+    return f"Of {len(found)} rows, " + "; ".join(counts) + "."
 
 
 def preset_of(source: str) -> str:

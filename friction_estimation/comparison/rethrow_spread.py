@@ -13,7 +13,7 @@ from typing import Protocol
 import numpy as np
 
 from curling_env.analysis.ice_uncertainty import plausible_ices
-from curling_env.analysis.tuning import LEAST_RESTED
+from curling_env.analysis.tuning import MIN_RESTED_SHARE
 from curling_env.ice import Ice
 from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.slides import SlideEnd
@@ -130,7 +130,7 @@ def rest_spread(
     table["vy"] /= excess
     rests = throw_batch(ices, table, which=which)
     rested = rests.end == SlideEnd.REST
-    if rested.mean() < LEAST_RESTED:
+    if rested.mean() < MIN_RESTED_SHARE:
         return None
     # The measured rest is the median of the last tenth of a second, some three rows.
     measured = 0.0 if noise is None else np.hypot(noise.white / np.sqrt(2.0), noise.slow)

@@ -88,7 +88,6 @@ class Discovery:
         throws
     before, after : slow misfit of the training throws
     alternatives : for each label the effects that the data cannot rule out in its place
-    trial_closures : for each candidate of the first round the part of the misfit that it closes
     calibrations : factors of lengths and times by which the tracks were corrected
     fits_worse_than_uniform : whether the given ice, fitted, fits worse than uniform friction
     given : the model as it was given; None for uniform friction
@@ -112,7 +111,6 @@ class Discovery:
     before: Misfit
     after: Misfit
     alternatives: dict[str, list[Alternative]] = field(default_factory=dict[str, list[Alternative]])
-    trial_closures: dict[str, float] = field(default_factory=dict[str, float])
     calibrations: tuple[Calibration, ...] = ()
     fits_worse_than_uniform: bool = False
     given: Ice | None = None
@@ -186,7 +184,7 @@ def discover(
     ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
     scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
     references : calibrations of lengths and times by known ones; they replace those of the ice
-    seed : seed of the choice of held-out throws and of permutations
+    seed : seed of the choice of held-out throws and of flipped signs
     progress : progress
 
     Raises
@@ -237,7 +235,7 @@ def search_session(
     ----------
     everything : the fit
     given : the model before the fit
-    rng : source of the choice of held-out throws and of permutations
+    rng : source of the choice of held-out throws and of flipped signs
     progress : progress
     """
     if everything.model.terms and not misfit_of(everything).white:
@@ -321,10 +319,6 @@ def _search(
         "after": forecast(named.model, unseen, named.noise),
         "noise_floor": noise_floor(named, unseen),
     }
-    closures = {
-        trial.term.label: closure(selection.before, misfit_of(trial.fit))
-        for trial in (selection.rounds[0].trials if selection.rounds else [])
-    }
     progress("fitting all throws", 0.96)
     seen = _fit_all(named, everything)
     final = fit_beside(seen, found.pushes) if found.pushes else seen
@@ -347,7 +341,6 @@ def _search(
         before=selection.before,
         after=found.after,
         alternatives={e.label: alternatives(final, e.label) for e in found.effects},
-        trial_closures=closures,
     )
 
 

@@ -233,24 +233,16 @@ def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:
     if not found.selection.rounds:
         return []
     first = found.selection.rounds[0]
-    fitted = {trial.term.label: trial for trial in first.trials}
+    fitted = {trial.term.label for trial in first.trials}
     rows = [
-        {
-            "name": label,
-            "gain": number(trial.gain),
-            "needed": number(trial.needed),
-            "closure": number(found.trial_closures.get(label, float("nan")))
-            if label in found.trial_closures
-            else None,
-        }
-        for label, trial in fitted.items()
+        {"name": t.term.label, "gain": number(t.gain), "needed": number(t.needed)}
+        for t in first.trials
     ]
-    rows += [
-        {"name": score.term.label, "gain": number(score.gain), "needed": None, "closure": None}
+    return rows + [
+        {"name": score.term.label, "gain": number(score.gain), "needed": None}
         for score in first.scores
         if score.term.label not in fitted
     ]
-    return rows
 
 
 def smallest_detectable(found: Discovery) -> dict[str, dict[str, float]]:

@@ -1,4 +1,4 @@
-"""A measured session in one file that may be given away, without film and without names."""
+"""Measured session in one file for publication, without film and without names."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 from friction_estimation.donation.session import Session, ThrownBy, read_session, write_session

@@ -1,4 +1,4 @@
-"""What might tell who threw: names become numbers, and free text stays at home."""
+"""Removal of identities: names become numbers, and free text is excluded."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ centre center corner in out broom normal firm hack board control turn turns shor
 inches s
 """
 CALL_WORDS = frozenset(_WORDS.split())
-"""The words of a call; a called shot with any other word is left out."""
+"""Words of a call; a called shot with any other word is dropped."""
 
 
 def without_names(
     notes: Mapping[int, ThrowNote], hands: Mapping[str, str]
 ) -> tuple[list[ThrownBy], int]:
-    """What may be told of the throws, with athletes as numbers in the order of their first throw.
+    """Return the publishable notes on the throws, with athletes numbered in order of first throw.
 
     Parameters
     ----------
-    notes : by number of the throw
+    notes : notes by number of the throw
     hands : `right` or `left` by athlete
 
     Returns
     -------
-    what is kept, in the order of play, and how many called shots were left out
+    the kept notes, in the order of play, and the number of dropped called shots
     """
     numbers: dict[str, int] = {}
     kept: list[ThrownBy] = []
@@ -51,29 +51,30 @@ def without_names(
 
 
 def is_a_call(text: str) -> bool:
-    """Whether a text has numbers and words of calls alone, so that it can hold no name."""
+    """Return whether a text has only numbers and words of calls, so that it can contain no name."""
     words = re.findall(r"[^\W\d_]+", text.lower())
     plain = all(letter.isascii() for letter in text)
     return plain and bool(text) and all(word in CALL_WORDS for word in words)
 
 
 def refuse_names(text: str, names: Iterable[str]) -> None:
-    """Refuse a text in which the name of an athlete stands, or a part of it.
+    """Refuse a text that contains the name of an athlete, or a part of it.
 
     Parameters
     ----------
-    text : that is going to be given away
-    names : of the athletes of the session
+    text : text for publication
+    names : names of the athletes of the session
 
     Raises
     ------
-    InputError : it holds a word of a name; the message does not repeat it
+    InputError : it contains a word of a name; the message does not repeat it
     """
     words = set(re.findall(r"[^\W\d_]+", text.casefold()))
     for name in names:
         parts = {p for p in re.findall(r"[^\W\d_]+", name.casefold()) if len(p) > 1}
         if parts & words:
             raise InputError(
-                "names an athlete of the session; a donated file has no names (write 'all of us')",
+                "names an athlete of the session; expected a text without names (write 'all of "
+                "us')",
                 source="--consent",
             )

@@ -1,7 +1,7 @@
-"""The file of a donated session, `curling-session/1`: one JSON document.
+"""File of a donated session, `curling-session/1`: one JSON document.
 
-It has the scene, the tracks column by column, what may be told of each throw, and a note of
-consent. Nothing in it says who threw, where, or on which day.
+It has the scene, the tracks column by column, the publishable notes on each throw, and a note of
+consent. It contains no thrower, place or date.
 """
 
 from __future__ import annotations
@@ -27,23 +27,23 @@ from friction_estimation.tracks.throw_list import MAX_THROWS
 
 SESSION_FORMAT = FileFormat(name="curling-session/1", what="a donated session")
 LICENCE = "CC0-1.0"
-"""Under which sessions are given: anybody may use them for anything."""
+"""Licence of donated sessions: anyone may use them for anything."""
 MAX_ROWS = 300_000
-"""Frames of one session: 350 throws at 30 frames a second."""
-LEAST_CONSENT, MOST_CONSENT = 20, 1000
-"""Letters of a note of consent."""
+"""Maximum number of frames of one session: 350 throws at 30 frames a second."""
+MIN_CONSENT, MAX_CONSENT = 20, 1000
+"""Minimum and maximum number of letters of a note of consent."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThrownBy:
-    """What is told of a throw.
+    """Publishable notes on a throw.
 
     Parameters
     ----------
     throw : number of the throw in the tracks
     athlete : number in the order of the first throws; None if it was not noted
-    hand : right, left, or empty where it is not known
-    called : the shot that was called, in the words of calls; or empty
+    hand : right, left, or empty if unknown
+    called : called shot, in the words of calls; or empty
     """
 
     throw: int
@@ -54,19 +54,19 @@ class ThrownBy:
 
 @dataclass(frozen=True, kw_only=True)
 class Session:
-    """A measured session without film and without names.
+    """Measured session without film and without names.
 
     Parameters
     ----------
-    consent : that and by whom it may be used, in a sentence or two without names
-    scene : of the camera that filmed it
+    consent : permission of use and its givers, in a sentence or two without names
+    scene : scene of its camera
     tracks : its throws in order of play
-    throws : what is told of them, if anything
-    licence : under which it is given
+    throws : notes on them, if any
+    licence : its licence
 
     Raises
     ------
-    InputError : a consent that says too little or too much, or no tracks, or too many
+    InputError : a consent that is too short or too long, or no tracks, or too many
     """
 
     consent: str
@@ -77,16 +77,16 @@ class Session:
 
     def __post_init__(self) -> None:
         length = len(self.consent.strip())
-        if not LEAST_CONSENT <= length <= MOST_CONSENT or not self.consent.isprintable():
+        if not MIN_CONSENT <= length <= MAX_CONSENT or not self.consent.isprintable():
             raise InputError(
-                f"a note of consent has {LEAST_CONSENT} to {MOST_CONSENT} letters in one line and "
-                f"says who agrees to what, got {length}"
+                f"expected a note of consent of {MIN_CONSENT} to {MAX_CONSENT} letters in one "
+                f"line that states who agrees to what, got {length}"
             )
         if not self.tracks:
             raise InputError("a session needs at least one throw")
         rows = sum(map(len, self.tracks))
         if rows > MAX_ROWS:
-            raise InputError(f"has {rows} frames; a donated session has at most {MAX_ROWS}")
+            raise InputError(f"has {rows} frames; expected at most {MAX_ROWS}")
 
 
 Whole = Annotated[int, Meta(ge=-(2**53), le=2**53)]
@@ -94,7 +94,7 @@ Numbers = Annotated[list[float | None], Meta(max_length=MAX_ROWS)]
 
 
 class ThrowDocument(Document, omit_defaults=True):
-    """What is told of a throw."""
+    """Publishable notes on a throw."""
 
     throw: Whole
     athlete: Annotated[int, Meta(ge=0, le=MAX_THROWS)] | None = None
@@ -103,7 +103,7 @@ class ThrowDocument(Document, omit_defaults=True):
 
 
 class TracksDocument(Document):
-    """The columns of a tracks file, one entry per frame; null where a cell would be empty."""
+    """Columns of a tracks file, one entry per frame; null for an empty cell."""
 
     throw: Numbers
     t: Numbers
@@ -119,11 +119,11 @@ class TracksDocument(Document):
 
 
 class SessionDocument(Document):
-    """A donated session."""
+    """Donated session."""
 
     format: Short
     licence: Short
-    consent: Annotated[str, Meta(min_length=LEAST_CONSENT, max_length=MOST_CONSENT)]
+    consent: Annotated[str, Meta(min_length=MIN_CONSENT, max_length=MAX_CONSENT)]
     scene: SceneDocument
     tracks: TracksDocument
     throws: Annotated[list[ThrowDocument], Meta(max_length=MAX_THROWS)] = msgspec.field(
@@ -132,7 +132,7 @@ class SessionDocument(Document):
 
 
 def write_session(session: Session, path: str | Path) -> None:
-    """Write a donated session, complete or not at all; the same session gives the same bytes."""
+    """Write a donated session, completely or not at all; the same session gives the same bytes."""
     begins = min(track.clock for track in session.tracks)
     tracks = [replace(track, clock=track.clock - begins) for track in session.tracks]
     columns = {name: _plain(column) for name, column in track_columns(tracks).items()}
@@ -162,12 +162,12 @@ def write_session(session: Session, path: str | Path) -> None:
 
 
 def read_session(path: str | Path) -> Session:
-    """A donated session from its file.
+    """Read a donated session from its file.
 
     Raises
     ------
-    InputError : unreadable, of another format, columns of different lengths, or whatever a tracks
-        file or a scene file would be refused for
+    InputError : unreadable, of another format, columns of different lengths, or any error of a
+        tracks file or a scene file
     """
     document = read_json(path)
     with placed(source=path):
@@ -219,7 +219,7 @@ def _tracks(form: TracksDocument, source: str) -> list[Trajectory]:
 
 
 def _plain(column: NDArray[Any]) -> list[float | None]:
-    """A column as JSON has it: whole numbers as such, null for what is not known."""
+    """Return a column for JSON: whole numbers as such, null for unknown ones."""
     whole = bool(np.isfinite(column).all() and (column == np.round(column)).all())
     return [
         None if not np.isfinite(value) else int(value) if whole else float(value)

@@ -1,4 +1,4 @@
-"""Films and pictures in and out: frames with their times, stabilised and evenly lit."""
+"""Reading and writing films and pictures: frames with their times, stabilised and evenly lit."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 

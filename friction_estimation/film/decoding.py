@@ -1,4 +1,4 @@
-"""Decoding films: frames from any place on, damaged data, and times as the container has them."""
+"""Decoding of films: frames from any place on, damaged data, and times of the container."""
 
 from __future__ import annotations
 
@@ -24,56 +24,56 @@ from curling_env.infrastructure.files import limits
 from friction_estimation.film.frame import keep_one_field
 
 CAPTURE_RATE = "com.android.capture.fps"
-"""The key under which Android's cameras note how many frames they took in a second."""
+"""Key of Android's cameras for the number of frames taken in a second."""
 MIN_SLOW, MAX_SLOW = 1.5, 64.0
-"""Ratios of the rates of taking and playing that mean slow motion."""
+"""Ratios of recording and playback rates that mean slow motion."""
 FORMATS = (
     "mov,matroska,webm,avi,mpegts,mpeg,mpegvideo,h264,hevc,m4v,flv,asf,ogg,mxf,gif,ivf,nut,dv,mjpeg"
 )
-"""Containers that hold their frames themselves: no playlist, which names other files."""
+"""Containers that contain their frames: no playlists, which name other files."""
 SEEK_BACK = 4.0
-"""How much earlier a seek begins if it came too late [s]; then twice as much, and so on."""
+"""First step back of a seek that was too late [s]; doubled at each attempt."""
 
 
 @contextmanager
 def opened(path: Path) -> Iterator[tuple[InputContainer, VideoStream]]:
-    """A film's container and its first stream of pictures.
+    """Return a film's container and its first stream of pictures.
 
     Raises
     ------
-    InputError : no film, one of a kind that names other files, or one of too large frames
+    InputError : not a film, a kind that names other files, or too large frames
     """
     try:
-        # No film names another file, wherever that may lie.
+        # No film may name another file, in any place.
         container = av.open(
             f"file:{path}",
             metadata_errors="replace",
             options={"protocol_whitelist": "file", "format_whitelist": FORMATS},
         )
     except (FFmpegError, OSError, ValueError) as fault:
-        raise InputError("not a film that can be decoded", source=path) from fault
+        raise InputError("cannot be decoded; expected a film", source=path) from fault
     with container:
         if not container.streams.video:
-            raise InputError("not a film that can be decoded", source=path)
+            raise InputError("cannot be decoded; expected a film", source=path)
         stream = container.streams.video[0]
         codec = cast("Any", stream.codec_context)  # None for a damaged or unknown kind of film
         if codec is None:
-            raise InputError("not a film that can be decoded", source=path)
+            raise InputError("cannot be decoded; expected a film", source=path)
         if codec.width * codec.height > limits.MAX_FRAME_PIXELS:
             raise InputError(
-                f"has frames of {codec.width} × {codec.height} pixels; "
-                f"{limits.MAX_FRAME_PIXELS // 10**6} million are read",
+                f"has frames of {codec.width} × {codec.height} pixels; expected at most "
+                f"{limits.MAX_FRAME_PIXELS // 10**6} million",
                 source=path,
             )
-        # The size may change on the way; FFmpeg adds a margin to what it compares.
+        # The size may change within the film; FFmpeg adds a margin to compressed frames.
         codec.options = {"max_pixels": str(limits.MAX_FRAME_PIXELS * 5 // 4)}
         stream.thread_type = "AUTO"
-        codec.thread_count = cv2.getNumThreads()  # one setting for all that is done
+        codec.thread_count = cv2.getNumThreads()  # one setting for all decoding
         yield container, stream
 
 
 def packets(container: InputContainer, stream: VideoStream) -> Iterator[Packet[VideoStream]]:
-    """The packets of the film from here on, up to its end or to where it breaks off."""
+    """Yield the packets of the film from here on, up to its end or to damaged data."""
     packets = container.demux(stream)
     while True:
         try:
@@ -89,15 +89,15 @@ def decoded(
     wanted: Callable[[Packet[VideoStream]], bool] | None = None,
     until: int | None = None,
 ) -> Iterator[tuple[VideoFrame, bool]]:
-    """All frames from here on that can be decoded, or only those of the packets that are wanted.
+    """Yield all frames from here on that can be decoded, or only those of the requested packets.
 
     Parameters
     ----------
-    until : packets due later than this, in the container's own unit, end it
+    until : packets due later than this, in the container's unit, end it
 
     Returns
     -------
-    Frames, and of each whether it is damaged: so are those that depend on a lost or damaged one.
+    Frames, and whether each is damaged, like those that depend on a lost or damaged one.
     """
     damaged = False
     for packet in packets(container, stream):
@@ -106,7 +106,7 @@ def decoded(
             continue
         try:
             frames = stream.codec_context.decode(None) if ended else packet.decode()
-        except FFmpegError:  # this packet holds no picture, the next one may
+        except FFmpegError:  # this packet has no picture, the next one may
             damaged = True
             continue
         for frame in frames:
@@ -121,12 +121,12 @@ def decoded(
 def undamaged(
     container: InputContainer, stream: VideoStream, begin: int | None = None
 ) -> Iterator[tuple[int, VideoFrame]]:
-    """Numbers and frames, without those that depend on a lost or damaged one.
+    """Yield numbers and frames, without those that depend on a lost or damaged one.
 
     Parameters
     ----------
-    begin : when the frame is due from which on they are numbered, in the container's own unit; with
-        None that is the first frame of the file
+    begin : time of the frame with number 0, in the container's unit; None for the first frame of
+        the file
     """
     frames = decoded(container, stream) if begin is None else decoded_from(container, stream, begin)
     return ((index, frame) for index, (frame, damaged) in enumerate(frames) if not damaged)
@@ -135,18 +135,18 @@ def undamaged(
 def decoded_from(
     container: InputContainer, stream: VideoStream, moment: int
 ) -> Iterator[tuple[VideoFrame, bool]]:
-    """The same from the frame on that is due at a moment."""
+    """Yield the same from the frame that is due at a moment."""
     seek_before(container, stream, moment)
     frames = decoded(container, stream)
     return dropwhile(lambda found: (timestamp_of(found[0]) or 0) < moment, frames)
 
 
 def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> None:
-    """Go to a whole picture from which on a frame can be decoded that is due at a moment."""
+    """Seek a key frame from which a frame due at a moment can be decoded."""
     step, earliest = round(SEEK_BACK / unit(stream)), start(stream)
     back = 0
-    # Containers without a table of their whole pictures go somewhere near: the next whole picture
-    # may come too late, even after the film's first moment.
+    # Containers without an index of their key frames seek approximately: the next key frame may
+    # come too late, even after the film's first moment.
     while True:
         _seek(container, stream, moment - back)
         first, _ = next(decoded(container, stream), (None, False))
@@ -160,17 +160,17 @@ def seek_before(container: InputContainer, stream: VideoStream, moment: int) -> 
 def _seek(container: InputContainer, stream: VideoStream, moment: int) -> None:
     try:
         container.seek(moment, stream=stream)
-    except FFmpegError:  # some containers know nothing before their first picture
+    except FFmpegError:  # some containers have no data before their first picture
         container.seek(start(stream), stream=stream)
 
 
 class Timetable(NamedTuple):
-    """When the frames of a film are due, in the container's own unit.
+    """Times of the frames of a film, in the container's unit.
 
     Parameters
     ----------
-    moments : every frame's, in order; empty where the container does not say it of every frame
-    keys : those of the key frames, in order
+    moments : time of every frame, in order; empty if the container lacks one
+    keys : times of the key frames, in order
     unit : the container's unit [s]
     """
 
@@ -180,7 +180,7 @@ class Timetable(NamedTuple):
 
 
 def timetable_of(path: Path) -> Timetable:
-    """When the frames of a film are due; nothing is decoded."""
+    """Return the times of the frames of a film; nothing is decoded."""
     return _timetable_of(path, path.stat().st_mtime_ns)
 
 
@@ -200,16 +200,16 @@ def _timetable_of(path: Path, changed: int) -> Timetable:
 
 
 def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:
-    """When a frame is due, in the container's own unit; None if it does not say."""
+    """Return the time of a frame, in the container's unit; None if it is missing."""
     return stored.dts if stored.pts is None else stored.pts
 
 
 def stamp(
     stored: VideoFrame | Packet[VideoStream], stream: VideoStream, begin: int | None = None
 ) -> float:
-    """When a frame is due since the film began, or since a moment [s].
+    """Return the time of a frame since the film began, or since a moment [s].
 
-    NaN if the container does not say.
+    NaN if the container does not state it.
     """
     moment = timestamp_of(stored)
     begin = start(stream) if begin is None else begin
@@ -217,7 +217,7 @@ def stamp(
 
 
 def slow_motion(container: InputContainer, stream: VideoStream) -> float:
-    """How many times slower than life a film plays, as its camera noted; 1 where it says nothing.
+    """Return the factor of slow motion, as stored by its camera; 1 if it is missing.
 
     Android's cameras note the rate at which the frames were taken.
     """
@@ -237,10 +237,10 @@ def start(stream: VideoStream) -> int:
 
 
 def unit(stream: VideoStream) -> Fraction:
-    """The unit of the container's times [s]."""
+    """Return the unit of the container's times [s]."""
     return stream.time_base or Fraction(1, 1000)
 
 
 def rate(stream: VideoStream) -> float:
-    """Nominal frames per second as the container says; 0 if it does not."""
+    """Return the nominal frames per second of the container; 0 if missing."""
     return float(stream.guessed_rate or stream.average_rate or 0)

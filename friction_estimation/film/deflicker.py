@@ -1,9 +1,10 @@
-"""Films under flickering or switched lights: every frame is brought to the brightness of the first.
+"""Correction of flickering or switched lights: every frame is brought to the brightness of the
+first.
 
 Lamps on alternating current pulse a hundred times a second or more often, and a camera reads its
 rows one after the other. Bands of light and shade then run over the film, so that every row is
-corrected by itself. Only even areas are compared, so that a camera that sways or is knocked does
-not pass for lights.
+corrected separately. Only even areas are compared, so that a camera that sways or is knocked is not
+mistaken for changing light.
 """
 
 from __future__ import annotations
@@ -20,32 +21,32 @@ CELL_ROWS, CELL_COLUMNS = 4, 16
 """Size of the cells of the picture whose brightness is compared [px]; bands are some hundred rows
 wide."""
 STEADY_SHARE = 0.05
-"""Light that stays within this share of its brightness in every row needs no correction."""
+"""Maximum relative deviation of the light in every row that needs no correction."""
 DARK_LEVEL, SATURATED_LEVEL = 24, 250
-"""Grey levels below and above which a cell does not show how bright the light is."""
+"""Grey levels below and above which a cell does not show the brightness of the light."""
 DARK_SHARE = 0.3
-"""Nor does a cell darker than this share of the brightest: the hall, where noise and the fall of
-the light count for more than a lamp that flickers."""
+"""Minimum brightness of a cell over the brightest: the rest is the hall, where noise and distance
+from the lamps matter more than a lamp that flickers.
+"""
 BRIGHT_QUANTILE = 0.95
-"""Of the cells' brightness, which stands for the brightest."""
+"""Quantile of the cells' brightness that represents the brightest."""
 EVEN_SHARE, EVEN_LEVELS = 0.04, 4.0
-"""An area is even if it differs by less than this share of its level and this many levels more."""
+"""Maximum relative and absolute differences within an even area [share, grey levels]."""
 EVEN_CELLS = (5, 3)
-"""Rows and columns of cells of such an area."""
+"""Number of rows and columns of cells of such an area."""
 MOVED_SHARE = 0.15
-"""Cells whose brightness differs by more than this share from that of their row have something else
-before them."""
+"""Relative difference of a cell from its row above which an object is in front of it."""
 MIN_CELLS, MIN_ROW_CELLS = 100, 8
-"""Least number of usable cells in a frame, and in a row."""
+"""Minimum number of usable cells in a frame, and in a row."""
 ROW_WEIGHTS = np.array([0.1, 0.25, 0.3, 0.25, 0.1])
 """Weights of a row's neighbours in its gain."""
 BAND_SPREAD = 0.01
-"""Rows whose gains spread by less than this are corrected alike."""
+"""Maximum spread of the rows' gains for a common correction."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Deflicker:
-    """The brightness of a film's first frame.
+    """Brightness of a film's first frame.
 
     Parameters
     ----------
@@ -58,14 +59,14 @@ class Deflicker:
 
     @classmethod
     def of(cls, frame: Image) -> Deflicker:
-        """From the first frame, BGR."""
+        """Make the correction from the first frame, BGR."""
         cells = _cells(frame)
         return cls(cells=cells, even=_even(cells))
 
     def gains(self, frame: Image) -> Floats:
-        """How much brighter each row of `cells` is than in the first frame, (rows,).
+        """Return the brightness of each row of `cells` over that of the first frame, (rows,).
 
-        What moves is left out; a row without usable cells takes its neighbours' gain.
+        Moving objects are excluded; a row without usable cells takes its neighbours' gain.
         """
         now = _cells(frame)
         alike = np.ones(len(self.cells))
@@ -88,7 +89,7 @@ class Deflicker:
         return np.convolve(padded, ROW_WEIGHTS, mode="valid")
 
     def corrected(self, frame: Image) -> Image:
-        """The frame at the first frame's brightness."""
+        """Return the frame at the first frame's brightness."""
         gains = self.gains(frame)
         if np.ptp(gains) < BAND_SPREAD:
             alike = 1 / float(np.median(gains))
@@ -101,7 +102,7 @@ class Deflicker:
 
 
 def deflicker_for(sample: Sequence[tuple[float, Image]]) -> Deflicker | None:
-    """The correction that a film needs; None where its light is steady.
+    """Return the correction that a film needs; None if its light is steady.
 
     Parameters
     ----------
@@ -117,14 +118,16 @@ def deflicker_for(sample: Sequence[tuple[float, Image]]) -> Deflicker | None:
 
 
 def _cells(frame: Image) -> Image:
-    """Mean brightness of the green channel in every cell of the picture, (rows, columns)."""
+    """Return the mean brightness of the green channel in every cell of the picture, (rows,
+    columns).
+    """
     size = max(frame.shape[1] // CELL_COLUMNS, 1), max(frame.shape[0] // CELL_ROWS, 1)
     green = cv2.extractChannel(frame, 1)
     return np.asarray(cv2.resize(green, size, interpolation=cv2.INTER_AREA), dtype=np.uint8)
 
 
 def _even(cells: Image) -> Flags:
-    """Which cells lie in even areas of middle brightness."""
+    """Return the cells in even areas of medium brightness."""
     level = cells.astype(np.float32)
     area = np.ones(EVEN_CELLS, dtype=np.uint8)
     differs = cv2.morphologyEx(level, cv2.MORPH_GRADIENT, area)

@@ -1,4 +1,4 @@
-"""A frame of a film whose colours are converted only where it is looked at."""
+"""Frame of a film with colours converted only where they are read."""
 
 from __future__ import annotations
 
@@ -11,8 +11,7 @@ from curling_env.physics.compiled import compiled
 from curling_env.typing import Image
 
 USUAL_FORMAT = "yuv420p"
-"""How nearly all films are stored: brightness in every pixel, colour in every second row and
-column."""
+"""Format of nearly all films: brightness in every pixel, colour in every second row and column."""
 BRIGHTNESS_FIRST = frozenset(
     {USUAL_FORMAT, "yuvj420p", "yuv422p", "yuvj422p", "yuv444p", "yuvj444p", "nv12", "gray"}
 )
@@ -22,14 +21,14 @@ FULL_RANGE = 2
 
 
 class LazyFrame:
-    """One frame of a film, converted to BGR only where it is looked at: ``frame[rows, columns]``.
+    """Frame of a film, converted to BGR only where it is read: ``frame[rows, columns]``.
 
-    Most of a frame is never looked at while a stone is tracked, and converting all of it takes as
-    long as decoding.
+    Most of a frame is never read during tracking, and converting all of it takes as long as
+    decoding.
 
     Parameters
     ----------
-    stored : the frame as the decoder gives it
+    stored : the frame from the decoder
     """
 
     def __init__(self, stored: VideoFrame) -> None:
@@ -55,18 +54,18 @@ class LazyFrame:
         return picture
 
     def whole(self) -> Image:
-        """All of it, (height, width, 3) BGR."""
+        """Return all of it, (height, width, 3) BGR."""
         picture = np.asarray(self._stored.to_ndarray(format="bgr24"), dtype=np.uint8)
         return np.ascontiguousarray(np.rot90(picture, self._turns))
 
 
 class CutFrame:
-    """A part of a frame, kept to be looked at as if it were the whole frame.
+    """Part of a frame that can be read like the whole frame.
 
     Parameters
     ----------
-    frame : the frame; it is not kept
-    part : rows and columns; only pixels within can be looked at
+    frame : the frame, which is not kept
+    part : rows and columns; only pixels inside can be read
     """
 
     def __init__(self, frame: Image | LazyFrame, part: tuple[slice, slice]) -> None:
@@ -83,11 +82,11 @@ class CutFrame:
 
 
 Frame = Image | LazyFrame | CutFrame
-"""A frame that can be looked at in parts, BGR."""
+"""Frame that can be read in parts, BGR."""
 
 
 def brightness_of(stored: VideoFrame) -> Image:
-    """The brightness of a frame, (height, width); not copied where it is stored as such."""
+    """Return the brightness of a frame, (height, width); not copied if stored as such."""
     if stored.format.name not in BRIGHTNESS_FIRST:
         return np.asarray(stored.to_ndarray(format="gray"), dtype=np.uint8)
     plane = stored.planes[0]
@@ -96,9 +95,9 @@ def brightness_of(stored: VideoFrame) -> Image:
 
 
 def keep_one_field(stored: VideoFrame) -> None:
-    """Leave every second line of an interlaced frame, in place; those between are filled in.
+    """Keep every second line of an interlaced frame, in place; fill in those between.
 
-    The lines of such a frame were taken at two moments, in turn.
+    The lines of such a frame were taken alternately at two moments.
     """
     stored.make_writable()
     kind = np.uint16 if stored.format.components[0].bits > 8 else np.uint8
@@ -111,7 +110,7 @@ def keep_one_field(stored: VideoFrame) -> None:
 
 
 def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
-    """The planes of a frame: brightness and the two colour differences."""
+    """Return the planes of a frame: brightness and the two colour differences."""
     light, blue, red = (
         np.frombuffer(memoryview(plane), dtype=np.uint8).reshape(-1, plane.line_size)
         for plane in stored.planes
@@ -121,7 +120,7 @@ def _planes(stored: VideoFrame) -> tuple[Image, Image, Image]:
 
 @cache
 def _rounded_alike() -> bool:
-    """Whether FFmpeg rounds as `_colour` does, which depends on the processor."""
+    """Return whether FFmpeg rounds like `_colour`, which depends on the processor."""
     noise = np.random.default_rng(0).integers(0, 256, (96, 64), dtype=np.uint8)
     frame = VideoFrame.from_ndarray(noise, format=USUAL_FORMAT)
     picture = np.empty((64, 64, 3), dtype=np.uint8)
@@ -131,7 +130,7 @@ def _rounded_alike() -> bool:
 
 @compiled
 def _colour(light, blue, red, top, left, picture):
-    """Fill in the colours of a part of a frame, rounded as FFmpeg's own conversion does.
+    """Fill in the colours of a part of a frame, rounded as in FFmpeg's own conversion.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Single pictures: read with a clear message, written whole or not at all."""
+"""Single pictures: read with a clear message, written completely or not at all."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from curling_env.infrastructure.files.writing import atomic_path
 from curling_env.typing import Image
 
 SUFFIXES = (".png", ".jpg", ".jpeg", ".bmp", ".tif", ".tiff")
-"""Endings of files that are read as one picture instead of a film."""
+"""Suffixes of files that are read as one picture instead of a film."""
 
 
 def read_picture(path: str | Path, *, grey: bool = False) -> Image:
-    """A picture, (height, width, 3) BGR or (height, width) grey.
+    """Read a picture, (height, width, 3) BGR or (height, width) grey.
 
     Raises
     ------
@@ -29,11 +29,11 @@ def read_picture(path: str | Path, *, grey: bool = False) -> Image:
     content = read_bytes(path, most=limits.MAX_PICTURE_BYTES)
     size = size_of_picture(content)
     if size is None or min(size) < 1:
-        raise InputError("not a picture that can be read", source=path)
+        raise InputError("cannot be read; expected a picture", source=path)
     if size[0] * size[1] > limits.MAX_PICTURE_PIXELS:
         raise InputError(
-            f"has {size[0]} × {size[1]} pixels; {limits.MAX_PICTURE_PIXELS // 10**6} million are "
-            "read",
+            f"has {size[0]} × {size[1]} pixels; expected at most "
+            f"{limits.MAX_PICTURE_PIXELS // 10**6} million",
             source=path,
         )
     try:
@@ -44,30 +44,30 @@ def read_picture(path: str | Path, *, grey: bool = False) -> Image:
     except (cv2.error, MemoryError):
         picture = None
     if picture is None:
-        raise InputError("not a picture that can be read", source=path)
+        raise InputError("cannot be read; expected a picture", source=path)
     return np.asarray(picture, dtype=np.uint8)
 
 
 def write_picture(path: str | Path, picture: Image) -> None:
-    """Write a picture as PNG, complete or not at all.
+    """Write a picture as PNG, completely or not at all.
 
     Raises
     ------
     OutputError : see `atomic_path`, or a picture without pixels
     """
     if not picture.size:
-        raise OutputError(f"{path}: a picture of no pixels cannot be written")
+        raise OutputError(f"{path}: a picture without pixels cannot be written")
     with atomic_path(path) as draft:
         draft.write_bytes(cv2.imencode(".png", picture)[1].tobytes())
 
 
-# --- what a picture says of its size -------------------------------------------------------------
+# --- size of a picture from its header ----------------------------------------------------------
 
 
 def size_of_picture(content: bytes) -> tuple[int, int] | None:
-    """Width and height as the beginning of a PNG, JPEG, BMP or TIFF claims; None for another file.
+    """Return width and height from the header of a PNG, JPEG, BMP or TIFF; None for another file.
 
-    It is looked at before the picture is decoded, because a few bytes can claim any size.
+    The size is checked before the picture is decoded, because a few bytes can claim any size.
     """
     try:
         if content[:8] == b"\x89PNG\r\n\x1a\n":
@@ -91,7 +91,7 @@ def _jpeg_size(content: bytes) -> tuple[int, int] | None:
         if content[at] != 0xFF:
             return None
         kind = content[at + 1]
-        if kind == 0xFF or kind == 0x01 or 0xD0 <= kind <= 0xD8:  # filling, or without a length
+        if kind == 0xFF or kind == 0x01 or 0xD0 <= kind <= 0xD8:  # padding, or without a length
             at += 1 if kind == 0xFF else 2
             continue
         if 0xC0 <= kind <= 0xCF and kind not in (0xC4, 0xC8, 0xCC):

@@ -1,9 +1,9 @@
-"""Image stabilisation: whether a camera held still, and frames moved back where it swayed.
+"""Image stabilisation: motion of the camera, and frames moved back where it swayed.
 
 Corners that stand out in the first frame (paint, posts, boards) are found again in later ones. The
-similarity that most of them follow is the camera's own motion; what moves by itself does not follow
-it. A sway of some pixels is corrected. A camera that pans, zooms or is knocked over is refused,
-because the points of its scene no longer hold.
+similarity that most of them follow is the camera's motion; moving objects do not follow it. A sway
+of some pixels is corrected. A camera that pans, zooms or is knocked over is refused, because the
+points of its scene no longer hold.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -26,49 +26,52 @@ FEATURES = 160
 FEATURE_QUALITY = 0.02
 FEATURE_DISTANCE_PX = 16
 MIN_FIRST_CORNERS = 20
-"""Fewer corners in the first frame cannot tell the camera's motion from that of people."""
+"""Minimum number of corners in the first frame, to separate the camera's motion from that of
+people.
+"""
 MIN_MOTION_CORNERS = 6
-"""Fewer corners that move together are no motion of the camera."""
+"""Minimum number of corners that move together in a motion of the camera."""
 IN_PLACE_PX = 0.5
 IN_PLACE_SHARE = 0.4
-"""The camera held still if this many times as many corners stayed in place as moved together:
-people who cross a bare sheet may carry more corners than the sheet has."""
+"""Ratio of fixed corners to corners that move together above which the camera held still: people
+who cross a bare sheet may carry more corners than the sheet has.
+"""
 TOLERANCE_PX = 1.0
-"""Corners that agree with the common motion within this belong to it."""
+"""Maximum deviation of a corner from the common motion."""
 MIN_SHARE = 0.35
 """Share of the first frame's corners that must move together."""
 STILL_PX = 0.3
-"""A camera that moves less than this everywhere in the picture holds still."""
+"""Maximum motion anywhere in the picture of a camera that holds still."""
 SWAY_SHARE = 0.02
-"""Largest sway that is corrected for, as a share of the picture's width."""
+"""Maximum sway that is corrected, as a share of the picture's width."""
 ZOOM_SHARE = 0.01
-"""Largest change of scale that is corrected for."""
+"""Maximum change of scale that is corrected."""
 TILES = (6, 8)
-"""Rows and columns of tiles in which two pictures are compared."""
+"""Number of rows and columns of tiles in which two pictures are compared."""
 DETAIL_PX = 4.0
-"""Only detail finer than this is compared: lines and edges, which even a small move displaces."""
+"""Maximum size of compared detail: lines and edges, which even a small move displaces."""
 MIN_TILE_CONTRAST = 4.0
-"""Least standard deviation of a tile that is compared [grey levels]."""
+"""Minimum standard deviation of a tile that is compared [grey levels]."""
 MIN_CORRELATION = 0.7
-"""Correlation of tiles that show the same; between different views it is near 0."""
+"""Minimum correlation of tiles with the same content; between different views it is near 0."""
 MIN_EQUAL_SHARE = 0.4
-"""Share of the tiles that must show the same; people stand before the others."""
+"""Minimum share of the tiles with the same content; people stand before the others."""
 CHECKED_FRAMES = 12
-"""Frames in which the camera's motion is measured."""
+"""Number of frames in which the camera's motion is measured."""
 
 
 class CameraMovesError(InputError):
-    """A film of a camera that pans, zooms or cuts."""
+    """Film of a camera that pans, zooms or cuts."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Stabiliser:
-    """Moves frames back to where the camera first stood.
+    """Stabiliser that moves frames back to the camera's first position.
 
     Parameters
     ----------
     grey : (rows, columns) the first frame
-    corners_px : (n, 1, 2) the corners in it that are followed
+    corners_px : (n, 1, 2) its tracked corners
     """
 
     grey: Image
@@ -76,7 +79,7 @@ class Stabiliser:
 
     @classmethod
     def of(cls, frame: Image) -> Stabiliser:
-        """From the first frame of a film, BGR."""
+        """Make the stabiliser from the first frame of a film, BGR."""
         grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         corners = cv2.goodFeaturesToTrack(grey, FEATURES, FEATURE_QUALITY, FEATURE_DISTANCE_PX)
         if corners is None:
@@ -92,9 +95,9 @@ class Stabiliser:
         return cls(grey=grey, corners_px=np.asarray(corners, dtype=np.float32))
 
     def motion(self, frame: Image) -> Floats | None:
-        """The similarity (2, 3) from the first frame's pixels to this frame's.
+        """Return the similarity (2, 3) from the first frame's pixels to this frame's.
 
-        None where too few corners move together: another view, or hardly any corners at all.
+        None if too few corners move together: another view, or hardly any corners at all.
         """
         grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         if len(self.corners_px) < MIN_MOTION_CORNERS or grey.shape != self.grey.shape:
@@ -122,9 +125,9 @@ class Stabiliser:
         return np.asarray(matrix, dtype=np.float64)
 
     def same_view(self, frame: Image) -> bool:
-        """Whether a frame shows the same view as the first one, apart from people.
+        """Return whether a frame shows the same view as the first one, apart from people.
 
-        On bare ice most corners that stand out are on people, and they all walk away.
+        On bare ice most corners are on people, and they all walk away.
         """
         grey = np.asarray(cv2.cvtColor(frame, cv2.COLOR_BGR2GRAY), dtype=np.uint8)
         if grey.shape != self.grey.shape:
@@ -145,7 +148,7 @@ class Stabiliser:
         return alike >= MIN_MOTION_CORNERS and alike >= MIN_EQUAL_SHARE * len(likeness)
 
     def stabilised(self, frame: Image) -> Image:
-        """The frame as the camera would have seen it from where it first stood."""
+        """Return the frame as seen from the camera's first position."""
         motion = self.motion(frame)
         if motion is None:
             return frame
@@ -162,20 +165,20 @@ class Stabiliser:
 
 
 def _detail(grey: Image) -> NDArray[np.float32]:
-    """A picture without its broad light and shade."""
+    """Return a picture without its broad light and shade."""
     fine = np.asarray(grey, dtype=np.float32)
     return np.asarray(fine - cv2.GaussianBlur(fine, (0, 0), DETAIL_PX), dtype=np.float32)
 
 
 def sway_px(motion: Floats, corners_px: NDArray[np.float32]) -> float:
-    """The largest displacement of corners (n, 1, 2) by a similarity [px]."""
+    """Return the largest displacement of corners (n, 1, 2) by a similarity [px]."""
     corners = corners_px.reshape(-1, 2)
     moved = corners @ motion[:, :2].T + motion[:, 2]
     return float(np.linalg.norm(moved - corners, axis=1).max())
 
 
 def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) -> Stabiliser | None:
-    """What stabilises a film; None where its camera held still, or nothing shows whether it did.
+    """Return the stabiliser of a film; None if its camera held still, or if that is unknown.
 
     Parameters
     ----------
@@ -200,8 +203,8 @@ def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) ->
             continue
         if motion is None:
             raise CameraMovesError(
-                "this camera moves: it shows another view than in the first frame; only films of a "
-                "camera that stands still can be tracked",
+                "this camera moves: the view differs from the first frame; expected a film of a "
+                "fixed camera",
                 source=source,
                 where=f"at {t:.1f} s",
             )
@@ -210,15 +213,14 @@ def stabiliser_for(sample: Sequence[tuple[float, Image]], source: str | Path) ->
         if abs(zoom) > ZOOM_SHARE:
             raise CameraMovesError(
                 f"this camera moves: it has zoomed by {100 * zoom:+.1f} % since the first frame; "
-                "only films of a camera that stands still can be tracked",
+                "expected a film of a fixed camera",
                 source=source,
                 where=f"at {t:.1f} s",
             )
         if moved > SWAY_SHARE * width:
             raise CameraMovesError(
-                f"this camera moves: by {moved:.0f} px since the first frame; only films of a "
-                f"camera that stands still can be tracked (sway below {SWAY_SHARE * width:.0f} px "
-                "is corrected)",
+                f"this camera moves: by {moved:.0f} px since the first frame; expected a film of "
+                f"a fixed camera (sway below {SWAY_SHARE * width:.0f} px is corrected)",
                 source=source,
                 where=f"at {t:.1f} s",
             )

@@ -1,4 +1,4 @@
-"""Films in: frames with their own times."""
+"""Reader of films: frames with their times."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -43,42 +43,45 @@ from friction_estimation.film.decoding import (
 from friction_estimation.film.frame import LazyFrame
 
 DEFAULT_FPS = 30.0
-"""Taken where neither the film nor the scene gives a usable rate."""
-SEEK_BEYOND = 40
-"""Fewer frames than this are decoded rather than skipped by a seek, which goes back to a key frame.
-"""
+"""Frame rate if neither the film nor the scene has a usable one."""
+MIN_FRAMES_TO_SEEK = 40
+"""Number of frames below which decoding is cheaper than a seek, which goes back to a key frame."""
 MIN_KEY_FRAMES = 0.8
-"""A sample is made of key frames alone if there are this share of the frames asked for."""
-UNEVEN = 0.25
-"""Else a frame of a sample may be this share of the step between them nearer to a key frame."""
-WORTHWHILE = 0.7
-"""As long as no more than this share of the film is decoded for it."""
+"""Minimum share of the requested frames for a sample of key frames only."""
+MAX_SAMPLE_SHIFT = 0.25
+"""Otherwise, maximum shift of a sample's frame towards a key frame, as a share of the step between
+frames.
+"""
+MAX_DECODED_SHARE = 0.7
+"""Maximum share of the film that may be decoded for it."""
 SUFFIXES = (".mp4", ".mov", ".m4v", ".mkv", ".avi", ".webm", ".mts", ".m2ts", ".ts", ".mpg", ".3gp")
-"""Endings of the files that count as films in a folder."""
+"""Suffixes of the files that count as films in a folder."""
 TIMES_SUFFIX = ".times.csv"
-"""Added to a film's name: a table with the time of every frame, where its container lost them."""
+"""Suffix added to a film's name for a table with the time of every frame, if its container lost
+them.
+"""
 
 
 TIMES_TABLE = (Column(name="t", unit="s", low=-1e9, high=1e9),)
-"""The columns of that table: one row for every frame, without a hole."""
+"""Columns of that table: one row for every frame, without gaps."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Film:
-    """A film on disk that can be decoded.
+    """Film on disk that can be decoded.
 
     Parameters
     ----------
     path : path of the file
     size : width and height [px]
-    fps : nominal frames per second, as they were taken
-    frame_count : as the container says; the film may end earlier
-    fps_given : whether the caller's rate replaces the container's times
+    fps : nominal recording rate [frames per second]
+    frame_count : number of frames according to the container; the film may end earlier
+    fps_given : true if the caller's rate replaces the container's times
     times : time of every frame [s], from the table `TIMES_SUFFIX` beside the film; empty if there
         is no table
-    slow : how many times slower than life it plays; its times are those of life
-    first : number of the file's frame with which it begins; above 0 in a part of a film
-    whole : whether it goes to the end of its file, however many frames that has
+    slow : factor of slow motion; its times are real times
+    first : number of its first frame in the file; above 0 in a part of a film
+    whole : true if it goes to the end of its file, whatever the number of frames
     """
 
     path: Path
@@ -93,12 +96,12 @@ class Film:
 
     @classmethod
     def open(cls, path: str | Path, fps: float | None = None, slow: float | None = None) -> Film:
-        """Look at a film: it must exist, be a film, and have a first frame.
+        """Open a film: it must exist, be a film, and have a first frame.
 
         Parameters
         ----------
         fps : rate that replaces the container's own times; None trusts the container
-        slow : how many times slower than life it plays; None goes by what the camera noted
+        slow : factor of slow motion; None uses the one stored by the camera
 
         Raises
         ------
@@ -108,7 +111,7 @@ class Film:
         with opened(path) as (container, stream):
             first, _ = next(decoded(container, stream), (None, False))
             if first is None:
-                raise InputError("not a film that can be decoded", source=path)
+                raise InputError("cannot be decoded; expected a film", source=path)
             height, width, _ = LazyFrame(first).shape
             said = rate(stream)
             length = (container.duration or 0) / av.time_base
@@ -119,7 +122,7 @@ class Film:
         usable = 1 <= said <= 1000
         times = () if fps is not None else _times_beside(path)
         if fps is not None or times:
-            noted = 1.0  # these times are those of life already
+            noted = 1.0  # these times are real times already
         slow = noted if slow is None else slow
         return cls(
             path=path,
@@ -133,7 +136,7 @@ class Film:
 
     @property
     def duration(self) -> float:
-        """How long it lasts, as far as the container tells when each frame is due [s]."""
+        """Duration according to the container [s]."""
         if self.times:
             return self.times[-1]
         moments = self._moments
@@ -143,19 +146,21 @@ class Film:
 
     @property
     def _moments(self) -> tuple[int, ...]:
-        """When each of its frames is due, in the container's own unit; empty if that is unknown."""
+        """Return the times of its frames, in the container's unit; empty if unknown."""
         moments = timetable_of(self.path).moments[self.first :]
         return moments if self.whole else moments[: self.frame_count]
 
     @property
     def _begin(self) -> int | None:
-        """When the first frame of a part is due; None for a film from its file's beginning."""
+        """Return the time of the first frame of a part; None for a film from its file's
+        beginning.
+        """
         return self._moments[0] if self.first and self._moments else None
 
     def part(self, low: float, high: float) -> Film:
-        """What is between two times [s], as a film of its own whose times begin at 0.
+        """Return the part between two times [s], as a separate film whose times begin at 0.
 
-        What lies before it is not decoded, except for what its first frame builds on.
+        Nothing before it is decoded, except for frames that its first frame depends on.
         """
         first, last = self.index_at(low), self.index_at(high)
         times = self.times[first : last + 1]
@@ -168,7 +173,7 @@ class Film:
         )
 
     def begin_of(self, part: Film) -> float:
-        """When a part of this film begins [s]."""
+        """Return the time at which a part of this film begins [s]."""
         index = part.first - self.first
         if index < len(self.times):
             return self.times[index]
@@ -179,21 +184,21 @@ class Film:
 
     @property
     def _tick(self) -> float:
-        """The unit of the container's times [s of life]."""
+        """Return the unit of the container's times [s of real time]."""
         return float(timetable_of(self.path).unit) / self.slow
 
     def frames(self) -> Iterator[tuple[float, Image]]:
-        """Every frame, (height, width, 3) BGR, with its time since the first one [s].
+        """Yield every frame, (height, width, 3) BGR, with its time since the first one [s].
 
-        Times are the container's where they increase; a frame without a usable one comes one
-        nominal interval after its predecessor. After damaged data, frames are left out up to the
-        next key frame: those in between are stored as changes and would show a stale picture.
+        Times are the container's if they increase; a frame without a usable one comes one nominal
+        interval after its predecessor. After damaged data, frames are dropped up to the next key
+        frame: those in between are stored as changes and would show a stale picture.
         """
         for t, frame in self.lazy_frames():
             yield t, frame.whole()
 
     def lazy_frames(self) -> Iterator[tuple[float, LazyFrame]]:
-        """The same as `frames`, with colours converted only where they are looked at."""
+        """Yield the same as `frames`, with colours converted only where they are read."""
         first: float | None = None
         last = -np.inf
         with opened(self.path) as (container, stream):
@@ -221,10 +226,11 @@ class Film:
                 yield t, LazyFrame(frame)
 
     def sample(self, count: int) -> list[tuple[float, Image]]:
-        """About `count` frames spread evenly over the film, with approximate times [s].
+        """Return about `count` frames spread evenly over the film, with approximate times [s].
 
-        Where there are enough of them, these are the film's key frames, so that the frames between
-        need not be decoded. Else frames near a key frame are taken, as a frame builds on all since.
+        If there are enough of them, these are the film's key frames, so that the frames between
+        need not be decoded. Otherwise frames near a key frame are taken, as a frame depends on all
+        since.
         """
         enough = MIN_KEY_FRAMES * min(count, self.frame_count)
         if self._key_count >= enough:
@@ -239,14 +245,14 @@ class Film:
 
     @property
     def _key_count(self) -> float:
-        """How many key frames it has; infinite where its container does not say."""
+        """Return the number of its key frames; infinite if its container does not state it."""
         keys, moments = timetable_of(self.path).keys, self._moments
         if not moments:
             return np.inf
         return bisect_right(keys, moments[-1]) - bisect_left(keys, moments[0])
 
     def index_at(self, t: float) -> int:
-        """The number of the frame nearest to a time [s], as exactly as the container tells it."""
+        """Return the number of the frame nearest to a time [s], to the container's precision."""
         moments = self._moments
         if self.times:
             index = int(np.searchsorted(self.times, t - 0.5 / self.fps))
@@ -257,7 +263,7 @@ class Film:
         return min(max(index, 0), self.frame_count - 1)
 
     def _key_frames(self, count: int) -> list[tuple[float, Image]]:
-        """At most `count` of the key frames, with approximate times [s]."""
+        """Yield at most `count` of the key frames, with approximate times [s]."""
         if self.first and self._begin is None:
             return []
         step, due = max((self.frame_count - 1) / max(count - 1, 1), 1.0), 0.0
@@ -277,7 +283,8 @@ class Film:
                 t = stamp(packet, stream, begin)
                 early = np.isnan(t) or round(t * said) + 0.5 < due
                 if not packet.is_keyframe or early:
-                    return packet.size == 0  # the last one, which asks for what is still held back
+                    # the last one, which flushes the frames still held back
+                    return packet.size == 0
                 due = step * ((round(t * said) + 0.5) // step + 1)
                 return True
 
@@ -289,16 +296,17 @@ class Film:
         return frames
 
     def _near_key_frames(self, count: int) -> list[int]:
-        """Numbers of `count` frames, about evenly spread, most of which are soon after key frames.
+        """Return numbers of `count` frames, about evenly spread, most of them soon after key
+        frames.
 
-        Empty where hardly less would be decoded than the whole film.
+        Empty if hardly less would be decoded than the whole film.
         """
         moments, key_moments, _ = timetable_of(self.path)
         keys = np.searchsorted(moments, key_moments) - self.first
         if len(self._moments) < self.frame_count or keys.min(initial=1) > 0:
             return []
         even = np.linspace(0, self.frame_count - 1, count)
-        slack = UNEVEN * (self.frame_count - 1) / max(count - 1, 1)
+        slack = MAX_SAMPLE_SHIFT * (self.frame_count - 1) / max(count - 1, 1)
         at = np.searchsorted(keys, even, side="right") - 1
         before, after = keys[at], keys[np.minimum(at + 1, len(keys) - 1)]
         near = np.where(np.abs(after - even) <= slack, after, np.maximum(even - slack, before))
@@ -306,10 +314,12 @@ class Film:
         at = np.searchsorted(keys, wanted, side="right") - 1
         last = np.append(np.diff(at) > 0, True)
         effort = int((wanted - keys[at] + 1)[last].sum())
-        return wanted.tolist() if effort < WORTHWHILE * self.frame_count else []
+        return wanted.tolist() if effort < MAX_DECODED_SHARE * self.frame_count else []
 
     def _seen_from_key_frames(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
-        """The same as `pick`; from the last of them to the next key frame nothing is decoded."""
+        """Yield the same as `pick`; from the last of them to the next key frame nothing is
+        decoded.
+        """
         moments, keys = self._moments, timetable_of(self.path).keys
         due = {moments[index]: index for index in wanted}
         waiting: set[int] = set()
@@ -342,28 +352,28 @@ class Film:
         return frames
 
     def _time_of(self, index: int, t: float) -> float:
-        """Time of a frame whose number and time the container tells [s]."""
+        """Return the time of a frame whose number and time are in the container [s]."""
         if index < len(self.times):
             return self.times[index]
         return index / self.fps if self.fps_given or np.isnan(t) else t / self.slow
 
     def pick(self, wanted: Sequence[int]) -> list[tuple[float, Image]]:
-        """The undamaged frames of these numbers, with approximate times [s]."""
+        """Return the undamaged frames of these numbers, with approximate times [s]."""
         return list(self.picked(wanted))
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
-        """Frames from one time to another about a step apart, with approximate times [s]."""
+        """Return frames from one time to another about a step apart, with approximate times [s]."""
         first, last = self.index_at(low), self.index_at(high)
         return self.picked(range(first, last + 1, max(1, round(step * self.fps))))
 
     def picked(self, wanted: Sequence[int]) -> Iterator[tuple[float, Image]]:
-        """The same as `pick`, one after the other."""
+        """Yield the same as `pick`, one after the other."""
         moments = self._moments
         with opened(self.path) as (container, stream):
             begin = start(stream) if self._begin is None else self._begin
             frames, at = decoded(container, stream), -self.first
             for index in sorted(set(wanted)):
-                if index - at > SEEK_BEYOND and index < len(moments):
+                if index - at > MIN_FRAMES_TO_SEEK and index < len(moments):
                     frames, at = decoded_from(container, stream, moments[index]), index
                 frame, damaged = next(islice(frames, index - at, None), (None, False))
                 if frame is None:
@@ -387,7 +397,7 @@ def _times_beside(film: Path) -> tuple[float, ...]:
 
 
 def films_in(places: Sequence[str | Path]) -> list[Path]:
-    """Films, where each place is a film or a folder; those of a folder in the order of their names.
+    """Return films, where each path is a film or a folder; those of a folder sorted by name.
 
     Numbers in names count as numbers, so that film 10 comes after film 9.
 
@@ -398,17 +408,17 @@ def films_in(places: Sequence[str | Path]) -> list[Path]:
     films: list[Path] = []
     for given in places:
         if is_stream(str(given)):
-            problem = "is a camera or a stream; `curling live` tracks it"
+            problem = "is a camera or a stream; use `curling live`"
             raise InputError(problem, source=str(given))
         place = Path(given)
         if not place.is_dir():
             films.append(place)
             continue
-        # Names that begin with a dot are what macOS keeps beside films on other systems' disks.
+        # Names that begin with a dot are macOS's companions of films on other systems' disks.
         named = (path for path in place.iterdir() if not path.name.startswith("."))
         within = [path for path in named if path.suffix.lower() in SUFFIXES]
         if not within:
-            raise InputError(f"a folder without films ({', '.join(SUFFIXES)})", source=place)
+            raise InputError(f"contains no films ({', '.join(SUFFIXES)})", source=place)
         films += sorted(within, key=_name_in_order)
     return films
 
@@ -419,7 +429,7 @@ def _name_in_order(path: Path) -> list[tuple[int, str]]:
 
 
 def is_stream(source: str) -> bool:
-    """Whether a source is a camera's number or a stream's address, and not a file."""
+    """Return whether a source is a camera's number or a stream's address, not a file."""
     return (
         source.isdecimal() or re.match(r"[a-z][a-z0-9+.-]*://", source, re.IGNORECASE) is not None
     )

@@ -1,4 +1,4 @@
-"""Films out: H.264 in MP4, as browsers, phones and editors play it."""
+"""Writer of films: H.264 in MP4, which browsers, phones and editors play."""
 
 from __future__ import annotations
 
@@ -23,23 +23,26 @@ from friction_estimation.film.decoding import opened, packets
 CONTAINERS: dict[str, tuple[str, str, str]] = dict(
     zip(FILM_SUFFIXES, (("mp4", "libx264", "yuv420p"), ("avi", "mjpeg", "yuvj420p")), strict=True)
 )
-"""By the suffix of a film: its container, its codec, and how its pixels are stored. Players that
-know H.264 often know it with halved colours (yuv420p) only."""
+"""Container, codec and pixel format of a film by its suffix. Many players support H.264 with halved
+colours (yuv420p) only.
+"""
 TIME_UNIT = Fraction(1, 90_000)
 """Unit of the times in an MP4 film [s]."""
 QUALITY = 20
 """Constant rate factor of H.264: lower is better and larger, 18 looks like the original."""
 PRESET = "superfast"
-"""x264's name for how much work goes into a small file. The next slower preset halves it for twice
-the work, but now and then makes another film of the same frames, even with one thread."""
+"""x264's name for the effort of compression. The next slower preset halves the file for twice the
+work, but occasionally makes another film of the same frames, even with one thread.
+"""
 
 KEY_SECONDS = 1.0
-"""Time between key frames, as cameras have it [s]: a player jumps to them at once, and between them
-the still ice keeps the noise of the last one."""
+"""Time between key frames, as in cameras [s]: a player jumps to them immediately, and between them
+the still ice keeps the noise of the last one.
+"""
 
 
 class FilmWriter:
-    """Writes BGR frames of one size to a film; see `film_writer`."""
+    """Writer of BGR frames of one size to a film; see `film_writer`."""
 
     def __init__(
         self,
@@ -58,16 +61,16 @@ class FilmWriter:
         self._rate = Fraction(fps).limit_denominator(1001)
         self._unit = TIME_UNIT if kind == "mp4" else 1 / self._rate
         self._count, self._last = 0, -1
-        # The table of pictures goes before them, so that a film plays while it is still loading.
+        # The index goes before the pictures, so that a film plays while it is still loading.
         options = {"movflags": "+faststart"} if kind == "mp4" else {}
-        with self._told():
+        with self._reporting_errors():
             self._container = av.open(str(path), "w", format=kind, options=options)
             self._container.metadata["comment"] = FILM_MARK
             stream = self._container.add_stream(codec, rate=self._rate)
-        assert isinstance(stream, VideoStream)  # a video codec was asked for
+        assert isinstance(stream, VideoStream)  # a video codec was requested
         stream.width, stream.height = self._even
         stream.pix_fmt = pixels
-        # By default the one setting for all that is done.
+        # By default the common setting for all work.
         stream.codec_context.thread_count = cv2.getNumThreads() if threads is None else threads
         stream.codec_context.time_base = self._unit
         if kind == "mp4":
@@ -87,9 +90,9 @@ class FilmWriter:
 
         Parameters
         ----------
-        frame : (height, width, 3) BGR; of an odd size the last row or column is left out, because
+        frame : (height, width, 3) BGR; for an odd size the last row or column is dropped, because
             colours are stored for two rows and columns at a time
-        t : when it is shown, since the film began [s]; by default one after the other
+        t : its time since the film began [s]; by default one interval after the other
 
         Raises
         ------
@@ -103,28 +106,28 @@ class FilmWriter:
         stored.time_base = self._unit
         stored.pts = self._last = max(round(when / self._unit), self._last + 1)
         self._count += 1
-        with self._told():
+        with self._reporting_errors():
             self._container.mux(self._stream.encode(stored))
 
     def finish(self) -> None:
-        """Write what is still being compressed, and the table of the film's pictures.
+        """Write the frames that are still being compressed, and the index of the film.
 
         Raises
         ------
         OutputError : the disk is full
         """
-        with self._told():
+        with self._reporting_errors():
             if self._count:
                 self._container.mux(self._stream.encode(None))
             self._container.close()
 
     def abandon(self) -> None:
-        """Let go of a film that will not be finished."""
+        """Abandon a film that will not be finished."""
         with suppress(FFmpegError, OSError):
             self._container.close()
 
     @contextmanager
-    def _told(self) -> Iterator[None]:
+    def _reporting_errors(self) -> Iterator[None]:
         try:
             yield
         except (FFmpegError, OSError) as fault:
@@ -142,27 +145,29 @@ def film_writer(
     preset: str = PRESET,
     threads: int | None = None,
 ) -> Iterator[FilmWriter]:
-    """A film being written, which appears under its name only when it is complete.
+    """Provide the writer of a film, which appears under its name only when it is complete.
 
-    An MP4 film is H.264 with its table of pictures in front, so that it plays in browsers, on
-    phones and while it is being loaded. An AVI film is a row of JPEG pictures.
+    An MP4 film is H.264 with its index in front, so that it plays in browsers, on phones and while
+    it is being loaded. An AVI film is a row of JPEG pictures.
 
     Parameters
     ----------
-    path : ending in .mp4 or .avi
+    path : path ending in .mp4 or .avi
     size : width and height of every frame [px]
     fps : frames per second
     quality : constant rate factor of H.264; 0 loses nothing, 51 is the worst
-    preset : x264's name for how much work goes into a small file
-    threads : number of threads that compress it, on which the very pixels depend; by default as
-        many as OpenCV may use
+    preset : x264's name for the effort of compression
+    threads : number of threads for compression, on which even the pixels depend; by default
+        OpenCV's number
 
     Raises
     ------
     OutputError : not writable, a full disk, or a suffix of another kind
     """
     if Path(path).suffix.lower() not in CONTAINERS:
-        raise OutputError(f"{path}: cannot be written as a film; name it .mp4 or .avi")
+        raise OutputError(
+            f"{path}: cannot be written as a film; expected a name ending in .mp4 or .avi"
+        )
     with atomic_path(path) as draft:
         writer = FilmWriter(draft, size, fps, quality, preset=preset, threads=threads, name=path)
         try:
@@ -175,7 +180,7 @@ def film_writer(
 
 
 def _check_written(draft: Path, frames: int, name: str | Path) -> None:
-    """Refuse a film that does not hold what was written into it.
+    """Refuse a film that does not contain all written frames.
 
     Raises
     ------
@@ -185,4 +190,4 @@ def _check_written(draft: Path, frames: int, name: str | Path) -> None:
     with suppress(InputError), opened(draft) as (container, stream):
         found = sum(packet.size > 0 for packet in packets(container, stream))
     if found < frames or not found:
-        raise OutputError(f"{name}: could not be written in full: {found} of {frames} frames")
+        raise OutputError(f"{name}: could not be written completely: {found} of {frames} frames")

@@ -186,18 +186,16 @@ def _candidates(report: dict[str, Any]) -> str:
     rows: list[list[str]] = []
     for row in report["candidates"]:
         p = evidence.get(row["name"], {}).get("p")
-        closes = row["closure"]
         rows.append(
             [
                 escape(readable(row["name"])),
                 f"{row['gain']:.1f}",
                 "" if row["needed"] is None else f"{row['needed']:.0f}",
-                "" if closes is None else f"{100 * closes:.0f} %",
                 "" if p is None else f"{p:.2g}",
             ]
         )
-    head = ["alone beside the model", "gain in −2 ln L", "needed", "closes", "p"]
-    return f"<h2>The candidates</h2>{table(head, rows, {1, 2, 3, 4})}"
+    head = ["alone beside the model", "gain in −2 ln L", "needed", "p"]
+    return f"<h2>The candidates</h2>{table(head, rows, {1, 2, 3})}"
 
 
 def _smallest(report: dict[str, Any]) -> str:

@@ -1,8 +1,8 @@
 """Rendered films of throws with known paths, for testing trackers and for demonstrations.
 
 A film shows a sheet as a camera would see it: in perspective, through a lens with distortion, with
-solid stones and turning handles, light, noise and people. The true place of the stone in every
-frame is stored beside the film. Rendering shares the camera's geometry with tracking, and nothing
+solid stones and turning handles, light, noise and people. The true position of the stone in every
+frame is stored next to the film. Rendering shares the camera's geometry with tracking, and nothing
 else.
 
     spec = FilmSpec(camera="gantry", people=False)

@@ -1,4 +1,4 @@
-"""Named cameras that look at a sheet, and the scenes that a user of them would mark."""
+"""Named cameras that look at a sheet, and their scenes as marked by a user."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 
 @dataclass(frozen=True, kw_only=True)
 class CameraPlacement:
-    """Where a camera is, where it looks, and its lens; sheet frame, pixels at `size`.
+    """Position, direction and lens of a camera; sheet frame, pixels at `size`.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class CameraPlacement:
     focal_px : focal length at `size`
     size : width and height of the image that `focal_px` belongs to [px]
     distortion : distortion terms in the order of `lens.TERMS`
-    shows : what the camera shows, for users
+    shows : visible part of the sheet, for users
     """
 
     position: tuple[float, float, float]
@@ -122,7 +122,7 @@ def default_size(name: str) -> tuple[int, int]:
 
 @lru_cache(maxsize=8)
 def named_camera(name: str, size: tuple[int, int] | None = None) -> Camera:
-    """The camera of that name in `CAMERAS`, for an image of `size` (width, height) [px].
+    """Return the camera of that name in `CAMERAS`, for an image of `size` (width, height) [px].
 
     Raises
     ------
@@ -131,7 +131,7 @@ def named_camera(name: str, size: tuple[int, int] | None = None) -> Camera:
     placement = _placement(name)
     width, height = size or default_size(name)
     if width < 64 or height < 48:
-        raise InputError(f"an image must have 64 × 48 px or more, got {width} × {height}")
+        raise InputError(f"expected an image of at least 64 × 48 px, got {width} × {height}")
     scale = min(width / placement.size[0], height / placement.size[1])
     return Camera.looking_at(
         position=placement.position,
@@ -145,7 +145,7 @@ def named_camera(name: str, size: tuple[int, int] | None = None) -> Camera:
 
 def _placement(name: str) -> CameraPlacement:
     if name not in CAMERAS:
-        raise InputError(f"no camera is called {name!r}; there are {', '.join(CAMERAS)}")
+        raise InputError(f"unknown camera {name!r}; expected one of {', '.join(CAMERAS)}")
     return CAMERAS[name]
 
 
@@ -157,8 +157,8 @@ def scene_of(
     click_px: float = 0.0,
     rng: np.random.Generator | None = None,
 ) -> Scene:
-    """The scene that a user of a camera would mark: the four corners if all are in view, else all
-    painted keypoints in view.
+    """Return the scene that a user of a camera would mark: the four corners if all are in view,
+    else all painted keypoints in view.
 
     Parameters
     ----------
@@ -177,7 +177,9 @@ def scene_of(
         points = _painted_keypoints(sheet)
         points = points[camera.sees(_on_ice(points), margin_px=2.0)]
     if len(points) < MIN_POINTS:
-        raise InputError(f"the camera sees {len(points)} known points of the ice; it must see four")
+        raise InputError(
+            f"the camera sees {len(points)} known points of the ice; expected at least four"
+        )
     px = camera.project(_on_ice(points))
     if click_px:
         if rng is None:
@@ -200,7 +202,7 @@ def _on_ice(points: Floats) -> Floats:
 
 
 def _painted_keypoints(sheet: Sheet) -> Floats:
-    """Painted keypoints of both ends, (n, 2) [m]; for a line, its edge towards mid-sheet."""
+    """Return painted keypoints of both ends, (n, 2) [m]; for a line, its edge towards mid-sheet."""
     side = sheet.width / 2
     one_end = [
         (0.0, TEE_Y),

@@ -1,4 +1,4 @@
-"""How a film is taken, and where the stone is in each of its frames."""
+"""Specification of a film, and the position of the stone in each of its frames."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from friction_estimation.synthetic.sheet_drawing import Light, Palette
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FilmSpec:
-    """How a film is taken.
+    """Specification of a film.
 
     Parameters
     ----------
@@ -28,9 +28,9 @@ class FilmSpec:
     fps : frames per second
     exposure : exposure time, centred on the time of the frame [s]; it blurs moving stones
     noise : standard deviation of the sensor's noise [grey levels]
-    people : whether a thrower, sweepers and walkers are in the picture
+    people : show a thrower, sweepers and walkers
     lead_in : duration of the film before the release [s]
-    held : whether the stone stands still until its release; else it arrives at its release speed
+    held : keep the stone still until its release; otherwise it arrives at its release speed
     tail : duration of the film after the stone has come to rest [s]
     light, palette : lighting and colours
     click_px : standard error of the clicks in the scene file [px]
@@ -57,24 +57,24 @@ class FilmSpec:
 
     def __post_init__(self) -> None:
         if not 1.0 <= self.fps <= 1000.0:
-            raise InputError(f"a film has 1 to 1000 frames per second, got {self.fps:g}")
+            raise InputError(f"expected 1 to 1000 frames per second, got {self.fps:g}")
         for name in ("noise", "lead_in", "tail", "click_px"):
             value = getattr(self, name)
             if not (np.isfinite(value) and value >= 0):
                 raise InputError(f"{name} of a film must not be negative, got {value}")
         if not 0.0 <= self.exposure <= 1.0 / self.fps:
             raise InputError(
-                f"exposure must lie within 0 and a frame's {1 / self.fps:.3g} s, "
+                f"exposure must be between 0 and a frame's {1 / self.fps:.3g} s, "
                 f"got {self.exposure:g} s"
             )
         if self.seed < 0:
             raise InputError(f"a seed must not be negative, got {self.seed}")
         if not isinstance(self.camera, str) and self.size not in (None, self.camera.size):
-            raise InputError("size belongs to the camera; give it there")
+            raise InputError("size belongs to the camera; set it there")
         self.resolved()
 
     def resolved(self) -> Camera:
-        """The camera, looked up if it was given by name."""
+        """Camera, looked up if it was given by name."""
         if isinstance(self.camera, str):
             return named_camera(self.camera, self.size)
         return self.camera
@@ -86,7 +86,7 @@ class FilmSpec:
 
 
 def on_film(trajectory: Trajectory, spec: FilmSpec) -> Trajectory:
-    """The true place of the stone in every frame, with times from the first frame.
+    """Return the true place of the stone in every frame, with times from the first frame.
 
     A cubic through the trajectory's samples and velocities. Before the release the stone moves
     straight with its speed and spin at the release, and after the last sample it rests. Gaps in
@@ -100,13 +100,13 @@ def on_film(trajectory: Trajectory, spec: FilmSpec) -> Trajectory:
 
 
 def all_on_film(trajectories: Sequence[Trajectory], spec: FilmSpec) -> list[Trajectory]:
-    """The true places of several stones in every frame; see `on_film`.
+    """Return the true places of several stones in every frame; see `on_film`.
 
     Parameters
     ----------
     trajectories : the thrown stone's trajectory, then those of the others with times on the same
         clock; before its first sample each of the others rests there
-    spec : how the film is taken
+    spec : specification of the film
 
     Raises
     ------
@@ -114,7 +114,7 @@ def all_on_film(trajectories: Sequence[Trajectory], spec: FilmSpec) -> list[Traj
     """
     if any(len(trajectory) == 0 for trajectory in trajectories):
         raise InputError("a throw without a path cannot be filmed")
-    # The film's times count from its first frame; the trajectories have a clock of their own.
+    # The film's times count from its first frame; the trajectories have another clock.
     start = float(trajectories[0].t[0])
     stop = max(float(trajectory.t[-1]) for trajectory in trajectories)
     count = int(np.floor((spec.lead_in + stop - start + spec.tail) * spec.fps + 1e-9)) + 1
@@ -129,7 +129,9 @@ def all_on_film(trajectories: Sequence[Trajectory], spec: FilmSpec) -> list[Traj
 def _on_film(
     trajectory: Trajectory, spec: FilmSpec, t: Floats, since: Floats, *, thrown: bool
 ) -> Trajectory:
-    """Places of one stone at times since the first frame (t) and on its own clock (since)."""
+    """Return places of one stone at times since the first frame (t) and on its own clock
+    (since).
+    """
     state, rate = _states(trajectory, spec)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
     values = state(np.clip(since, start, stop))
@@ -149,7 +151,7 @@ def _on_film(
 
 
 def _states(trajectory: Trajectory, spec: FilmSpec) -> tuple[Any, Any]:
-    """Two functions of time: x, y, theta (n, 3), and their rates of change."""
+    """Return two functions of time: x, y, theta (n, 3), and their rates of change."""
     theta = trajectory.theta
     known = np.isfinite(theta)
     if known.any():

@@ -1,4 +1,4 @@
-"""Writes rendered films to disk, with the true paths of their stones beside them."""
+"""Writer of rendered films, with the true paths of their stones next to them."""
 
 from __future__ import annotations
 
@@ -32,11 +32,12 @@ FILM_QUALITY = 18.0
 """Constant rate factor of rendered films: at 1080p 10 to 20 Mbit/s, as of phones."""
 FILM_PRESET = "ultrafast"
 """Little work for each picture, as in a camera: half the time of the writer's own preset, at the
-same error of a pixel, in a file larger by a third."""
+same error of a pixel, in a file larger by a third.
+"""
 
 
 def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
-    """Write frames to a film, complete or not at all.
+    """Write frames to a film, completely or not at all.
 
     Returns
     -------
@@ -52,7 +53,7 @@ def write_film(path: str | Path, pictures: Iterable[Image], fps: float) -> int:
         raise InputError("a film needs at least one picture")
     count = 0
     size = (first.shape[1], first.shape[0])
-    # With more threads the film would be another one on every machine.
+    # With more threads the film would differ between machines.
     coder = film_writer(path, size, fps, quality=FILM_QUALITY, preset=FILM_PRESET, threads=1)
     with coder as writer:
         for picture in chain([first], pictures):
@@ -99,20 +100,20 @@ def film_throws(
     ice_name: str = "",
     progress: Progress = no_progress,
 ) -> list[Path]:
-    """Film throws that are made one after the other on an ice, and write the ice beside the films.
+    """Film throws made one after the other on an ice, and write the ice next to the films.
 
     Parameters
     ----------
     directory : an existing folder for the films; see `render_films`
     ice, ice_name : the ice, and its name or file for the record
-    releases : the throws, which are numbered from 0
+    releases : the throws, numbered from 0
     spec : camera, light and people
     progress : called with the number of frames done
 
     Raises
     ------
     InputError : a stone that starts off the ice or never stops
-    OutputError : a film of the user's own would be replaced
+    OutputError : a film of the user would be replaced
     """
     numbered = [replace(release, throw=k) for k, release in enumerate(releases)]
     # Four samples a frame: the cubic between them is then exact to a micrometre.
@@ -145,19 +146,19 @@ def render_films(
     notes: dict[str, Any] | None = None,
     progress: Progress = no_progress,
 ) -> list[Path]:
-    """Film throws with one camera, and write the scene and the true paths beside the films.
+    """Film throws with one camera, and write the scene and the true paths next to the films.
 
     Writes `NAME-K.mp4` and `NAME-K.truth.csv` (t, x, y, theta of every frame) for every throw K,
-    `NAME.scene.json` as a user would mark it, and `NAME.truth.json` with the camera, the stone's
+    `NAME.scene.json` as marked by a user, and `NAME.truth.json` with the camera, the stone's
     outline and the times of release and rest.
 
     Parameters
     ----------
     directory : folder for the files; it is created if it does not exist
     trajectories : one for each film, sheet frame; the first sample is the release
-    spec : how the films are taken
+    spec : specification of the films
     sheet, stone : the ice and the kind of stone
-    resting : stones that lie on the sheet in every film
+    resting : resting stones in every film
     name : name of the files; None takes that of the camera
     notes : further entries of `NAME.truth.json`, such as the friction
     progress : called after every frame

@@ -1,4 +1,4 @@
-"""The people in a film: the thrower, two sweepers ahead of the stone, and walkers beside the sheet.
+"""People in a film: the thrower, two sweepers ahead of the stone, and walkers beside the sheet.
 
 They disturb tracking as real players do: they move, cast shadows and hide the stone. Their bodies
 are made of rods drawn in perspective.
@@ -38,7 +38,7 @@ Colour = tuple[int, int, int]
 
 @dataclass(frozen=True, kw_only=True)
 class Rod:
-    """A rod with round ends: a limb, a trunk, a head, a broom.
+    """Rod with round ends: a limb, a trunk, a head, a broom.
 
     Parameters
     ----------
@@ -55,7 +55,7 @@ class Rod:
 
 @dataclass(frozen=True, kw_only=True)
 class Person:
-    """A person at one moment.
+    """Person at one moment.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Person:
     rods: tuple[Rod, ...]
 
     def box(self, camera: Camera) -> PixelBox:
-        """The pixels the person and their shadow may touch."""
+        """Return the box of pixels that the person and the shadow may touch."""
         ends = np.array([end for rod in self.rods for end in (rod.start, rod.stop)])
         spread = np.array([[0.3, 0.3, 0.0], [-0.3, 0.3, 0.0], [0.3, -0.3, 0.0], [-0.3, -0.3, 0.0]])
         ground = np.array([*self.position, 0.0])
@@ -80,7 +80,7 @@ class Person:
 
 
 class Cast:
-    """The people on and beside the sheet during one film.
+    """People on and beside the sheet during one film.
 
     Parameters
     ----------
@@ -107,14 +107,14 @@ class Cast:
         self._slide = self._thrower_slide()
 
     def at(self, frame: int) -> list[Person]:
-        """All people in a frame."""
+        """Return all people in a frame."""
         people = [walker.at(float(self._path.t[frame])) for walker in self._walkers]
         people += [self._sweeper(frame, which) for which in (0, 1)]
         people.append(self._thrower(frame))
         return people
 
     def _frame_of_reference(self, frame: int) -> tuple[Floats, Floats, Floats]:
-        """Place of the stone, its direction of travel, and the direction to its left."""
+        """Return the place of the stone, its direction of travel, and the direction to its left."""
         ahead = self._ahead[frame]
         return self._path.xy[frame], ahead, np.array([-ahead[1], ahead[0]])
 
@@ -152,7 +152,9 @@ class Cast:
         return np.clip(position, -limit, limit)
 
     def _thrower_slide(self) -> Floats:
-        """Distance the thrower has slid since the release, in every frame, (n,) [m]."""
+        """Return the distance of the thrower's slide since the release, in every frame, (n,)
+        [m].
+        """
         start = int(np.searchsorted(self._path.t, self._released))
         start = min(start, len(self._path) - 2)
         speed = float(np.linalg.norm(np.diff(self._path.xy[start : start + 2], axis=0)))
@@ -174,7 +176,7 @@ class Cast:
 
 
 class _Walker:
-    """A person who walks up and down beside the sheet."""
+    """Person who walks up and down beside the sheet."""
 
     def __init__(self, sheet: Sheet, side: float, rng: np.random.Generator) -> None:
         self._x = side * (sheet.width / 2 + rng.uniform(0.6, 1.2))
@@ -204,7 +206,7 @@ def _unit(vector: Floats) -> Floats:
 
 
 def _directions(path: Trajectory) -> Floats:
-    """Direction of travel in every frame, (n, 2); at rest it keeps its last value."""
+    """Return the direction of travel in every frame, (n, 2); at rest it keeps its last value."""
     chord = _unit(path.xy[-1] - path.xy[0])
     steps = np.gradient(path.xy, axis=0)
     length = np.linalg.norm(steps, axis=1)
@@ -215,7 +217,9 @@ def _directions(path: Trajectory) -> Floats:
 
 
 def _smooth(values: Floats, t: Floats, width: float) -> Floats:
-    """A moving mean over about `width` seconds on either side, so that players do not jump."""
+    """Return a moving mean over about `width` seconds on either side, so that players do not
+    jump.
+    """
     if len(t) < 2:
         return values
     half = max(1, round(width / float(t[1] - t[0])))
@@ -228,7 +232,7 @@ def _smooth(values: Floats, t: Floats, width: float) -> Floats:
 
 
 def _body_frame(position: Floats, facing: Floats):
-    """A function that maps (forward, left, up) of a body to the sheet frame."""
+    """Return a function that maps (forward, left, up) of a body to the sheet frame."""
     forward = _unit(facing)
     left = np.array([-forward[1], forward[0]])
 
@@ -241,7 +245,9 @@ def _body_frame(position: Floats, facing: Floats):
 def _standing(
     position: Floats, facing: Floats, phase: float, lean: float, jacket: Colour
 ) -> tuple[Rod, ...]:
-    """A standing or walking person at a phase of the stride, leaning forward by `lean` [rad]."""
+    """Return a standing or walking person at a phase of the stride, leaning forward by `lean`
+    [rad].
+    """
     place = _body_frame(position, facing)
     swing = 0.24 * np.sin(phase)
     dip, reach = np.cos(lean), np.sin(lean)
@@ -286,7 +292,9 @@ def _standing(
 def _lunging(
     position: Floats, ahead: Floats, grip: Floats, jacket: Colour, hand: float
 ) -> tuple[Rod, ...]:
-    """The thrower: low over the front foot, one leg trailing, an arm stretched to the stone."""
+    """Return the thrower: low over the front foot, one leg trailing, an arm stretched to the
+    stone.
+    """
     place = _body_frame(position, ahead)
     hips, chest = place(-0.12, 0.0, 0.36), place(0.28, 0.0, 0.56)
     foot, knee = place(0.10, 0.02, 0.05), place(0.26, 0.06 * hand, 0.42)

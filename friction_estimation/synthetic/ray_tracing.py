@@ -1,4 +1,4 @@
-"""The solid shape of a stone, and ray tracing of its surface.
+"""Solid shape of a stone, and ray tracing of its surface.
 
 A stone is a solid of revolution with a handle. Its rings are cut cones and its handle consists of
 rods with round ends, which rays meet exactly. A film therefore shows the true perspective of a
@@ -25,7 +25,7 @@ from friction_estimation.synthetic.tuning import (
 
 @dataclass(frozen=True, kw_only=True)
 class StoneShape:
-    """The solid shape of a stone.
+    """Solid shape of a stone.
 
     Parameters
     ----------
@@ -39,12 +39,12 @@ class StoneShape:
 
     @classmethod
     def of(cls, stone: Stone) -> StoneShape:
-        """The shape of a kind of stone, with the usual outline."""
+        """Return the shape of a kind of stone, with the usual outline."""
         return cls(radius=stone.radius, height=stone.height)
 
     @property
     def outline(self) -> Floats:
-        """(n, 2) radius and height of the body's outline [m]."""
+        """Return (n, 2) radius and height of the body's outline [m]."""
         return np.array(self.profile) * [self.radius, self.height]
 
     @property
@@ -60,7 +60,7 @@ class StoneShape:
 
 @dataclass(frozen=True, kw_only=True)
 class StoneOnIce:
-    """A stone at one moment.
+    """Stone at one moment.
 
     Parameters
     ----------
@@ -101,7 +101,7 @@ def trace(
     speckle : (65536,) unit-variance texture of the granite
     colour : (k, m, 3) colours of the samples, blue-green-red; updated
     nearest : (k, m) distance to what each sample shows [m]; updated
-    hit : (k, m) whether a sample shows a stone; updated
+    hit : (k, m) true for samples that show a stone; updated
     """
     # Rays restart at the stone's middle height, where single precision resolves a micrometre.
     middle = 0.5 * shape.height
@@ -145,7 +145,7 @@ GRANITE_BODY, STRIKING_BAND, HANDLE = 0, 1, 2
 
 
 class _Hits:
-    """The nearest intersections found so far of n rays with surfaces."""
+    """Nearest intersections found up to now of n rays with surfaces."""
 
     def __init__(self, n: int) -> None:
         self.t = np.full(n, np.inf, dtype=np.float32)
@@ -176,7 +176,7 @@ def _meet_body(hits: _Hits, o: Singles, d: Singles, shape: StoneShape) -> None:
 
 
 def _outline_normals(outline: Floats) -> Floats:
-    """Smoothed outward unit normals (radial, upward) at the outline's points, (n, 2)."""
+    """Return smoothed outward unit normals (radial, upward) at the outline's points, (n, 2)."""
     steps = np.diff(outline, axis=0)
     faces = np.stack([steps[:, 1], -steps[:, 0]], axis=1)
     faces /= np.linalg.norm(faces, axis=1, keepdims=True)
@@ -190,8 +190,8 @@ def _meet_ring(
     """Intersect rays with a cut cone; `ends` are (radius, height), `normals` are those there."""
     (r0, z0), (r1, z1) = ends.astype(np.float32)
     slope = (r1 - r0) / (z1 - z0)
-    # The face's normal is z1 - z0 outwards and r0 - r1 upwards. A face that every ray sees from
-    # the edge or from behind is left out.
+    # The face's normal is z1 - z0 outwards and r0 - r1 upwards. A face that every ray sees from the
+    # edge or from behind is skipped.
     if ((z1 - z0) * np.sqrt(1.0 - d[2] * d[2]) <= (r0 - r1) * d[2]).all():
         return
     q = r0 + slope * (o[2] - z0)
@@ -286,7 +286,7 @@ def _shade(
     speckle: Singles,
     turn: tuple[float, float],
 ) -> Singles:
-    """Colours of the s samples in `seen`, (s, 3)."""
+    """Return colours of the s samples in `seen`, (s, 3)."""
     t, normal, material = hits.t[seen], hits.normal[:, seen], hits.material[seen]
     point = o[:, seen] + t * d[:, seen]
     palette = np.array(

@@ -1,4 +1,4 @@
-"""Renders the frames that a camera takes of a throw.
+"""Renderer of the frames of a throw.
 
 The sheet is rendered once. In every frame only stones and people that move are drawn into it, the
 farthest ones first.
@@ -35,13 +35,13 @@ from friction_estimation.synthetic.tuning import (
 
 
 class FilmRenderer:
-    """Renders throws on one sheet with one camera.
+    """Renderer of throws on one sheet with one camera.
 
     Parameters
     ----------
-    spec : how the films are taken
+    spec : specification of the films
     sheet, stone : the ice and the kind of stone
-    resting : stones that lie on the sheet in every frame
+    resting : resting stones in every frame
     """
 
     def __init__(
@@ -77,13 +77,15 @@ class FilmRenderer:
 
     @property
     def still(self) -> Image:
-        """The sheet with its resting stones, without noise and people, (height, width, 3) BGR."""
+        """Return the sheet with its resting stones, without noise and people, (height, width, 3)
+        BGR.
+        """
         return _to_frame(self._still, 1.0)
 
     def frames(
         self, trajectory: Trajectory, *, others: Sequence[Trajectory] = (), seed: int = 0
     ) -> Iterator[Image]:
-        """The frames of one throw, (height, width, 3) blue-green-red.
+        """Yield the frames of one throw, (height, width, 3) blue-green-red.
 
         Parameters
         ----------
@@ -130,7 +132,9 @@ class FilmRenderer:
         return [where for _, where, _ in drawings]
 
     def _grouped(self, moving: Sequence[StoneOnIce]) -> list[tuple[PixelBox, list[StoneOnIce]]]:
-        """Groups of stones that are drawn together: moving ones, and resting ones next to them."""
+        """Return groups of stones that are drawn together: moving ones, and resting ones next to
+        them.
+        """
         stones = [*moving, *self.resting]
         boxes = [*(self._box_of(stone) for stone in moving), *self._resting_boxes]
         return [
@@ -169,7 +173,9 @@ class FilmRenderer:
         picture[box.slices] = _to_steps(patch)
 
     def _expose(self, picture: NDArray[np.int16], rng: np.random.Generator) -> Image:
-        """The frame that the sensor records: with noise and flicker, rounded to eight bits."""
+        """Return the frame that the sensor records: with noise and flicker, rounded to eight
+        bits.
+        """
         gain = 1.0 + self.spec.light.flicker * rng.standard_normal()
         if self._noise is not None:
             row, column = rng.integers(0, NOISE_MARGIN_PX, 2)
@@ -188,7 +194,7 @@ def _to_frame(picture: NDArray[np.int16], gain: float) -> Image:
 
 
 def _stones_along(path: Trajectory) -> list[StoneOnIce]:
-    """A stone in every frame of its path, with its velocity and the colour of its number."""
+    """Return a stone in every frame of its path, with its velocity and the colour of its number."""
     velocity = np.zeros((1, 2))
     if len(path) > 1:
         velocity = np.asarray(np.gradient(path.xy, path.t, axis=0))
@@ -217,7 +223,9 @@ def _around(boxes: Sequence[PixelBox]) -> PixelBox:
 
 
 def _touching(boxes: Sequence[PixelBox]) -> list[list[int]]:
-    """Indices of boxes in groups whose common boxes do not overlap; empty boxes are left out."""
+    """Return indices of boxes in groups whose common boxes do not overlap; empty boxes are
+    excluded.
+    """
     groups: list[list[int]] = [[k] for k, box in enumerate(boxes) if not box.empty]
     merged = True
     while merged:
@@ -242,6 +250,6 @@ def frames(
     stone: Stone = RULE_BOOK_STONE,
     resting: Sequence[StoneOnIce] = (),
 ) -> Iterator[Image]:
-    """The frames of one throw, (height, width, 3) BGR; see `FilmRenderer` for many throws."""
+    """Yield the frames of one throw, (height, width, 3) BGR; see `FilmRenderer` for many throws."""
     renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
     return renderer.frames(trajectory, seed=trajectory.throw)

@@ -1,8 +1,8 @@
-"""Draws the empty sheet as a camera sees it: paint, ice, hall and light.
+"""Drawing of the empty sheet as a camera sees it: paint, ice, hall and light.
 
 The colour of a pixel is the mean over samples within its square. The rays through the corners of
 all pixels come from the exact inverse of the lens; those in between are interpolated linearly, with
-errors below a thousandth of a pixel. A sample that lies on an edge is covered in part, according to
+errors below a thousandth of a pixel. A sample on an edge is covered in part, according to
 its own footprint on the ice, so that lines much thinner than a pixel get the right mean colour.
 """
 
@@ -53,7 +53,7 @@ class Palette:
 
 @dataclass(frozen=True, kw_only=True)
 class Light:
-    """How the hall is lit, and how light reaches the sensor.
+    """Lighting of the hall and response of the sensor.
 
     Parameters
     ----------
@@ -75,13 +75,13 @@ class Light:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class PixelRays:
-    """The lines of sight of a camera's pixels.
+    """Lines of sight of a camera's pixels.
 
     Parameters
     ----------
     camera : the camera
     corners : (height + 1, width + 1, 3) directions of the rays through the pixels' corners, sheet
-        frame; pixel (row, column) lies between the corners (row, column) and (row + 1, column + 1)
+        frame; pixel (row, column) is between the corners (row, column) and (row + 1, column + 1)
     """
 
     camera: Camera
@@ -89,7 +89,7 @@ class PixelRays:
 
     @classmethod
     def of(cls, camera: Camera) -> PixelRays:
-        """The rays of all pixels of a camera; pixel centres have integer coordinates."""
+        """Make the rays of all pixels of a camera; pixel centres have integer coordinates."""
         width, height = camera.size
         u, v = np.meshgrid(np.arange(width + 1) - 0.5, np.arange(height + 1) - 0.5)
         rays = camera.rays(np.stack([u.ravel(), v.ravel()], axis=1))
@@ -97,13 +97,15 @@ class PixelRays:
 
     @cached_property
     def ice(self) -> Floats:
-        """Where the corners' rays meet the ice, (height + 1, width + 1, 2) [m]; NaN if nowhere."""
+        """Return the points where the corners' rays meet the ice, (height + 1, width + 1, 2) [m];
+        NaN if nowhere.
+        """
         position = self.camera.position
         down = np.where(self.corners[..., 2] < -1e-6, self.corners[..., 2], np.nan)
         return position[:2] - self.corners[..., :2] * (position[2] / down)[..., None]
 
     def within(self, rows: NDArray[np.intp], columns: NDArray[np.intp], n: int) -> Floats:
-        """Rays of n × n samples in each of m pixels, row by row, (n², m, 3)."""
+        """Return rays of n × n samples in each of m pixels, row by row, (n², m, 3)."""
         weights = sample_weights(n)
         corners = self.corners
         return (
@@ -115,7 +117,9 @@ class PixelRays:
 
 
 def sample_weights(n: int) -> Floats:
-    """Weights of a pixel's four corners, row by row, in each of its n × n samples, (n², 4)."""
+    """Return weights of a pixel's four corners, row by row, in each of its n × n samples, (n²,
+    4).
+    """
     at = (np.arange(n) + 0.5) / n
     v, u = (grid.ravel() for grid in np.meshgrid(at, at, indexing="ij"))
     return np.stack([(1 - u) * (1 - v), u * (1 - v), (1 - u) * v, u * v], axis=1)
@@ -129,7 +133,7 @@ def paint_sheet(
     palette: Palette,
     rng: np.random.Generator,
 ) -> NDArray[np.float32]:
-    """The empty sheet, (height, width, 3) BGR, 0 to 255 and not rounded.
+    """Return the empty sheet, (height, width, 3) BGR, 0 to 255 and not rounded.
 
     Parameters
     ----------
@@ -158,7 +162,7 @@ def paint_sheet(
 
 
 def pebble_texture(rng: np.random.Generator) -> NDArray[np.float32]:
-    """Periodic texture of unit variance, (1024, 1024) cells of side `PEBBLE_CELL`."""
+    """Return a periodic texture of unit variance, (1024, 1024) cells of side `PEBBLE_CELL`."""
     size = 1024
     total = np.zeros((size, size), dtype=np.float32)
     for blur, share in ((0.9, 0.75), (5.0, 0.5), (40.0, 0.45)):
@@ -180,7 +184,9 @@ def _lookup(texture: NDArray[np.float32], x: Floats, y: Floats) -> NDArray[np.fl
 def _hall(
     ice: Floats, sheet: Sheet, texture: NDArray[np.float32], palette: Palette
 ) -> NDArray[np.float32]:
-    """The floor around the sheet, with one sample per pixel; it is dark above the horizon."""
+    """Return the floor around the sheet, with one sample per pixel; it is dark above the
+    horizon.
+    """
     x, y = np.nan_to_num(ice[..., 0], nan=1e3), np.nan_to_num(ice[..., 1], nan=1e3)
     beyond = np.hypot(
         np.maximum(np.abs(x) - sheet.width / 2, 0.0), np.maximum(np.abs(y) - sheet.length / 2, 0.0)
@@ -192,7 +198,7 @@ def _hall(
 
 
 class _Brush:
-    """Paints areas over the samples of m pixels, in proportion to the cover of each sample."""
+    """Painter of areas over the samples of m pixels, in proportion to the cover of each sample."""
 
     def __init__(self, colour: NDArray[np.float32], shape: tuple[int, ...]) -> None:
         self.picture = np.empty((*shape, 3), dtype=np.float32)
@@ -208,7 +214,7 @@ class _Brush:
 
 
 def _inside(distance: Floats, footprint: Floats) -> Floats:
-    """The share of a sample that lies on the positive side of an edge."""
+    """Return the share of a sample on the positive side of an edge."""
     return np.clip(0.5 + distance / footprint, 0.0, 1.0)
 
 
@@ -221,7 +227,7 @@ def _painted(
     light: Light,
     palette: Palette,
 ) -> NDArray[np.float32]:
-    """Mean colours of m pixels on the ice and next to it, (m, 3)."""
+    """Return mean colours of m pixels on the ice and next to it, (m, 3)."""
     position = rays.camera.position
     d = rays.within(rows, columns, SHEET_SAMPLES)
     along = -position[2] / np.minimum(d[..., 2], -1e-9)
@@ -266,12 +272,12 @@ def _painted(
 
 
 def _band(position: Floats, start: float, stop: float, footprint: Floats) -> Floats:
-    """The share of a sample that lies between two parallel edges."""
+    """Return the share of a sample between two parallel edges."""
     return _inside(position - start, footprint) - _inside(position - stop, footprint)
 
 
 def _mirrored_lamps(x: Floats, y: Floats, position: Floats) -> Floats:
-    """Brightness of the lamps' reflections in the pebbled ice, 0 to about 1, (m,)."""
+    """Return the brightness of the lamps' reflections in the pebbled ice, 0 to about 1, (m,)."""
     dx, dy = x - position[0], y - position[1]
     scale = LAMP_HEIGHT / position[2]
     sin_elevation = position[2] / np.sqrt(dx * dx + dy * dy + position[2] ** 2)
@@ -285,7 +291,7 @@ def _mirrored_lamps(x: Floats, y: Floats, position: Floats) -> Floats:
 
 
 def _lens_light(camera: Camera, light: Light) -> NDArray[np.float32]:
-    """Relative light that reaches each pixel through the lens, (height, width)."""
+    """Return the relative light that reaches each pixel through the lens, (height, width)."""
     width, height = camera.size
     u = (np.arange(width) - width / 2) / (width / 2)
     v = ((np.arange(height) - height / 2) / (height / 2))[:, None]

@@ -1,4 +1,6 @@
-"""Draws stones into a picture: their bodies, their shadows and their mirror images in the ice."""
+"""Drawing of stones into a picture: their bodies, their shadows and their mirror images in the
+ice.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ from friction_estimation.synthetic.tuning import (
 
 @dataclass(frozen=True, kw_only=True)
 class PixelBox:
-    """A rectangle of pixels; `bottom` and `right` are excluded."""
+    """Rectangle of pixels; `bottom` and `right` are excluded."""
 
     top: int
     bottom: int
@@ -33,16 +35,16 @@ class PixelBox:
 
     @property
     def slices(self) -> tuple[slice, slice]:
-        """Rows and columns of the box in an image."""
+        """Return rows and columns of the box in an image."""
         return slice(self.top, self.bottom), slice(self.left, self.right)
 
     @property
     def empty(self) -> bool:
-        """Whether the box has no pixels."""
+        """Return whether the box has no pixels."""
         return self.bottom <= self.top or self.right <= self.left
 
     def meets(self, other: PixelBox) -> bool:
-        """Whether the two boxes share a pixel."""
+        """Return whether the two boxes share a pixel."""
         return (
             self.top < other.bottom
             and other.top < self.bottom
@@ -51,7 +53,7 @@ class PixelBox:
         )
 
     def joined(self, other: PixelBox) -> PixelBox:
-        """The smallest box around both boxes."""
+        """Return the smallest box around both boxes."""
         return PixelBox(
             top=min(self.top, other.top),
             bottom=max(self.bottom, other.bottom),
@@ -61,7 +63,7 @@ class PixelBox:
 
 
 def box_around(camera: Camera, points: Floats, margin_px: float = 2.0) -> PixelBox:
-    """The box around points (n, 3) of the sheet frame, cut at the edges of the image."""
+    """Return the box around points (n, 3) of the sheet frame, cut at the edges of the image."""
     px = camera.project(points)
     width, height = camera.size
     if not np.isfinite(px).all():
@@ -73,7 +75,7 @@ def box_around(camera: Camera, points: Floats, margin_px: float = 2.0) -> PixelB
 
 
 def stone_box(camera: Camera, shape: StoneShape, stone: StoneOnIce, reach: float = 0.0) -> PixelBox:
-    """The box of pixels that a stone and the ice within `reach` of it [m] may touch."""
+    """Return the box of pixels that a stone and the ice within `reach` of it [m] may touch."""
     angle = np.linspace(0.0, 2.0 * np.pi, 12, endpoint=False)
     # The polygon is a little larger, so that its sides lie outside the circle.
     ring = np.stack([np.cos(angle), np.sin(angle)], axis=1) * 1.04
@@ -144,7 +146,8 @@ def draw_stones(
 
 
 def _schedule(n: int) -> Floats:
-    """Moments of n × n samples within the exposure, (n²,), from -½ to ½; n is divisible by four.
+    """Return moments of n × n samples within the exposure, (n²,), from -½ to ½; n is divisible by
+    four.
 
     They form a magic square: all rows and columns have the same mean, so that motion blurs a stone
     but does not shift it.

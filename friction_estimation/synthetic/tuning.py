@@ -1,4 +1,4 @@
-"""The look of synthetic films, and how finely they are drawn.
+"""Appearance of synthetic films, and the fineness of their drawing.
 
 None of these numbers is measured. They were chosen by eye, so that films look like those of clubs.
 """
@@ -6,7 +6,7 @@ None of these numbers is measured. They were chosen by eye, so that films look l
 # --- the sheet and the hall -----------------------------------------------------------------------
 
 SHEET_SAMPLES = 4
-"""Samples along each side of a pixel of the sheet."""
+"""Number of samples along each side of a pixel of the sheet."""
 PIXELS_AT_ONCE = 4096
 """Number of pixels painted at a time; their samples fit into a processor's cache."""
 BUMPER_WIDTH = 0.12
@@ -49,7 +49,9 @@ LAMP_DIRECTIONS = ((0.30, 0.35, 0.89), (-0.35, -0.25, 0.90))
 SHADOW_REACH = 0.30
 """Distance from a stone's edge at which its shadow ends [m]."""
 LARGE_STONE_SAMPLES = 4
-"""Samples along a pixel's side for a large stone; must be divisible by four, see `_schedule`."""
+"""Number of samples along a pixel's side for a large stone; must be divisible by four, see
+`_schedule`.
+"""
 SMALL_STONE_SAMPLES = 8
 """The same for a small stone."""
 LARGE_STONE_PIXELS = 700
@@ -64,7 +66,7 @@ SWEEP_RATE = 4.5
 STRIDE_LENGTH = 1.4
 """Length of two steps [m]."""
 PERSON_SAMPLES = 3
-"""Samples along a pixel's side for a person."""
+"""Number of samples along a pixel's side for a person."""
 LARGE_PERSON_PIXELS = 60_000
 """A person's box with more pixels than this gets one sample per pixel."""
 

@@ -1,9 +1,9 @@
-"""Several cameras on one throw, joined into one track.
+"""Fusion of several cameras' tracks of one throw into one track.
 
-Each camera has a clock of its own and is a few millimetres off in its own way. One smooth path is
-fitted to what all of them saw, with an offset of time and a displacement for each camera. Where no
-camera saw the stone, the path continues as a sliding stone does: its acceleration changes slowly.
-That bridges the gap, tells how long it took, and says how uncertain both are.
+Each camera has a separate clock and its own error of a few millimetres. One smooth path is fitted
+to all tracks, with an offset of time and a displacement for each camera. If no camera saw the
+stone, the path continues as a sliding stone does: its acceleration changes slowly. That bridges the
+gap, and gives its duration and the uncertainty of both.
 """
 
 from __future__ import annotations
@@ -37,15 +37,15 @@ _COLUMNS = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JoinedTrack:
-    """One throw as several cameras saw it.
+    """One throw as seen by several cameras.
 
     Parameters
     ----------
-    trajectory : rows that were seen, on the clock of the camera that saw the stone first
+    trajectory : seen rows, on the clock of the camera that saw the stone first
     bridge : rows that no camera saw, with the σ of the motion model; None without a gap
     order : (k,) numbers of the tracks in the order in which they saw the stone
-    offset : (k,) added to the times of each track [s]
-    offset_sigma : (k,) standard error of it; 0 for the first camera
+    offset : (k,) offset added to the times of each track [s]
+    offset_sigma : (k,) its standard error; 0 for the first camera
     gaps : (start, stop) times between which no camera saw the stone [s]
     """
 
@@ -58,7 +58,7 @@ class JoinedTrack:
 
     @property
     def whole(self) -> Trajectory:
-        """Seen and bridged rows together, in order of time."""
+        """Return seen and bridged rows together, in order of time."""
         if self.bridge is None:
             return self.trajectory
         parts = (self.trajectory, self.bridge)
@@ -71,7 +71,7 @@ class JoinedTrack:
 
 
 def join_cameras(tracks: Sequence[Trajectory]) -> JoinedTrack:
-    """One track of a throw that several cameras saw, each with a clock of its own.
+    """Join the tracks of a throw from several cameras, each with a separate clock.
 
     Parameters
     ----------
@@ -79,11 +79,11 @@ def join_cameras(tracks: Sequence[Trajectory]) -> JoinedTrack:
 
     Raises
     ------
-    InputError : fewer than two tracks, tracks of different throws, or a stone that rests where it
+    InputError : fewer than two tracks, tracks of different throws, or a stone at rest where it
         passes from one camera to the next
     """
     if len(tracks) < 2:
-        raise InputError(f"two cameras or more are joined, got {len(tracks)}")
+        raise InputError(f"expected tracks of two or more cameras, got {len(tracks)}")
     direction = float(np.sign(sum(track.xy[-1, 1] - track.xy[0, 1] for track in tracks))) or 1.0
     order = tuple(np.argsort([direction * np.mean(track.xy[:, 1]) for track in tracks]).tolist())
     chain = [tracks[k] for k in order]
@@ -109,16 +109,20 @@ def join_cameras(tracks: Sequence[Trajectory]) -> JoinedTrack:
 
 
 def _rough_offset(a: Trajectory, b: Trajectory, direction: float, which: tuple[int, ...]) -> float:
-    """Offset that brings the clock of track b to that of track a, by where the stone passes [s]."""
+    """Return the offset from the clock of track b to that of track a, by the passage of the stone
+    [s].
+    """
     along_a, along_b = direction * a.xy[:, 1], direction * b.xy[:, 1]
     speed_a, speed_b = _end_speed(a, direction, last=True), _end_speed(b, direction, last=False)
     low, high = along_b[0], along_a[-1]
     names = f"track {which[0] + 1} and track {which[1] + 1}"
-    if high > low:  # both saw it pass
+    if high > low:  # both saw the passage
         middle = (low + high) / 2
         t_a, t_b = (passing_time(track, direction, middle) for track in (a, b))
         if high - low < 0.05 and min(speed_a, speed_b) < MIN_HANDOVER_SPEED:
-            raise InputError(f"the stone rests where {names} meet; their clocks cannot be told")
+            raise InputError(
+                f"cannot synchronise {names}: the stone is at rest in their common view"
+            )
         return t_a - t_b
     if speed_b > speed_a + MAX_SPEED_GAIN:
         raise InputError(
@@ -126,7 +130,7 @@ def _rough_offset(a: Trajectory, b: Trajectory, direction: float, which: tuple[i
             f"{speed_b:.2f} m/s at the start of the next"
         )
     if speed_a + speed_b < 2 * MIN_HANDOVER_SPEED:
-        raise InputError(f"the stone rests between {names}; their clocks cannot be told")
+        raise InputError(f"cannot synchronise {names}: the stone is at rest between them")
     return float(a.t[-1] + 2 * (low - high) / (speed_a + speed_b) - b.t[0])
 
 
@@ -147,21 +151,21 @@ def _check_agreement(chain: Sequence[Trajectory], path: JointPath, order: tuple[
         shift = float(np.linalg.norm(path.displacement[k]))
         if float(np.median(residual)) > limit or shift > limit:
             raise InputError(
-                f"track {order[k] + 1} does not fit to the others: it lies "
+                f"track {order[k] + 1} does not fit the others: it is "
                 f"{100 * max(float(np.median(residual)), shift):.0f} cm off; "
                 "are these films of one throw, and the scenes right?"
             )
 
 
 def _merged_rows(chain: Sequence[Trajectory], path: JointPath) -> Trajectory:
-    """The cameras' rows on one clock, displacements removed, blended where two cameras saw the
-    stone.
+    """Return the cameras' rows on one clock, without displacements, blended where two cameras saw
+    the stone.
     """
     whole: dict[str, Floats] = {}
     for k, track in enumerate(chain):
         t = track.t + path.offset[k]
         sigma = track.sigma_xy if track.sigma_xy.size else np.full(len(t), UNKNOWN_ROW_SIGMA)
-        # An error of the clock puts the stone where it was earlier or will be later.
+        # An error of the clock shifts the stone along its path.
         speed = np.linalg.norm(path.velocity(t), axis=1)
         sigma = np.hypot(sigma, speed * path.offset_sigma[k] / np.sqrt(2))
         turn = track.sigma_theta if track.sigma_theta.size else np.full(len(t), np.nan)
@@ -187,7 +191,7 @@ def _merged_rows(chain: Sequence[Trajectory], path: JointPath) -> Trajectory:
                 ).reshape(whole[name][both].shape)
                 w = share.reshape(-1, *[1] * (other.ndim - 1))
                 whole[name][both] = (1 - w) * whole[name][both] + w * other
-        # At least half a frame later, so that no two rows are of one moment.
+        # At least half a frame later, so that no two rows have the same time.
         later = t > stop + 0.5 * float(np.median(np.diff(t)))
         whole = {name: np.concatenate([whole[name], own[name][later]]) for name in _COLUMNS}
     return Trajectory(
@@ -199,7 +203,7 @@ def _merged_rows(chain: Sequence[Trajectory], path: JointPath) -> Trajectory:
 
 
 def _turns(t_a: Floats, theta_a: Floats, t_b: Floats, theta_b: Floats) -> float:
-    """Whole turns between the headings of two cameras [rad]."""
+    """Return the whole turns between the headings of two cameras [rad]."""
     a, b = np.isfinite(theta_a), np.isfinite(theta_b)
     if a.sum() < 5 or b.sum() < 5:
         return 0.0
@@ -219,7 +223,9 @@ def _turns(t_a: Floats, theta_a: Floats, t_b: Floats, theta_b: Floats) -> float:
 def _bridge_gaps(
     chain: Sequence[Trajectory], path: JointPath, seen: Trajectory
 ) -> tuple[Trajectory | None, tuple[tuple[float, float], ...]]:
-    """Rows at times when no camera saw the stone, one a frame, and the gaps they fill [s]."""
+    """Return rows at times when no camera saw the stone, one per frame, and the gaps that they fill
+    [s].
+    """
     gaps: list[tuple[float, float]] = []
     reach = -np.inf
     for k, track in enumerate(chain):

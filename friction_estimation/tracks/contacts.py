@@ -1,8 +1,8 @@
-"""When a stone was touched, as the tracks of a throw show together and each by itself.
+"""Times of contacts, from the tracks of a throw together and from each separately.
 
-Two stones that come within a diameter of each other touch. The track of a stone that is seen alone
-shows a contact too: its velocity changes suddenly, by more than ice can change it and by more than
-the noise of the track.
+Two stones that come within a diameter of each other touch. The track of a single stone shows a
+contact too: its velocity changes suddenly, by more than ice can change it and by more than the
+noise of the track.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from friction_estimation.tracks.tuning import (
     CLEAR_DEVIATIONS,
     CONTACT_TIME_MARGIN,
     HARD_HIT,
-    ICE_CHANGES_VELOCITY,
     JUMP_ROWS,
     JUMP_WINDOWS,
-    LEAST_CONTACT_SPEED,
-    LEAST_JUMP,
-    LONG_WAY,
+    MAX_JUMP_BY_ICE,
+    MIN_CONTACT_SPEED,
+    MIN_JUMP,
     MIN_NOISE,
     MIN_SAMPLES,
+    MIN_THROWN_DISTANCE,
     TOUCHING_SLACK,
 )
 
@@ -37,11 +37,11 @@ _DIAMETER = 2 * Stone().radius
 
 
 def contacts_of(tracks: Sequence[Trajectory]) -> list[list[float]]:
-    """Times at which each stone was touched, one list for each track [s].
+    """Return the times at which each stone was touched, one list for each track [s].
 
     Parameters
     ----------
-    tracks : tracks of a session; the stones of one throw share its number and stand together
+    tracks : tracks of a session; the stones of one throw share its number and are adjacent
     """
     found = [velocity_jumps(track) for track in tracks]
     for _, group in groupby(range(len(tracks)), key=lambda k: tracks[k].throw):
@@ -53,14 +53,14 @@ def contacts_of(tracks: Sequence[Trajectory]) -> list[list[float]]:
 
 
 def stays_at_rest(track: Trajectory) -> bool:
-    """Whether a track is that of an untouched stone: two rows of one place."""
+    """Return whether a track is that of an untouched stone: two rows of one place."""
     return len(track) == 2 and bool((np.ptp(track.xy, axis=0) < 0.05).all())
 
 
 def stretches(track: Trajectory, contacts: Sequence[float]) -> Iterator[tuple[int, int]]:
-    """First and past-last row of each stretch between contacts.
+    """Return the first and past-last row of each stretch between contacts.
 
-    Rows at a contact may lie on either side of it, and are in neither.
+    Rows at a contact may be on either side of it, and are in neither.
 
     Parameters
     ----------
@@ -78,10 +78,10 @@ def stretches(track: Trajectory, contacts: Sequence[float]) -> Iterator[tuple[in
 
 
 def _meetings(one: Trajectory, other: Trajectory) -> Iterator[float]:
-    """Times at which two stones of a throw begin and cease to touch [s].
+    """Return the times at which two stones of a throw begin and cease to touch [s].
 
     A struck stone may be tracked from the first frame after the contact on. Between two frames a
-    stone may have come nearer than it is seen, by a part of its way from frame to frame.
+    stone may have come nearer than seen, by a part of its path from frame to frame.
     """
     if len(one) < 2 or len(other) < 2 or (stays_at_rest(one) and stays_at_rest(other)):
         return
@@ -112,11 +112,11 @@ def _at(track: Trajectory, t: Floats) -> Floats:
 
 
 def velocity_jumps(track: Trajectory) -> list[float]:
-    """Times at which the velocity of a stone changes suddenly, beyond the delivery hog line [s].
+    """Return the times of sudden changes of a stone's velocity, beyond the delivery hog line [s].
 
-    About every time, in windows of several lengths, a parabola is fitted with another velocity
-    before than after. The change must stand out from the noise, as the whole track shows it, and
-    be more than changes of friction can feign within the window.
+    Around every time, in windows of several lengths, a parabola is fitted with another velocity
+    before than after. The change must exceed the noise of the whole track, and the effect of any
+    change of friction within the window.
 
     Parameters
     ----------
@@ -132,25 +132,25 @@ def velocity_jumps(track: Trajectory) -> list[float]:
 
 
 def _beyond_delivery(xy: Floats) -> Flags:
-    """Rows at which no hand delivers the stone any more."""
+    """Return the rows after the delivery by hand."""
     way = float(xy[-1, 1] - xy[0, 1])
-    if abs(way) < LONG_WAY:
+    if abs(way) < MIN_THROWN_DISTANCE:
         return np.ones(len(xy), dtype=bool)
     return np.sign(way) * xy[:, 1] >= -HOG_LINE_Y
 
 
 class _Jumps:
-    """The search for jumps of the velocity in one track.
+    """Search for jumps of the velocity in one track.
 
     Parameters
     ----------
-    t, xy : rows that are not wild
+    t, xy : rows without outliers
     """
 
     def __init__(self, t: Floats, xy: Floats) -> None:
         self._t, self._xy = t, xy
         motion = smooth_motion(t, xy)
-        moving = motion.speed > LEAST_CONTACT_SPEED
+        moving = motion.speed > MIN_CONTACT_SPEED
         self._speed = motion.speed
         shortest = max(JUMP_WINDOWS[0], JUMP_ROWS * float(np.median(np.diff(t))))
         self._windows = [shortest, *(w for w in JUMP_WINDOWS if w > shortest)]
@@ -162,7 +162,7 @@ class _Jumps:
             self._excess.append(_excess(self._changes(0, len(t), times, window)[1]))
 
     def all(self) -> Iterator[float]:
-        """Every jump, in no order [s]."""
+        """Return every jump, unordered [s]."""
         parts = [(0, len(self._t))]
         while parts:
             first, last = parts.pop()
@@ -176,7 +176,7 @@ class _Jumps:
             parts += [(first, max(int(until), first)), (min(int(since), last), last)]
 
     def _clearest(self, first: int, last: int) -> float | None:
-        """The clearest jump within some rows, in the shortest window that shows one [s]."""
+        """Return the clearest jump within some rows, in the shortest window that shows one [s]."""
         t = self._t[first:last]
         for window, usual_excess in zip(self._windows, self._excess, strict=True):
             if len(t) < 6:
@@ -184,7 +184,7 @@ class _Jumps:
             step = max(window / 8, float(np.median(np.diff(t))))
             times = np.arange(t[2] + 0.5 * step, t[-3], step)
             size, deviations = self._changes(first, last, times, window)
-            by_ice = max(LEAST_JUMP, ICE_CHANGES_VELOCITY * self._usual * window)
+            by_ice = max(MIN_JUMP, MAX_JUMP_BY_ICE * self._usual * window)
             excess = np.minimum(usual_excess, _excess(deviations))
             threshold = CLEAR_DEVIATIONS * np.where(size > HARD_HIT * by_ice, *excess)
             is_clear = (deviations > threshold) & (size > by_ice) & self._moved(times)
@@ -194,7 +194,7 @@ class _Jumps:
         return None
 
     def _placed(self, first: int, last: int, time: float, window: float) -> float:
-        """The time of a jump [s], sought again where rows about it are wild or lost."""
+        """Refine the time of a jump [s] if rows around it are outliers or lost."""
         t = self._t[first:last]
         low, high = np.searchsorted(t, [time - window, time + window])
         low, high = max(int(low) - 1, 0), min(int(high), len(t) - 1)
@@ -207,14 +207,16 @@ class _Jumps:
         return float(times[np.argmax(deviations)]) if deviations.any() else time
 
     def _moved(self, times: Floats) -> Flags:
-        """Whether the stone moved shortly before some times: one at rest is not hit on its way."""
+        """Return whether the stone moved shortly before some times: a stone at rest is not hit on
+        its path.
+        """
         before = [np.interp(times - shift, self._t, self._speed) for shift in (0.5, 0.75, 1.0)]
-        return np.min(before, axis=0) > LEAST_CONTACT_SPEED
+        return np.min(before, axis=0) > MIN_CONTACT_SPEED
 
     def _changes(
         self, first: int, last: int, times: Floats, window: float
     ) -> tuple[Floats, Floats]:
-        """Changes of the velocity at some times [m/s], and these in standard errors."""
+        """Return changes of the velocity at some times [m/s], and the same in standard errors."""
         found = [
             changes_about(
                 times,
@@ -237,10 +239,10 @@ class _Jumps:
 
 
 def _excess(deviations: Floats) -> Floats:
-    """Usual change of the velocity over what rows of independent noise would show, (2,).
+    """Return the usual change of the velocity over that of rows with independent noise, (2,).
 
-    The first is by the lowest quarter of the changes, which hard hits leave as it is even in a
-    short track; the second by the lower half, which is surer.
+    The first is by the lowest quarter of the changes, which hard hits do not affect even in a short
+    track; the second by the lower half, which is more accurate.
     """
     squares = deviations[deviations > 0] ** 2
     if not len(squares):

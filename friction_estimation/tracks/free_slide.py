@@ -1,7 +1,7 @@
-"""The free slide: the part of a track on which friction alone acts.
+"""Free slide: the part of a track on which friction alone acts.
 
 A film shows more than the free slide: the stone held or pushed by a player, the stone at rest,
-frames in which the tracker followed something else. Only the free slide tells about the ice.
+frames in which the tracker followed something else. Only the free slide is evidence on the ice.
 """
 
 from __future__ import annotations
@@ -23,25 +23,25 @@ from friction_estimation.tracks.tuning import (
     AFTER_PUSH_ENDS,
     BEFORE_PUSH_ENDS,
     CLEAR_DEVIATIONS,
+    DECELERATION_RANGE,
     MIN_MOVING_SPEED,
     MIN_SAMPLES,
     MIN_TRAVEL,
     PUSHED_DECELERATION,
-    SLOWED_ALIKE,
 )
 
 
 @dataclass(frozen=True, kw_only=True)
 class FreeSlide:
-    """The rows of a track on which friction alone acts.
+    """Rows of a track on which friction alone acts.
 
     Parameters
     ----------
     track : the whole track
-    rows : (k,) indices into the track, in order of time, without wild rows
+    rows : (k,) indices into the track, in order of time, without outliers
     stretch : first and past-last row of the track between the contacts before and after
-    rests : whether the stone came to rest by itself at the end of the stretch
-    wild : number of rows of the stretch left out as wild
+    rests : true if the stone came to rest undisturbed at the end of the stretch
+    wild : number of rows of the stretch dropped as outliers
     noise : robust standard deviation of one coordinate [m]
     """
 
@@ -79,12 +79,12 @@ class FreeSlide:
 
 
 def free_slide(track: Trajectory, contacts: Sequence[float] | None = None) -> FreeSlide:
-    """The longest free slide of a track.
+    """Return the longest free slide of a track.
 
     Parameters
     ----------
     track : track of one stone
-    contacts : times at which it was touched [s]; those that the track itself shows by default
+    contacts : times at which it was touched [s]; by default those in the track itself
 
     Raises
     ------
@@ -97,7 +97,7 @@ def free_slide(track: Trajectory, contacts: Sequence[float] | None = None) -> Fr
 def free_slides(
     tracks: Sequence[Trajectory], contacts: Sequence[Sequence[float]] | None = None
 ) -> tuple[list[FreeSlide], list[str]]:
-    """The free slides of all tracks, and the reasons why some tracks have none.
+    """Return the free slides of all tracks, and the reasons why some tracks have none.
 
     A stone slides freely before a contact and again after it: these are two slides.
 
@@ -121,14 +121,14 @@ def free_slides(
         except TrackTooShortError as error:
             reasons.append(error.problem)
     if not slides:
-        more = f" ({len(reasons) - 1} more like it)" if len(reasons) > 1 else ""
-        reason = reasons[0] if reasons else "every stone lies still"
+        more = f" ({len(reasons) - 1} more like this)" if len(reasons) > 1 else ""
+        reason = reasons[0] if reasons else "every stone is at rest"
         raise TrackTooShortError(f"no throw slides freely: {reason}{more}")
     return slides, reasons
 
 
 def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
-    """The free slides of a track, one for each stretch between contacts that has one.
+    """Return the free slides of a track, one for each stretch between contacts that has one.
 
     Raises
     ------
@@ -136,7 +136,7 @@ def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
     """
     if track.by_gates:
         raise TrackTooShortError(
-            f"throw {track.throw} was timed by light gates, which show no path"
+            f"throw {track.throw} was timed by light gates, which measure no path"
         )
     found: list[FreeSlide] = []
     problem: TrackTooShortError | None = None
@@ -148,21 +148,21 @@ def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
             continue
         found.append(replace(part, track=track, rows=part.rows + first, stretch=(first, last)))
         if part.rests:
-            break  # who moves it now is not known
+            break  # it may be moved by hand now
     if not found:
         count = len(track)
         raise problem or TrackTooShortError(
-            f"throw {track.throw} has {count} samples, needs {MIN_SAMPLES}"
+            f"throw {track.throw} has {count} samples; expected at least {MIN_SAMPLES}"
         )
-    return _alike(found)
+    return _same_deceleration(found)
 
 
-def _alike(slides: list[FreeSlide]) -> list[FreeSlide]:
-    """The slides of one stone that are slowed as its longest one is: no hand is at it."""
+def _same_deceleration(slides: list[FreeSlide]) -> list[FreeSlide]:
+    """Return the slides of one stone with the deceleration of its longest one: no hand moves it."""
     if len(slides) == 1:
         return slides
     usual = max(slides, key=lambda slide: slide.travel)
-    least, most = SLOWED_ALIKE
+    least, most = DECELERATION_RANGE
     mean, error = _deceleration(usual)
     kept: list[FreeSlide] = []
     for slide in slides:
@@ -174,7 +174,7 @@ def _alike(slides: list[FreeSlide]) -> list[FreeSlide]:
 
 
 def _deceleration(slide: FreeSlide) -> tuple[float, float]:
-    """Mean deceleration of a slide, and its standard error [m/s²]."""
+    """Return the mean deceleration of a slide, and its standard error [m/s²]."""
     way = slide.xy[-1] - slide.xy[0]
     u = slide.t - slide.t.mean()
     basis = np.column_stack([np.ones_like(u), u, -0.5 * u**2])
@@ -185,12 +185,11 @@ def _deceleration(slide: FreeSlide) -> tuple[float, float]:
 
 
 def _slide_of_stretch(track: Trajectory) -> FreeSlide:
-    """The part of a track after the stone left the hand and before it rests; nothing touches it.
+    """Return the undisturbed part of a track after the stone left the hand and before it rests.
 
-    The beginning is found in three steps: the stone moves; the last moment at which a push ended,
-    which shows as deceleration that sets in; and the delivery hog line, before which the rules want
-    the stone released. Rows before that line are used only where there are enough of them to show
-    that nobody pushed.
+    The beginning is found in three steps: the stone moves; the last end of a push, at which
+    deceleration sets in; and the delivery hog line, before which the rules require the release.
+    Rows before that line are used only if there are enough of them to rule out a push.
 
     Raises
     ------
@@ -198,11 +197,13 @@ def _slide_of_stretch(track: Trajectory) -> FreeSlide:
     """
     name = f"throw {track.throw}"
     if len(track) < MIN_SAMPLES:
-        raise TrackTooShortError(f"{name} has {len(track)} samples, needs {MIN_SAMPLES}")
+        raise TrackTooShortError(
+            f"{name} has {len(track)} samples; expected at least {MIN_SAMPLES}"
+        )
     wild, noise = wild_rows(track.t, track.xy)
     rows = np.flatnonzero(~wild)
     if len(rows) < MIN_SAMPLES:
-        raise TrackTooShortError(f"{name}: {int(wild.sum())} of {len(track)} rows are wild")
+        raise TrackTooShortError(f"{name}: {int(wild.sum())} of {len(track)} rows are outliers")
     t, xy = track.t[rows], track.xy[rows]
     motion = smooth_motion(t, xy, window=0.6, noise=noise)
     fast = motion.speed > max(MIN_MOVING_SPEED, 4 * float(np.median(motion.speed_sigma)))
@@ -223,8 +224,8 @@ def _slide_of_stretch(track: Trajectory) -> FreeSlide:
     )
     if len(kept) < MIN_SAMPLES or slide.travel < MIN_TRAVEL:
         raise TrackTooShortError(
-            f"{name}: only {slide.travel:.2f} m and {len(kept)} samples of free sliding, "
-            f"needs {MIN_TRAVEL:g} m and {MIN_SAMPLES}"
+            f"{name}: only {slide.travel:.2f} m and {len(kept)} samples of free sliding; expected "
+            f"at least {MIN_TRAVEL:g} m and {MIN_SAMPLES}"
         )
     return slide
 
@@ -235,7 +236,7 @@ def _rows_of(track: Trajectory, first: int, last: int) -> Trajectory:
 
 
 def _longest_run(flags: Flags) -> tuple[int, int]:
-    """First and past-last index of the longest run of true flags."""
+    """Return the first and past-last index of the longest run of true flags."""
     edges = np.diff(np.concatenate([[0], flags.astype(int), [0]]))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
     k = int(np.argmax(ends - starts))
@@ -243,7 +244,9 @@ def _longest_run(flags: Flags) -> tuple[int, int]:
 
 
 def _end_of_slide(t: Floats, motion: SmoothedMotion, begin: int, end: int) -> tuple[int, bool]:
-    """Past-last index of the free slide, and whether the stone came to rest by itself."""
+    """Return the past-last index of the free slide, and whether the stone came to rest
+    undisturbed.
+    """
     middle = motion.acceleration[begin:end]
     usual = max(-float(np.median(middle)), 0.01)
     if end == len(t):
@@ -261,7 +264,7 @@ def _end_of_slide(t: Floats, motion: SmoothedMotion, begin: int, end: int) -> tu
 def _release(
     t: Floats, xy: Floats, motion: SmoothedMotion, begin: int, stop: int, noise: float
 ) -> int:
-    """Index of the first row after the release."""
+    """Return the index of the first row after the release."""
     forward = 1.0 if xy[stop - 1, 1] >= xy[begin, 1] else -1.0
     pushed_until = _end_of_push(t, motion.distance, begin, stop, noise)
     released = int(np.searchsorted(t, pushed_until + 0.1)) if pushed_until is not None else begin
@@ -274,7 +277,7 @@ def _release(
 
 
 def _end_of_push(t: Floats, distance: Floats, begin: int, stop: int, noise: float) -> float | None:
-    """Last time at which a push ended, or None if none is seen [s].
+    """Return the last time at which a push ended, or None if none is seen [s].
 
     For each candidate time a quadratic is fitted to the rows shortly before and after it, with
     another acceleration before. The candidate at which the two accelerations differ most clearly,

@@ -1,10 +1,11 @@
-"""Logs of light gates across a sheet, as throws of a few times each.
+"""Logs of light gates across a sheet, converted to throws of a few times each.
 
-Laser gates stand at the tee line and the hog line of both ends, numbered by end: `T-Line 1` and
+Laser gates are at the tee line and the hog line of both ends, numbered by end: `T-Line 1` and
 `Hog-Line 1` at the home end, 2 at the away end. A log has a row for each time that a beam was
 broken: `Sensor`, `Start` and `End` [s], and maybe `Break`, their difference. Most rows are of
-people, brooms and stones that are pushed back. A throw is found by what only a sliding stone does:
-it takes as long from hog line to hog line as the speeds at both say, and is slower at the second.
+people, brooms and stones that are pushed back. A throw is recognised by properties of a sliding
+stone only: its time from hog line to hog line agrees with the speeds at both, and it is slower at
+the second.
 """
 
 from __future__ import annotations
@@ -23,33 +24,33 @@ from curling_env.infrastructure.files.table import is_plain, quoted, read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.tuning import (
-    FASTEST_AT_GATE,
     GATE_PLACE_SIGMA,
     GATE_WIDTH,
     HOG_TO_HOG_SECONDS,
+    LENGTH_TOLERANCE,
+    MAX_GATE_SPEED,
     NEAR_LINE,
-    OTHER_BEAM,
-    SAME_SPEED,
+    SPEED_TOLERANCE,
     SPLIT_SECONDS,
 )
 
 SENSOR = re.compile(r"(t|tee|hog)[ _-]?(?:line)?[ _-]*([12])", re.IGNORECASE)
 """Names of gates: the line and the end."""
 BREAK_ROUNDING = 2e-3
-"""Rounding by which Break may differ from End less Start [s]."""
+"""Rounding by which Break may differ from End minus Start [s]."""
 _HOG_TO_HOG = 2 * HOG_LINE_Y
 _HOG_TO_TEE = TEE_Y - HOG_LINE_Y
 
 
 class Passage(NamedTuple):
-    """A beam that was broken once.
+    """Interruption of a beam.
 
     Parameters
     ----------
     row : row of the log
-    hog : whether it is the beam at a hog line; else at a tee line
+    hog : true for the beam at a hog line, false at a tee line
     end : -1 at the home end, 1 at the away end
-    start, stop : when it was broken and free again [s]
+    start, stop : times at which it was broken and free again [s]
     """
 
     row: int
@@ -60,29 +61,29 @@ class Passage(NamedTuple):
 
     @property
     def middle(self) -> float:
-        """When the centre of a stone passes [s]."""
+        """Time at which the centre of a stone passes [s]."""
         return 0.5 * (self.start + self.stop)
 
     @property
     def speed(self) -> float:
-        """Speed of a stone that breaks the beam for that long [m/s]."""
+        """Speed of a stone that breaks the beam for that duration [m/s]."""
         return GATE_WIDTH / (self.stop - self.start)
 
     @property
     def line(self) -> float:
-        """Place of the gate along the sheet [m]."""
+        """Position of the gate along the sheet [m]."""
         return self.end * (HOG_LINE_Y if self.hog else TEE_Y)
 
 
 @dataclass(frozen=True, kw_only=True)
 class GateLog:
-    """The throws in a log of gates.
+    """Throws in a log of gates.
 
     Parameters
     ----------
     tracks : one for each throw, in order of time: a row for each edge of the stone at each gate
-    faults : for each faulty row its number and what is wrong with it
-    unused : numbers of the rows that belong to no throw
+    faults : number and problem of each faulty row
+    unused : numbers of the rows that are not from a throw
     """
 
     tracks: list[Trajectory]
@@ -91,7 +92,7 @@ class GateLog:
 
 
 def is_gate_log(path: str | Path) -> bool:
-    """Whether the first row of a file names the columns of a log of gates."""
+    """Return whether the first row of a file has the columns of a log of gates."""
     if not Path(path).is_file():
         return False
     with Path(path).open("rb") as file:
@@ -101,7 +102,7 @@ def is_gate_log(path: str | Path) -> bool:
 
 
 def read_gates(path: str | Path, sigma: float) -> GateLog:
-    """The throws of a log of gates.
+    """Read the throws of a log of gates.
 
     Parameters
     ----------
@@ -110,7 +111,7 @@ def read_gates(path: str | Path, sigma: float) -> GateLog:
 
     Raises
     ------
-    InputError : a file that is no such log, or in which no throw is found
+    InputError : a file that is not such a log, or without a throw
     """
     passages, faults = _read(path)
     throws = sorted(_Passages(passages).throws(), key=lambda throw: throw[0].start)
@@ -118,7 +119,7 @@ def read_gates(path: str | Path, sigma: float) -> GateLog:
     unused = [passage.row for passage in passages if passage.row not in used]
     if not throws:
         why = f"; {len(faults)} faulty rows, such as {faults[0]}" if faults else ""
-        problem = f"no stone passes both hog lines in its {len(passages)} sound rows{why}"
+        problem = f"no stone passes both hog lines in its {len(passages)} valid rows{why}"
         raise InputError(problem, source=path)
     begin = throws[0][0].start
     tracks = [_track(throw, k, begin, sigma) for k, throw in enumerate(throws)]
@@ -126,13 +127,14 @@ def read_gates(path: str | Path, sigma: float) -> GateLog:
 
 
 def passing_times(track: Trajectory, line: float) -> tuple[float, float] | None:
-    """When the centre of a timed stone passes a line, and the standard error of that [s].
+    """Return the time at which the centre of a timed stone passes a line, and its standard error
+    [s].
 
-    None where no gate stands there.
+    None if there is no gate.
 
     Parameters
     ----------
-    track : throw that gates timed
+    track : throw timed by gates
     line : place along the direction of play, from mid-sheet [m]
     """
     forward = 1.0 if track.xy[-1, 1] >= track.xy[0, 1] else -1.0
@@ -144,7 +146,7 @@ def passing_times(track: Trajectory, line: float) -> tuple[float, float] | None:
 
 
 def _read(path: str | Path) -> tuple[list[Passage], list[str]]:
-    """The passages of a log in order of time, and its faulty rows."""
+    """Return the passages of a log in order of time, and its faulty rows."""
     table = read_table(path, required=("Sensor", "Start", "End"), optional=("Break",))
     starts, stops = (_numbers(table.text(name)) for name in ("Start", "End"))
     breaks = table.text("Break") if "Break" in table else [""] * len(table)
@@ -159,9 +161,9 @@ def _read(path: str | Path) -> tuple[list[Passage], list[str]]:
         elif not np.isfinite([start, stop]).all():
             problem = "Start and End must be numbers of seconds"
         elif stop <= start:
-            problem = "ends no later than it starts"
+            problem = "End is not after Start"
         elif breaks[k] and not abs(stop - start - _number(breaks[k])) <= BREAK_ROUNDING:
-            problem = f"Break is {quoted(breaks[k])}, but End less Start is {stop - start:.4g} s"
+            problem = f"Break is {quoted(breaks[k])}, but End minus Start is {stop - start:.4g} s"
         if problem is not None or sensor is None:
             faults.append((table.rows[k], problem or ""))
             continue
@@ -174,14 +176,15 @@ def _read(path: str | Path) -> tuple[list[Passage], list[str]]:
 
 
 def _without_overlaps(found: Sequence[Passage], faults: list[tuple[int, str]]) -> list[Passage]:
-    """The passages without those that last beyond the next one of the same beam, in order of time.
+    """Return the passages without those that last beyond the next one of the same beam, in order of
+    time.
 
-    Of two that overlap the longer one is faulty: the beam was seen to be free meanwhile.
+    Of two that overlap the longer one is faulty: the beam was free in between.
 
     Parameters
     ----------
-    found : in order of time
-    faults : rows and what is wrong with them, that the overlaps are added to
+    found : passages in order of time
+    faults : faulty rows with their problems, to which overlaps are added
     """
     kept: dict[tuple[bool, int], list[Passage]] = {}
     for passage in found:
@@ -213,11 +216,11 @@ def _number(cell: str) -> float:
 
 
 class _Passages:
-    """The passages of a log, looked up by time.
+    """Passages of a log, searchable by time.
 
     Parameters
     ----------
-    passages : in order of time
+    passages : passages in order of time
     """
 
     def __init__(self, passages: Sequence[Passage]) -> None:
@@ -225,12 +228,14 @@ class _Passages:
         self._starts = [passage.start for passage in passages]
 
     def between(self, begin: float, end: float, *, hog: bool, at: int) -> Sequence[Passage]:
-        """Those of the gate at a line and end that begin within a span of time [s]."""
+        """Return the passages of a gate that begin within a span of time [s]."""
         first, last = bisect_left(self._starts, begin), bisect_right(self._starts, end)
         return [one for one in self._all[first:last] if one.hog == hog and one.end == at]
 
     def throws(self) -> Iterator[list[Passage]]:
-        """The passages of each throw, in order of time, each passage in one throw at most."""
+        """Return the passages of each throw, in order of time, each passage in at most one
+        throw.
+        """
         ratios = [
             (ratio, first, second)
             for first in self._all
@@ -238,14 +243,14 @@ class _Passages:
             for second in self.between(
                 first.start, first.stop + HOG_TO_HOG_SECONDS[1], hog=True, at=-first.end
             )
-            if abs((ratio := _speed_ratio(first, second)) - 1.0) < OTHER_BEAM
+            if abs((ratio := _speed_ratio(first, second)) - 1.0) < LENGTH_TOLERANCE
         ]
-        # How long a stone is where the beams cross it, over what is usual: for all throws alike.
+        # Length of a stone where the beams cross it, over the usual one: the same for all throws.
         usual = float(np.median([ratio for ratio, *_ in ratios])) if ratios else 1.0
         pairs = [(abs(ratio / usual - 1.0), first, second) for ratio, first, second in ratios]
         used: set[int] = set()
         for misfit, first, second in sorted(pairs, key=lambda pair: pair[0]):
-            if misfit > SAME_SPEED or used & {first.row, second.row}:
+            if misfit > SPEED_TOLERANCE or used & {first.row, second.row}:
                 continue
             slowing = (first.speed - second.speed) / (second.middle - first.middle)
             tees = [*self._near_tee(first), first, second, *self._far_tee(second, slowing)]
@@ -254,13 +259,13 @@ class _Passages:
             yield throw
 
     def _near_tee(self, first: Passage) -> list[Passage]:
-        """The last passage of the near tee line before a throw passes the near hog line."""
+        """Return the last passage of the near tee line before a throw passes the near hog line."""
         low, high = SPLIT_SECONDS
         found = self.between(first.start - high, first.start - low, hog=False, at=first.end)
-        return [passage for passage in found if passage.speed < FASTEST_AT_GATE][-1:]
+        return [passage for passage in found if passage.speed < MAX_GATE_SPEED][-1:]
 
     def _far_tee(self, second: Passage, slowing: float) -> list[Passage]:
-        """The passage of the far tee line when and as fast as the stone should pass it.
+        """Return the passage of the far tee line with the expected time and speed.
 
         Parameters
         ----------
@@ -276,26 +281,28 @@ class _Passages:
             for passage in self.between(
                 second.start, second.stop + 2 * expected, hog=False, at=second.end
             )
-            if abs(passage.speed / speed - 1.0) < 2 * SAME_SPEED
+            if abs(passage.speed / speed - 1.0) < 2 * SPEED_TOLERANCE
         ]
         misfit, best = min(found, key=lambda one: one[0], default=(np.inf, second))
-        return [best] if misfit < SAME_SPEED else []
+        return [best] if misfit < SPEED_TOLERANCE else []
 
 
 def _speed_ratio(first: Passage, second: Passage) -> float:
-    """Mean of the speeds at both hog lines, over the mean speed between them.
+    """Return the mean of the speeds at both hog lines over the mean speed between them.
 
-    Infinite for what no stone that slides freely does.
+    Infinite for anything but a freely sliding stone.
     """
     seconds = second.middle - first.middle
     low, high = HOG_TO_HOG_SECONDS
-    if not low < seconds < high or not second.speed < first.speed < FASTEST_AT_GATE:
+    if not low < seconds < high or not second.speed < first.speed < MAX_GATE_SPEED:
         return np.inf
     return 0.5 * (first.speed + second.speed) * seconds / _HOG_TO_HOG
 
 
 def _track(throw: Sequence[Passage], number: int, begin: float, sigma: float) -> Trajectory:
-    """A throw as rows: the place of its centre when its front and its rear are at each gate."""
+    """Return a throw as rows: the place of its centre when its front and its rear are at each
+    gate.
+    """
     way = throw[-1].end
     times = np.array([time for passage in throw for time in (passage.start, passage.stop)])
     places = [

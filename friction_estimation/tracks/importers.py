@@ -1,4 +1,4 @@
-"""Tracks that other programs exported, Kinovea and Tracker, placed on the sheet.
+"""Tracks exported by other programs, Kinovea and Tracker, placed on the sheet.
 
 Kinovea writes a CSV with one column of times and two for every tracked point (`name/0/X`,
 `name/0/Y`, all quoted, decimals in the user's own style), or a text for gnuplot with one section
@@ -26,16 +26,18 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 
 _MAX_FRAME_TIME = 0.3
-"""Times that step by more than this are milliseconds: no film has only three frames a second."""
+"""Maximum step of times in seconds; larger steps are milliseconds: no film has only three frames a
+second.
+"""
 _MIN_ROWS = 3
 MAX_NUMBER = 1e9
 """Largest time or position in an export, in its own units."""
-FARTHEST = 1e3
-"""How far from the middle of the sheet a position may lie [m]."""
+MAX_DISTANCE = 1e3
+"""Maximum distance of a position from the middle of the sheet [m]."""
 
 
 class Along(StrEnum):
-    """The other program's axis that points from the home end to the away end."""
+    """Axis of the other program that points from the home end to the away end."""
 
     x = "x"
     y = "y"
@@ -54,11 +56,11 @@ TO_SHEET: dict[Along, Floats] = {
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Series:
-    """One tracked point as the other program wrote it.
+    """Tracked point as written by the other program.
 
     Parameters
     ----------
-    name : name that the user gave it there
+    name : name given by the user there
     t : (n,) times [s]
     xy : (n, 2) positions in the program's own axes and unit of length
     """
@@ -69,7 +71,7 @@ class Series:
 
 
 def read_export(path: str | Path) -> list[Series]:
-    """Every tracked point of a file that Kinovea or Tracker exported, in the order of the file.
+    """Read every tracked point of an export of Kinovea or Tracker, in the order of the file.
 
     Parameters
     ----------
@@ -77,13 +79,13 @@ def read_export(path: str | Path) -> list[Series]:
 
     Raises
     ------
-    InputError : a file of neither program, no number where one belongs, times that do not increase,
-        or a point with fewer than three positions
+    InputError : a file of neither program, a missing number, times that do not increase, or a point
+        with fewer than three positions
     """
     lines = read_text(path).lstrip("\ufeff").splitlines()
     filled = [(i + 1, line) for i, line in enumerate(lines) if line.strip()]
     if not filled:
-        raise InputError("holds no rows; expected a table of positions", source=path)
+        raise InputError("contains no rows; expected a table of positions", source=path)
     first = filled[0][1].strip().lower()
     if first.startswith("#kinovea"):
         series = _kinovea_text(filled, path)
@@ -92,14 +94,14 @@ def read_export(path: str | Path) -> list[Series]:
     else:
         series = _tracker(filled, path)
     if not series:
-        raise InputError("holds no tracked point", source=path)
+        raise InputError("contains no tracked point", source=path)
     return series
 
 
 def on_sheet(
     series: Sequence[Series], *, metres: float, origin: tuple[float, float], along: Along
 ) -> list[Trajectory]:
-    """Every series as a throw of its own, in the sheet frame.
+    """Return every series as a separate throw, in the sheet frame.
 
     Parameters
     ----------
@@ -119,7 +121,7 @@ def on_sheet(
     ]
     for k, track in zip(series, tracks, strict=True):
         farthest = float(np.abs(track.xy).max())
-        if farthest > FARTHEST:
+        if farthest > MAX_DISTANCE:
             raise InputError(f"{k.name[:40]!r} is {farthest:.3g} m away from the sheet in one row")
     return tracks
 
@@ -127,7 +129,7 @@ def on_sheet(
 # --- the formats -------------------------------------------------------------------------------
 
 TextLines = Sequence[tuple[int, str]]
-"""Row numbers as an editor shows them, with the rows that are not empty."""
+"""Lines that are not empty, with row numbers as in an editor."""
 
 
 def _kinovea_text(lines: TextLines, path: str | Path) -> list[Series]:
@@ -187,7 +189,7 @@ def _split(lines: TextLines, separator: str, path: str | Path) -> list[tuple[int
 
 
 def _cells(line: str, separator: str, row: int, path: str | Path) -> list[str]:
-    """The cells of one line; quotes never reach beyond it in these exports."""
+    """Return the cells of one line; quotes never extend beyond it in these exports."""
     try:
         cells = next(csv.reader([line], delimiter=separator, skipinitialspace=True, strict=True))
     except csv.Error as error:
@@ -204,7 +206,7 @@ def _series(
     seconds: float | None,
     path: str | Path,
 ) -> Series:
-    """The rows in which a point has a position; in others it was not seen."""
+    """Return the rows in which a point has a position; in others it was not seen."""
     values: list[tuple[float, float, float]] = []
     for row, cells in rows:
         wanted = [cells[i] if i < len(cells) else "" for i in columns]
@@ -220,7 +222,7 @@ def _series(
         values.append((t, x, y))
     if len(values) < _MIN_ROWS:
         raise InputError(
-            f"{name[:40]!r} has {len(values)} positions; a track needs {_MIN_ROWS} or more",
+            f"{name[:40]!r} has {len(values)} positions; expected at least {_MIN_ROWS}",
             source=path,
         )
     table = np.array(values)
@@ -230,7 +232,7 @@ def _series(
 
 
 def _seconds_in(header: str) -> float | None:
-    """The unit of a column of times in seconds; None where the header does not say."""
+    """Return the unit of a column of times in seconds; None if the header does not state it."""
     unit = re.search(r"[(\[]\s*(ms|s)\s*[)\]]", header.lower())
     return None if unit is None else {"ms": 1e-3, "s": 1.0}[unit[1]]
 

@@ -1,4 +1,4 @@
-"""One smooth path through what several cameras saw of a throw, with their clocks and offsets.
+"""Smooth path through several cameras' tracks of a throw, with their clocks and offsets.
 
 The path is a cubic spline in time for each coordinate. Its smoothness is that of a sliding stone:
 the jerk is white noise of small spectral density while the stone slides freely, and of a large one
@@ -28,19 +28,19 @@ from friction_estimation.tracks.tuning import (
 )
 
 _ROUNDS = 8
-"""Gauss-Newton rounds."""
+"""Number of Gauss-Newton iterations."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class JointPath:
-    """The path of a stone that c cameras saw.
+    """Path of a stone seen by c cameras.
 
     Parameters
     ----------
     knots : knots of the spline [s]
     coefficients : (m, 2) coefficients of x and y [m]
     covariance : covariance of all unknowns: x, y, displacements, clocks
-    offset, offset_sigma : (c,) added to the times of each camera, and its standard error [s]
+    offset, offset_sigma : (c,) offset added to the times of each camera, and its standard error [s]
     displacement : (c, 2) displacement of each camera's positions [m]
     """
 
@@ -52,15 +52,15 @@ class JointPath:
     displacement: Floats
 
     def at(self, t: Floats) -> Floats:
-        """Positions at times, (n, 2) [m]."""
+        """Return positions at times, (n, 2) [m]."""
         return _spline_basis(self.knots, t) @ self.coefficients
 
     def velocity(self, t: Floats) -> Floats:
-        """Velocities at times, (n, 2) [m/s]."""
+        """Return velocities at times, (n, 2) [m/s]."""
         return _spline_basis(self.knots, t, 1) @ self.coefficients
 
     def sigma(self, t: Floats) -> Floats:
-        """Standard error of one coordinate at times, (n,) [m]."""
+        """Return the standard error of one coordinate at times, (n,) [m]."""
         basis = _spline_basis(self.knots, t)
         m = basis.shape[1]
         variance = sum(
@@ -71,12 +71,12 @@ class JointPath:
 
 
 def fit_joint_path(chain: Sequence[Trajectory], offset: Floats) -> JointPath:
-    """Path, clocks and displacements together.
+    """Fit path, clocks and displacements together.
 
     Parameters
     ----------
     chain : tracks of one throw, in the order in which the cameras saw the stone
-    offset : (c,) first guess of what is added to the times of each camera [s]
+    offset : (c,) first guess of the offset added to the times of each camera [s]
     """
     best: tuple[float, JointPath] | None = None
     for jerk in SLIDING_JERKS:
@@ -88,19 +88,19 @@ def fit_joint_path(chain: Sequence[Trajectory], offset: Floats) -> JointPath:
 
 
 def thinned_rows(track: Trajectory) -> tuple[Floats, Floats, Floats]:
-    """Times [s], positions [m] and standard errors [m] of the rows that are used."""
+    """Return times [s], positions [m] and standard errors [m] of the rows to use."""
     every = max(1, round(len(track) / max(track.duration * JOIN_ROWS_PER_SECOND, 1.0)))
     sigma = track.sigma_xy if track.sigma_xy.size else np.full(len(track), UNKNOWN_ROW_SIGMA)
     return track.t[::every], track.xy[::every], np.maximum(sigma[::every], MIN_ROW_SIGMA)
 
 
 def passing_time(track: Trajectory, direction: float, along: float) -> float:
-    """When a stone passes a place along the sheet [s].
+    """Return the time at which a stone passes a place along the sheet [s].
 
     Parameters
     ----------
     track : track of the stone
-    direction : 1 where it travels towards positive y, −1 towards negative y
+    direction : 1 for travel towards positive y, −1 towards negative y
     along : place, as direction times y [m]
     """
     forward = np.maximum.accumulate(direction * track.xy[:, 1])
@@ -137,7 +137,7 @@ class _Fit:
         self.weights = [np.ones((len(t), 2)) for t, _, _ in self.rows]
 
     def solve(self) -> tuple[float, JointPath]:
-        """The logarithm of the evidence, and the path."""
+        """Return the logarithm of the evidence, and the path."""
         m, cameras, size = self.m, self.cameras, self.size
         normal, misfit = np.eye(size), 0.0
         for number in range(_ROUNDS):
@@ -164,7 +164,9 @@ class _Fit:
         )
 
     def _normal_equations(self, number: int) -> tuple[Floats, Floats, float]:
-        """Normal matrix, right-hand side and −2·ln density in a round, from the present values."""
+        """Return normal matrix, right-hand side and −2·ln density of an iteration, from the present
+        values.
+        """
         m, cameras, size = self.m, self.cameras, self.size
         normal, right = np.zeros((size, size)), np.zeros(size)
         chi2 = logs = 0.0
@@ -175,7 +177,7 @@ class _Fit:
                 design = np.zeros((len(t), size))
                 design[:, axis * m : (axis + 1) * m] = basis
                 design[:, 2 * m + 2 * k + axis] = 1.0
-                if k and number:  # before the first round there is no path to take the rate from
+                if k and number:  # before the first iteration there is no path for the rate
                     design[:, 2 * m + 2 * cameras + k] = rate[:, axis]
                 target = xy[:, axis] + design[:, -cameras:] @ self.offset
                 weight = self.weights[k][:, axis] / sigma**2
@@ -205,7 +207,7 @@ class _Fit:
 
 
 def _spline_basis(knots: Floats, t: Floats, derivative: int = 0) -> Floats:
-    """B-splines (n, m) at times, or a derivative of them; constant beyond the ends."""
+    """Return B-splines (n, m) at times, or a derivative of them; constant beyond the ends."""
     t = np.clip(t, knots[3], knots[-4])
     if not derivative:
         return BSpline.design_matrix(t, knots, 3).toarray()
@@ -214,10 +216,10 @@ def _spline_basis(knots: Floats, t: Floats, derivative: int = 0) -> Floats:
 
 
 def _free_interval(chain: Sequence[Trajectory], offset: Floats) -> tuple[float, float]:
-    """From release to rest, as far as the tracks tell, on the common clock [s].
+    """Return the interval from release to rest according to the tracks, on the common clock [s].
 
-    Before the delivery hog line a hand may still be at the stone, so what comes before it does not
-    count as free.
+    Before the delivery hog line a hand may still hold the stone, so that part does not count as
+    free.
     """
     start, stop = -np.inf, np.inf
     first = chain[0]

@@ -19,10 +19,10 @@ class LocalChanges(NamedTuple):
     Parameters
     ----------
     after : (m,) acceleration after each time [m/s²]
-    change : (m,) how much more there was before it, of velocity [m/s] or acceleration [m/s²]
+    change : (m,) excess before it, of velocity [m/s] or acceleration [m/s²]
     spread : (m,) standard deviation of the rows about the fit [m]
-    gain : (m,) standard error of the change for rows of unit noise; infinite where there are too
-        few rows
+    gain : (m,) standard error of the change for rows of unit noise; infinite if there are too few
+        rows
     """
 
     after: Floats
@@ -31,7 +31,7 @@ class LocalChanges(NamedTuple):
     gain: Floats
 
     def deviations(self, noise: float) -> Floats:
-        """The changes in standard errors, (m,).
+        """Return the changes in standard errors, (m,).
 
         Parameters
         ----------
@@ -57,7 +57,7 @@ def changes_about(
     t, values : (n,) times of the rows [s] and coordinates [m]
     span : time before and after within which rows are fitted [s]
     order : derivative that changes: 1 the velocity, 2 the acceleration
-    least_rows : fewest rows before and after
+    least_rows : minimum number of rows before and after
     """
     grams, counts = np.zeros((len(times), 5, 5)), np.zeros((len(times), 2))
     first = np.searchsorted(t, times - span[0])
@@ -88,7 +88,7 @@ def _sum_products(
     grams: Floats,
     counts: Floats,
 ) -> None:
-    """Sums of products of a fit's columns, and the values, about each time.
+    """Compute sums of products of a fit's columns, and the values, about each time.
 
     Parameters
     ----------
@@ -96,9 +96,9 @@ def _sum_products(
     t, values : (n,) times of the rows [s] and values
     first, last : (m,) first and past-last row that is fitted
     order : derivative that changes, 1 or 2
-    row : (5,) room for a row of the fit: 1, u, u²/2, the change before the time, value
-    grams : (m, 5, 5) zeros, that the sums are added to
-    counts : (m, 2) zeros, that the numbers of rows before and after are added to
+    row : (5,) work array for a row of the fit: 1, u, u²/2, the change before the time, value
+    grams : (m, 5, 5) zeros, to which the sums are added
+    counts : (m, 2) zeros, to which the numbers of rows before and after are added
     """
     for k in range(len(times)):
         for i in range(first[k], last[k]):

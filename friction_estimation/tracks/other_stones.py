@@ -1,4 +1,4 @@
-"""The other stones of a throw that several cameras have seen: each of them once, on one clock."""
+"""Other stones of a throw from several cameras: each of them once, on one clock."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _COLUMNS = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
 def other_stones(
     seen: Sequence[Sequence[Trajectory]], joined: JoinedTrack
 ) -> list[tuple[Trajectory, tuple[int, int]]]:
-    """The stones that were not thrown, each as the cameras that see it best have seen it.
+    """Return the stones that were not thrown, each from the cameras with the best view.
 
-    Two tracks are of one stone if they lie within `SAME_STONE_DISTANCE` of each other whenever both
-    cameras see it; where they never do, if one begins where the other ends. A stone that leaves
-    one picture while it slides and enters another one later has a track of its own in each.
+    Two tracks are of one stone if they are within `SAME_STONE_DISTANCE` of each other whenever both
+    cameras see it; if they never do, one must begin where the other ends. A stone that leaves one
+    picture while it slides and enters another one later has a separate track in each.
 
     Parameters
     ----------
@@ -50,7 +50,7 @@ def other_stones(
 
 
 def _shifted(track: Trajectory, offset: float, sigma: float, joined: JoinedTrack) -> Trajectory:
-    """A track on the common clock; what is not known of the clock is in its errors."""
+    """Return a track on the common clock; the clock's uncertainty is in its errors."""
     own = track.sigma_xy if track.sigma_xy.size else np.full(len(track), UNKNOWN_ROW_SIGMA)
     speed = np.zeros(len(track))
     if len(track) > 2:
@@ -86,7 +86,7 @@ def _at(track: Trajectory, t: Floats) -> Floats:
 
 
 def _together(a: Trajectory, b: Trajectory) -> Trajectory:
-    """The rows of the track that is better known, and those of the other before and after it."""
+    """Return the rows of the more accurate track, and those of the other before and after it."""
     best, rest = (a, b) if np.median(a.sigma_xy) <= np.median(b.sigma_xy) else (b, a)
     outside = (rest.t < best.t[0]) | (rest.t > best.t[-1])
     order = np.argsort(np.r_[best.t, rest.t[outside]], kind="stable")

@@ -1,4 +1,4 @@
-"""Rows of a track that are wrong: those that do not lie where their neighbours say."""
+"""Outliers of a track: rows that contradict their neighbours."""
 
 from __future__ import annotations
 
@@ -10,15 +10,17 @@ from friction_estimation.tracks.tuning import MIN_NOISE, WILD_DEVIATIONS
 
 
 def robust_deviation(values: Floats) -> float:
-    """Standard deviation of roughly Gaussian values, from their median absolute deviation."""
+    """Return the standard deviation of roughly Gaussian values, from their median absolute
+    deviation.
+    """
     return 1.4826 * float(np.median(np.abs(values - np.median(values)))) if len(values) else 0.0
 
 
 def wild_rows(t: Floats, xy: Floats) -> tuple[Flags, float]:
-    """Which rows do not lie where their neighbours say, and the noise of those that do.
+    """Return the outliers of a track, and the noise of the other rows.
 
     Every row is compared with the parabola through the medians of its neighbourhood, so that single
-    wrong rows stand out, and bursts of them shorter than half the neighbourhood.
+    outliers are found, and bursts of them shorter than half the neighbourhood.
 
     Parameters
     ----------
@@ -32,7 +34,7 @@ def wild_rows(t: Floats, xy: Floats) -> tuple[Flags, float]:
     """
     n = len(t)
     # Ten rows to either side, or those of a second for a slow camera. In a longer window the
-    # release and the rest of the stone would no longer be at the edge of what is seen.
+    # release and the rest of the stone would no longer be at the edge of the visible part.
     half = int(np.clip(1.0 / float(np.median(np.diff(t))), 5, 10)) if n > 1 else 1
     if n < 2 * half + 1:
         half = max(1, (n - 1) // 2)
@@ -63,7 +65,7 @@ def wild_rows(t: Floats, xy: Floats) -> tuple[Flags, float]:
         level = np.median(values[windows] - path, axis=1)
         residual = values - level
         spread = max(robust_deviation(residual), MIN_NOISE)
-        # Two centimetres are allowed besides: a stone that is pushed or stops is no parabola.
+        # Two centimetres are allowed in addition: a stone that is pushed or stops is no parabola.
         wild |= np.abs(residual) > WILD_DEVIATIONS * spread + 0.02
         scale = max(scale, robust_deviation(residual[~wild]))
     return wild, scale

@@ -1,4 +1,4 @@
-"""Friction that no curling ice has comes from a film that does not play at the speed of life."""
+"""Check for friction outside that of curling ice, which indicates a film in slow motion."""
 
 from __future__ import annotations
 
@@ -10,23 +10,23 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.free_slide import free_slide
 
 FRICTION_OF_ICE = (0.004, 0.03)
-"""Friction between a stone and any curling ice lies within this."""
+"""Range of friction between a stone and any curling ice."""
 USUAL_FRICTION = (0.006, 0.016)
-"""That of ice on which games are played (Li 2022, Lubricants 10:265; Yang 2023, 11:370)."""
+"""Range of friction of ice for games (Li 2022, Lubricants 10:265; Yang 2023, 11:370)."""
 SLOW_MOTIONS = (2.0, 4.0, 8.0, 16.0, 0.5)
-"""How many times slower than life films usually play, if they do."""
+"""Usual factors of slow motion."""
 MIN_SLIDE = 3.0
-"""A slide that is shorter tells nothing of the friction [m]."""
+"""Minimum slide for an estimate of the friction [m]."""
 
 
 def question_about(mu: float) -> str | None:
-    """What to ask about a coefficient of friction; None where ice may have it, or for NaN."""
+    """Return the question about a coefficient of friction; None if it is plausible, or for NaN."""
     least, most = FRICTION_OF_ICE
     if np.isnan(mu) or least <= mu <= most:
         return None
     low, high = USUAL_FRICTION
     likely = [n for n in SLOW_MOTIONS if low <= mu * n**2 <= high]
-    asked = f"μ = {mu:.4f} is {'less' if mu < least else 'more'} than curling ice has"
+    asked = f"μ = {mu:.4f} is {'below' if mu < least else 'above'} that of curling ice"
     if likely:
         pace = "slower" if likely[0] > 1 else "faster"
         factor = likely[0] if likely[0] > 1 else 1 / likely[0]
@@ -34,13 +34,13 @@ def question_about(mu: float) -> str | None:
             f"{asked}: does the film play {factor:g} times {pace} than life? "
             f"--slow {likely[0]:g} makes it {mu * likely[0] ** 2:.4f}"
         )
-    return f"{asked}: are the times of the frames and the lengths in the scene right?"
+    return f"{asked}: are the times of the frames and the lengths in the scene correct?"
 
 
 def rough_friction(track: Trajectory) -> float:
-    """Friction that slows a stone down over its longest free slide.
+    """Return the friction that slows a stone over its longest free slide.
 
-    NaN where it slides less than `MIN_SLIDE`.
+    NaN if it slides less than `MIN_SLIDE`.
     """
     try:
         slide = free_slide(track)

@@ -1,4 +1,4 @@
-"""What the track of a throw shows: when it crosses lines, its line of delivery, where it rests."""
+"""Measurements of a throw from its track: line crossings, line of delivery, place of rest."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from friction_estimation.tracks.tuning import (
 )
 
 NEAR_BACK, NEAR_TEE, NEAR_HOG = (-TEE_Y - line for line in (BACK_LINE_Y, TEE_Y, HOG_LINE_Y))
-"""The lines at the thrower's end, along the direction of play from the tee played to [m]."""
+"""Lines at the thrower's end, along the direction of play from the tee played to [m]."""
 FAR_HOG, FAR_TEE = -HOG_TO_TEE, 0.0
 """The lines at the end played to [m]."""
 
 
 class SeenThrow:
-    """The rows of a track that are not wild, in the delivery frame.
+    """Rows of a track without outliers, in the delivery frame.
 
     Parameters
     ----------
-    track : what was seen
+    track : the track
     slide : its free slide, or that of its first part
     """
 
@@ -49,25 +49,25 @@ class SeenThrow:
         self._slide = slide
 
     def _sigma_at(self, t: float) -> float | None:
-        """Stated standard error of a coordinate [m]."""
+        """Return the stated standard error of a coordinate [m]."""
         if self._sigma is None:
             return None
         known = np.isfinite(self._sigma)
         return float(np.interp(t, self._t[known], self._sigma[known])) if known.any() else None
 
     def _sigma_of_heading(self, rows: Flags) -> float | None:
-        """Stated standard error of the heading in some rows [rad]."""
+        """Return the stated standard error of the heading in some rows [rad]."""
         if self._sigma_theta is None:
             return None
         known = self._sigma_theta[rows & np.isfinite(self._sigma_theta)]
         return float(np.median(known)) if known.size else None
 
     def crossing(self, line: float) -> Measured | None:
-        """When the centre crosses a line across the sheet [s].
+        """Return the time at which the centre crosses a line across the sheet [s].
 
         Parameters
         ----------
-        line : its place along the direction of play, from the tee played to [m]
+        line : position along the direction of play, from the tee played to [m]
         """
         t, ahead = self._t, self._xy[:, 1]
         past = np.flatnonzero(ahead >= line)
@@ -97,15 +97,16 @@ class SeenThrow:
         return Measured(when, times(sigma, 1 / speed))
 
     def line(self, hog: float) -> tuple[Floats, Measured, Measured, Measured] | None:
-        """Origin, speed, angle and the crossing with the far tee line of the line of delivery.
+        """Return origin, speed, angle and the crossing with the far tee line of the line of
+        delivery.
 
         Parameters
         ----------
-        hog : when the stone crosses the first hog line [s]
+        hog : time at which the stone crosses the first hog line [s]
         """
         if self._slide.released_at > hog + MAX_LATE_RELEASE:
             return None  # still pushed beyond the line
-        # The rules want the stone released by now; before, the hand may still steer it.
+        # The rules require the release by now; before, the hand may still steer the stone.
         near = (self._t >= hog - 1e-9) & (self._t <= hog + LINE_WINDOW)
         if near.sum() < 8 or self._t[near][0] - hog > CROSSING_WINDOW:
             return None
@@ -114,8 +115,8 @@ class SeenThrow:
         vx, vy = across.value[1], ahead.value[1]
         speed = float(np.hypot(vx, vy))
         angle = float(np.arctan2(-vx, vy))
-        # A stated error is one that lasts: it tilts the line by its change on the way, and a
-        # parabola read at its end doubles that.
+        # A stated error persists: it tilts the line by its change along the path, and a parabola
+        # read at its end doubles that.
         stated, half = self._sigma_at(hog), 0.5 * speed * float(np.ptp(u))
         tilt = together(across.slope_sigma / speed, times(stated, 2 / half))
         origin = np.array([across.value[0], ahead.value[0]])
@@ -130,40 +131,40 @@ class SeenThrow:
         )
 
     def spin(self, hog: float) -> Measured | None:
-        """Spin over the first hog line [rad/s]."""
+        """Return the spin over the first hog line [rad/s]."""
         known = np.isfinite(self._theta)
         near = known & (self._t >= hog - 1e-9) & (self._t <= hog + SPIN_WINDOW)
         if near.sum() < 8 or np.ptp(self._t[near]) < 0.5 * SPIN_WINDOW:
             return None
         u = self._t[near] - hog
         fit = _fit(u, self._theta[near], 0.0)
-        # As for the line: a stated error lasts.
+        # As for the line: a stated error persists.
         lasting = times(self._sigma_of_heading(near), 4 / float(np.ptp(u)))
         return Measured(float(fit.value[1]), together(fit.slope_sigma, lasting))
 
     def turns(self, hog: float) -> Measured | None:
-        """Full turns from the first hog line until the stone rests."""
+        """Return full turns from the first hog line until the stone rests."""
         rest = self.time_of_rest()
         t, theta = self._t[np.isfinite(self._theta)], self._theta[np.isfinite(self._theta)]
         during = t >= hog - 1e-9
         if rest is None or during.sum() < 8:
             return None
         t, theta = t[during], theta[during]
-        # A heading seen from the line on but lost long before the rest tells no turns.
+        # A heading seen from the line on but lost long before the rest shows no turns.
         if t[-1] < rest.value - 1.0 or t[0] > hog + 1.0:
             return None
         sigma = times(self._sigma_of_heading(self._t >= hog), 2**0.5 / (2 * np.pi))
         return Measured(abs(float(theta[-1] - theta[0])) / (2 * np.pi), sigma)
 
     def time_of_rest(self) -> Measured | None:
-        """When it has come to rest by itself [s]."""
+        """Return the time of undisturbed rest [s]."""
         if not self._slide.rests:
             return None
         # The last centimetres take long: the place is known far better than the moment.
         return Measured(float(self._slide.t[-1]), 0.3)
 
     def place_of_rest(self) -> tuple[Floats, float | None] | None:
-        """Where it has come to rest by itself, (2,) [m], and the standard error of a coordinate.
+        """Return the place of undisturbed rest, (2,) [m], and the standard error of a coordinate.
 
         It may be pushed aside or picked up afterwards.
         """
@@ -174,20 +175,20 @@ class SeenThrow:
         return lies or self._place(end - 0.1, end)
 
     def last_place(self) -> tuple[Floats, float | None] | None:
-        """Where it lies in the end, whatever moved it."""
+        """Return its final place, even if it was moved by something else."""
         end = float(self._t[-1])
         rests = self._slide.rests and self._slide.t[-1] >= end - 1e-6
         return self._still_until(end) or (self._place(end - 0.1, end) if rests else None)
 
     def _still_until(self, end: float) -> tuple[Floats, float | None] | None:
-        """Where it lies still up to a time [s]; None where it moves."""
+        """Return its place at rest up to a time [s]; None if it moves."""
         last = (self._t >= end - STILL_SECONDS) & (self._t <= end)
         if last.sum() < 4 or float(np.hypot(*np.ptp(self._xy[last], axis=0))) >= STILL_WITHIN:
             return None
         return self._place(end - 0.5, end)
 
     def _place(self, begin: float, end: float) -> tuple[Floats, float | None]:
-        """Where it is from one time to another [s]."""
+        """Return its place from one time to another [s]."""
         rows = np.flatnonzero((self._t >= begin) & (self._t <= end))
         stated = self._sigma_at(end)
         place = np.median(self._xy[rows], axis=0)
@@ -195,7 +196,7 @@ class SeenThrow:
 
 
 class _Fit(NamedTuple):
-    """A parabola through values: its coefficients and their covariance."""
+    """Parabola through values: its coefficients and their covariance."""
 
     value: Floats
     covariance: Floats
@@ -210,7 +211,7 @@ class _Fit(NamedTuple):
 
 
 def _fit(u: Floats, values: Floats, noise: float) -> _Fit:
-    """Fit a parabola; the noise is at least the one given."""
+    """Fit a parabola; the noise is at least the given one."""
     basis = np.column_stack([np.ones_like(u), u, u * u])
     inverse: Floats = np.asarray(np.linalg.pinv(basis.T @ basis), dtype=np.float64)
     value = inverse @ (basis.T @ values)
@@ -220,7 +221,7 @@ def _fit(u: Floats, values: Floats, noise: float) -> _Fit:
 
 
 def _root(c: float, b: float, a: float, about: float) -> float | None:
-    """Where c + b·u + a·u² rises through nought within ±about; None where it does not."""
+    """Return the upward root of c + b·u + a·u² within ±about; None if absent."""
     roots = np.roots([a, b, c]) if abs(a) > 1e-12 else np.array([-c / b if b else np.nan])
     rising = [float(r.real) for r in roots if abs(r.imag) < 1e-9 and b + 2 * a * r.real > 0.05]
     near = [r for r in rising if abs(r) <= about]

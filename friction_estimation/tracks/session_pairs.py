@@ -1,7 +1,7 @@
-"""Which throws in the films of several cameras are the same throw.
+"""Matching of throws between the films of several cameras.
 
 Clocks of cameras need not agree, and a camera may miss a throw. But throws come at uneven times,
-which are the same for all cameras but for when each camera was started.
+which are the same for all cameras except for an offset of the start.
 """
 
 from __future__ import annotations
@@ -15,17 +15,17 @@ from friction_estimation.tracks.tuning import SAME_THROW_SECONDS
 
 
 def same_throws(clocks: Sequence[Floats]) -> list[list[int | None]]:
-    """The throws of a session, each with its number in the film of every camera.
+    """Return the throws of a session, each with its number in the film of every camera.
 
     Parameters
     ----------
-    clocks : for each camera, (n,) when its throws begin, on its own clock and in order [s]
+    clocks : for each camera, (n,) start times of its throws, on its clock and in order [s]
 
     Returns
     -------
-    For each throw and camera the number of the throw in that film, None where the camera has not
-    seen it; in order of play. Throws that the first camera has not seen come where the camera that
-    saw them puts them.
+    For each throw and camera the number of the throw in that film, None if the camera has not seen
+    it; in order of play. Throws that the first camera has not seen are placed by the camera that
+    saw them.
     """
     first = np.asarray(clocks[0], dtype=np.float64)
     found: list[tuple[float, list[int | None]]] = [
@@ -47,7 +47,7 @@ def same_throws(clocks: Sequence[Floats]) -> list[list[int | None]]:
 
 
 def _shift(first: Floats, own: Floats) -> float:
-    """How far a camera's clock is ahead of the first one's [s], so that most throws agree."""
+    """Return the lead of a camera's clock over the first one's [s] at which most throws agree."""
     if not len(first) or not len(own):
         return 0.0
     best, least = 0.0, (0, np.inf)
@@ -57,7 +57,7 @@ def _shift(first: Floats, own: Floats) -> float:
         cost = (-int(agree.sum()), float(np.mean(apart[agree] ** 2)))
         if cost < least:
             best, least = float(shift), cost
-    # Of the throws that agree, the middle one tells the shift.
+    # The middle one of the throws that agree gives the shift.
     differences = np.subtract.outer(own, first)
     close = np.abs(differences - best) <= SAME_THROW_SECONDS
     return float(np.median(differences[close]))

@@ -23,7 +23,7 @@ class SmoothedMotion:
     t : (n,) times [s]
     distance : (n,) distance along the path since the first sample [m]
     speed : (n,) speed [m/s]
-    acceleration : (n,) acceleration along the path, negative where friction slows the stone [m/s²]
+    acceleration : (n,) acceleration along the path, negative for deceleration [m/s²]
     speed_sigma, acceleration_sigma : (n,) standard errors of the two
     """
 
@@ -36,7 +36,7 @@ class SmoothedMotion:
 
 
 def local_fit(t: Floats, values: Floats, window: float) -> tuple[Floats, Floats]:
-    """Value and derivatives of a quadratic fitted around every sample.
+    """Return value and derivatives of a quadratic fitted around every sample.
 
     This is the Savitzky–Golay filter for times that need not be even, since lost frames leave gaps.
 
@@ -44,7 +44,7 @@ def local_fit(t: Floats, values: Floats, window: float) -> tuple[Floats, Floats]
     ----------
     t : (n,) increasing times [s]
     values : (n,) samples
-    window : full width of the fit [s]; widened where it holds fewer than 5 samples
+    window : full width of the fit [s]; widened if it contains fewer than 5 samples
 
     Returns
     -------
@@ -57,7 +57,7 @@ def local_fit(t: Floats, values: Floats, window: float) -> tuple[Floats, Floats]
     """
     n, least = len(t), 5
     if n < least:
-        raise TrackTooShortError(f"needs at least {least} samples, got {n}")
+        raise TrackTooShortError(f"expected at least {least} samples, got {n}")
     first = np.searchsorted(t, t - window / 2 - 1e-9)
     last = np.searchsorted(t, t + window / 2 + 1e-9)
     few = last - first < least
@@ -87,12 +87,12 @@ def local_fit(t: Floats, values: Floats, window: float) -> tuple[Floats, Floats]
 def smooth_motion(
     t: Floats, xy: Floats, *, window: float = 1.0, noise: float = 0.005
 ) -> SmoothedMotion:
-    """Distance, speed and acceleration along the path.
+    """Return distance, speed and acceleration along the path.
 
     Parameters
     ----------
     t : (n,) times [s]
-    xy : (n, 2) measured positions, free of wild rows [m]
+    xy : (n, 2) measured positions, without outliers [m]
     window : width of the local quadratic fits [s]
     noise : standard deviation of one coordinate, for the standard errors [m]
 

@@ -1,4 +1,4 @@
-"""The spin of a thrown stone, from its measured heading."""
+"""Spin of a thrown stone, from its measured heading."""
 
 from __future__ import annotations
 
@@ -11,16 +11,16 @@ from friction_estimation.tracks.tuning import MIN_HEADINGS
 
 
 def has_heading(slide: FreeSlide) -> bool:
-    """Whether the heading was measured often enough to estimate the spin."""
+    """Return whether the heading was measured often enough to estimate the spin."""
     return int(np.isfinite(slide.track.theta[slide.rows]).sum()) >= MIN_HEADINGS
 
 
 def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
-    """Spin ω₀ and power p of ω = ω₀ (v/v₀)^p, with v₀ and the heading at the start.
+    """Return spin ω₀ and power p of ω = ω₀ (v/v₀)^p, with v₀ and the heading at the start.
 
     Returns
     -------
-    ω₀ [rad/s], p, v₀ [m/s] and the heading [rad]; the spin is 0 where too few headings are known
+    ω₀ [rad/s], p, v₀ [m/s] and the heading [rad]; the spin is 0 if too few headings are known
     """
     motion = smooth_motion(slide.t, slide.xy, window=2.0)
     v0 = float(np.median(motion.speed[:10]))
@@ -43,7 +43,9 @@ def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
 
 
 def _robust_line(basis: Floats, values: Floats) -> tuple[Floats, float]:
-    """Least-squares coefficients with wild values held down, and the sum of the residuals."""
+    """Return least-squares coefficients with down-weighted outliers, and the sum of the
+    residuals.
+    """
     weights = np.ones(len(basis))
     coefficients: Floats = np.zeros(basis.shape[1])
     cost = np.inf

@@ -1,4 +1,4 @@
-"""What a coach notes of each throw, in a table `throws.csv` beside the tracks.
+"""A coach's notes on each throw, in a table `throws.csv` in the folder of the tracks.
 
 Its columns are `athlete, stone, called, note`, all of which may be missing or empty, and `throw`,
 the number of the throw in the tracks; without that column its rows are the throws in order of play.
@@ -20,21 +20,21 @@ from curling_env.trajectory import Trajectory, read_tracks
 THROW_LIST = "throws.csv"
 """Name of the table, in the folder of the tracks."""
 NOTED = ("athlete", "stone", "called", "note")
-"""Its columns besides the number of the throw."""
+"""Its columns in addition to the number of the throw."""
 MAX_THROWS = 10_000
-"""Throws in one file: more than a club makes in a season."""
+"""Maximum number of throws in one file: more than a club makes in a season."""
 NO_NOTES: Mapping[int, ThrowNote] = MappingProxyType({})
 
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowNote:
-    """What is noted of a throw; empty where nothing is.
+    """Notes on a throw; empty for missing ones.
 
     Parameters
     ----------
-    athlete : who threw it
-    stone : which stone it was, by any name
-    called : the shot that was called
+    athlete : the thrower
+    stone : the stone, by any name
+    called : the called shot
     note : anything else
     """
 
@@ -45,13 +45,13 @@ class ThrowNote:
 
     @property
     def row(self) -> dict[str, str]:
-        """What is noted besides the stone, by column: to join a table of throws."""
+        """Return the notes except the stone, by column, to join a table of throws."""
         columns = {name: getattr(self, name) for name in NOTED if name != "stone"}
         return {name: value for name, value in columns.items() if value}
 
 
 def throws_beside(tracks: str | Path) -> Mapping[int, ThrowNote]:
-    """What is noted of the throws in a tracks file, by their numbers; nothing without a table.
+    """Return the notes on the throws of a tracks file, by their numbers; empty without a table.
 
     Raises
     ------
@@ -69,36 +69,36 @@ def throws_beside(tracks: str | Path) -> Mapping[int, ThrowNote]:
     for k, number in enumerate(numbers):
         if number in notes:
             raise InputError(
-                f"throw {number} is given twice", source=path, where=table.where(k, "throw")
+                f"throw {number} appears twice", source=path, where=table.where(k, "throw")
             )
         notes[number] = ThrowNote(**{name: table.text(name)[k] for name in given})
     return notes
 
 
 def load_tracks(path: str | Path) -> list[Trajectory]:
-    """The tracks of a file, with the stones that the table beside it names.
+    """Load the tracks of a file, with the stones from its table of notes.
 
     Raises
     ------
-    InputError : see `read_tracks` and `throws_beside`, or more throws than anybody makes
+    InputError : see `read_tracks` and `throws_beside`, or too many throws
     """
     tracks = read_tracks(path)
     count = len({track.throw for track in tracks})
     if count > MAX_THROWS:
-        raise InputError(f"has {count} throws; {MAX_THROWS} are read at a time", source=path)
+        raise InputError(f"has {count} throws; expected at most {MAX_THROWS}", source=path)
     return with_noted_stones(tracks, throws_beside(path))
 
 
 def with_noted_stones(
     tracks: Sequence[Trajectory], notes: Mapping[int, ThrowNote]
 ) -> list[Trajectory]:
-    """Tracks whose thrown stones have the numbers that are noted.
+    """Return tracks whose thrown stones have the noted numbers.
 
     Names that are not all whole numbers are numbered in order of play.
 
     Parameters
     ----------
-    tracks : of a session; the thrown stone comes first in each throw
+    tracks : tracks of a session; the thrown stone comes first in each throw
     notes : see `throws_beside`
     """
     names = [note.stone for _, note in sorted(notes.items()) if note.stone]

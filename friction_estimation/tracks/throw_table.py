@@ -1,8 +1,8 @@
-"""What a coach wants to know of each throw, measured from its track.
+"""A coach's measures of each throw, from its track.
 
-Times are those of the stone's centre over the lines of the ice. Everything is seen by the thrower:
-right is the thrower's right, and past is farther than the tee. A number that the track does not
-show is None.
+Times are those of the stone's centre over the lines of the ice. Everything is from the thrower's
+view: right is the thrower's right, and past is farther than the tee. A number that the track does
+not show is None.
 """
 
 from __future__ import annotations
@@ -33,29 +33,30 @@ from friction_estimation.tracks.seen_throw import (
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowMeasures:
-    """One throw in a coach's numbers; None stands for what was not seen.
+    """One throw in a coach's numbers; None for values that were not seen.
 
     Parameters
     ----------
     throw, stone : numbers in the tracks file
-    clock : when it began, since the session began [s]
+    clock : start time since the session began [s]
     direction : the end played to
     back_to_hog : the split, from the back line to the hog line at the thrower's end [s]
     tee_to_hog : the shorter split, from the tee line to the hog line there [s]
     hog_to_hog : from hog line to hog line [s]
     hog_to_tee : from the first hog line to the tee line played to [s]
     hog_to_rest : from the first hog line until the stone rests [s]
-    speed : over the first hog line [m/s]
-    spin : over the first hog line, counter-clockwise positive [rad/s]
+    speed : speed over the first hog line [m/s]
+    spin : spin over the first hog line, counter-clockwise positive [rad/s]
     turns : full turns from the first hog line until it rests, without sign
-    line : where the line of delivery crosses the tee line played to, right of the centre line [m]
+    line : crossing of the line of delivery with the tee line played to, right of the centre line
+        [m]
     angle : the line of delivery, counter-clockwise from the direction of play [rad]
     curl : distance of its rest from the line of delivery, to the left [m]
     right : place of its rest, right of the centre line [m]
     past : place of its rest, past the tee line [m]
     from_tee : distance of its rest from the tee [m]
-    touched : whether it touched another stone on its way
-    origin : (2,) where the line of delivery leaves the first hog line, right of the centre line and
+    touched : true if it touched another stone
+    origin : (2,) start of the line of delivery at the first hog line, right of the centre line and
         past the tee played to [m]; None without a line
     """
 
@@ -82,11 +83,12 @@ class ThrowMeasures:
 
     @property
     def rests(self) -> bool:
-        """Whether it was seen to come to rest."""
+        """Return whether it was seen to come to rest."""
         return self.past is not None
 
     def curl_at(self, xy: Floats) -> Floats:
-        """Distance of places (..., 2), sheet frame, to the left of the line of delivery [m].
+        """Return the distance of places (..., 2), sheet frame, to the left of the line of delivery
+        [m].
 
         Raises
         ------
@@ -99,7 +101,7 @@ class ThrowMeasures:
         return np.asarray(ahead[0] * away[..., 1] - ahead[1] * away[..., 0])
 
     def as_dict(self) -> dict[str, object]:
-        """The numbers by name in SI units, each measured one followed by `NAME_sigma`."""
+        """Return the numbers by name in SI units, each measured one followed by `NAME_sigma`."""
         document: dict[str, object] = {}
         for name in (field.name for field in fields(self) if field.name != "origin"):
             value = getattr(self, name)
@@ -119,12 +121,12 @@ _MEASURED = tuple(
 def throw_table(tracks: Sequence[Trajectory]) -> list[ThrowMeasures]:
     """Measure every throw of a session, in the order of the tracks.
 
-    Of the stones of a throw the one that moves first was thrown. Throws whose stone never slides
-    freely are left out.
+    The thrown stone of a throw is the one that moves first. Throws whose stone never slides freely
+    are dropped.
 
     Parameters
     ----------
-    tracks : tracks of a session; the stones of one throw share its number and stand together
+    tracks : tracks of a session; the stones of one throw share its number and are adjacent
     """
     return list(_measured(tracks))
 
@@ -138,11 +140,12 @@ def _measured(tracks: Sequence[Trajectory]) -> Iterator[ThrowMeasures]:
 
 
 def thrown_stones(tracks: Sequence[Trajectory]) -> Iterator[tuple[Trajectory, list[float]]]:
-    """The track of the thrown stone of every throw, and when it touched other stones [s].
+    """Return the track of the thrown stone of every throw, and its times of contact with others
+    [s].
 
     Parameters
     ----------
-    tracks : of a session; the stones of one throw share its number and stand together
+    tracks : tracks of a session; the stones of one throw share its number and are adjacent
     """
     touched = contacts_of(tracks)
     for _, group in groupby(range(len(tracks)), key=lambda k: tracks[k].throw):
@@ -158,8 +161,8 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
     Parameters
     ----------
     track : track of the thrown stone
-    contacts : times at which it touched another stone [s], beside those that its own track shows;
-        its way after the first of them is not measured
+    contacts : times at which it touched another stone [s], in addition to those in its own track;
+        its path after the first of them is not measured
 
     Raises
     ------
@@ -209,7 +212,7 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
 
 
 def _measure_by_gates(track: Trajectory) -> ThrowMeasures:
-    """The splits of a throw that light gates timed: they show nothing else of it."""
+    """Return the splits of a throw timed by light gates, which show nothing else of it."""
     away = bool(track.xy[-1, 1] >= track.xy[0, 1])
     lines = {
         "near_tee": -TEE_Y,
@@ -239,7 +242,7 @@ def _curl(origin: Floats, angle: Measured, place: Floats, sigma: float | None) -
 
 
 def rows_until(track: Trajectory, time: float) -> Trajectory:
-    """The rows of a track before a time."""
+    """Return the rows of a track before a time."""
     if time > track.t[-1]:
         return track
     rows = track.t < time - 0.02

@@ -1,11 +1,11 @@
-"""Sessions with something hidden in them and a sealed truth, and how well discovery finds it.
+"""Sessions with a hidden effect and a sealed truth, and the scores of discovery on them.
 
 - `law`: formulas and integrator of the ice, none of them the project's own
-- `hidden`: what may be hidden, and how large it is
+- `hidden`: possible hidden effects and their sizes
 - `camera`, `sessions`: whole sessions, as track files and a sealed truth
-- `families`: what is hidden in which session of the benchmark
-- `scoring`: names, sizes and maps beside the truth
-- `linearised`, `bound`: how well the ice can be known at best
-- `planned_draws`: draws planned on the ice that was found, thrown on the true one
-- `filmed`: sessions that are really filmed
+- `families`: the hidden effects of each session of the benchmark
+- `scoring`: names, sizes and maps compared with the truth
+- `linearised`, `bound`: the best possible knowledge of the ice
+- `planned_draws`: draws planned on the discovered ice, thrown on the true one
+- `filmed`: sessions with rendered films
 """

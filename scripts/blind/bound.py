@@ -1,8 +1,8 @@
-"""How well the ice can be known from a session at best: the joint Bayesian bound.
+"""Best possible knowledge of the ice from a session: the joint Bayesian bound.
 
 Unknown are the friction map (its prior is the true one: a Gaussian correlation of the true size and
 length), the parameters of all hidden effects, the level of friction, the coupling of the spin, each
-throw's release, and its own friction, which scatters as it truly does. The noise is the true one.
+throw's release, and its own friction, with the true scatter. The noise is the true one.
 The generator's own law is linearised about the true paths (`linearised`).
 """
 
@@ -22,16 +22,16 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
 
 LEFT_OUT = 1e-6
-"""Part of the field's variance that its coarse basis may miss."""
+"""Share of the field's variance that its coarse basis may miss."""
 
 
 class Bound(NamedTuple):
-    """How well the map of a session can be known at best.
+    """Best possible knowledge of the map of a session.
 
     Parameters
     ----------
-    crossed : (89, 9) whether a stone's centre crossed the cell
-    rmse : error of ln μ in the crossed cells, root mean square, their mean taken out
+    crossed : (89, 9) true if a stone's centre crossed the cell
+    rmse : error of ln μ in the crossed cells, root mean square, without their mean
     """
 
     crossed: Flags
@@ -46,7 +46,7 @@ def _crossed_by(paths: list[Floats]) -> Flags:
 
 
 def paths_of(sealed: dict[str, Any], throws: int) -> list[tuple[Floats, Floats]]:
-    """Passes of earlier stones, and the true path (n, 6), of each throw of the session."""
+    """Return passes of earlier stones, and the true path (n, 6), of each throw of the session."""
     q, pattern = np.array(sealed["numbers"]), np.array(sealed["pattern"]).reshape(-1, 3)
     passes = np.zeros(SQUARES)
     out: list[tuple[Floats, Floats]] = []
@@ -59,12 +59,12 @@ def paths_of(sealed: dict[str, Any], throws: int) -> list[tuple[Floats, Floats]]
 
 
 def bound_of(sealed: dict[str, Any], tracks: list[Trajectory]) -> Bound:
-    """The joint Bayesian bound of a session.
+    """Compute the joint Bayesian bound of a session.
 
     Parameters
     ----------
     sealed : the truth; a map, if there is one, is a Gaussian field
-    tracks : of the session, of which only the times of the frames are read
+    tracks : tracks of the session, of which only the times of the frames are read
     """
     q, pattern = np.array(sealed["numbers"]), np.array(sealed["pattern"]).reshape(-1, 3)
     basis = field_basis(q[MAP_SD], q[MAP_LENGTH])
@@ -87,7 +87,8 @@ def bound_of(sealed: dict[str, Any], tracks: list[Trajectory]) -> Bound:
                 )
             ]
         )
-        # The release, and the throw's own friction beside that of the session, are its own.
+        # The release, and the throw's own friction in addition to that of the session, are
+        # independent.
         own, shared = columns[:, :7], columns[:, 6:]
         inner = own.T @ own
         inner[6, 6] += sealed["scatter"] ** -2.0
@@ -107,9 +108,10 @@ def bound_of(sealed: dict[str, Any], tracks: list[Trajectory]) -> Bound:
 
 
 def field_basis(sd: float, length: float) -> Floats:
-    """A coarse basis of the field in the cells, (89, 9, m), with standard normal coefficients.
+    """Return a coarse basis of the field in the cells, (89, 9, m), with standard normal
+    coefficients.
 
-    Nothing (m = 0) where there is no field.
+    Empty (m = 0) if there is no field.
     """
     if sd == 0.0:
         return np.empty((*PAPER_SHEET.shape, 0))
@@ -122,14 +124,16 @@ def field_basis(sd: float, length: float) -> Floats:
 
 
 def free_places(sealed: dict[str, Any]) -> list[int]:
-    """Places of all parameters that act on the stone and are not given."""
+    """Return places of all parameters that act on the stone and are not given."""
     names = {name.partition(":")[0] if name not in FREE else name for name in sealed["effects"]}
     names |= set(STRENGTH_PLACES) if "strengths" in sealed else set()
     return sorted({place for name in names for place in FREE.get(name, ())})
 
 
 def camera_steps(errors: dict[str, Any]) -> list[tuple[dict[str, Any], float, float]]:
-    """For each unknown of the camera: the errors after a small step, the step, and its width."""
+    """Return for each unknown of the camera: the errors after a small step, the step, and its
+    width.
+    """
     out: list[tuple[dict[str, Any], float, float]] = []
     if "offset" in errors:
         out += [

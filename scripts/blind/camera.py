@@ -1,4 +1,4 @@
-"""What a camera makes of the true places: its errors, and the noise of tracks."""
+"""Measurement of the true places by a camera: its errors, and the noise of tracks."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from blind.law import STEP
 from curling_env.typing import Floats
 
 FRAMES = 30.0
-"""Frames a second."""
+"""Frame rate [1/s]."""
 HEADING = 0.02
 """Standard deviation of white noise of the heading [rad]."""
 WILD = 0.15
-"""Standard deviation of positions in wild frames [m]."""
+"""Standard deviation of positions in wrong frames [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Camera:
-    """How a session is measured.
+    """Measurement of a session.
 
     Parameters
     ----------
-    errors : what the camera gets wrong throughout, see `seen`
-    sigma, memory : standard deviation of positions [m], and how long their errors last [s]
-    missing, outliers : shares of frames that are lost, and that are wild
+    errors : systematic errors of the camera, see `seen`
+    sigma, memory : standard deviation of positions [m], and correlation time of their errors [s]
+    missing, outliers : shares of lost and of wrong frames
     """
 
     errors: dict[str, Any] = field(default_factory=dict)
@@ -51,7 +51,7 @@ def draw_camera(errors: dict[str, Any], rng: np.random.Generator, *, bad: bool) 
 def photograph(
     path: Floats, sweep: Floats, camera: Camera, rng: np.random.Generator
 ) -> dict[str, list[Any]]:
-    """Rows of a track file for one throw: t, x, y, theta, swept.
+    """Return rows of a track file for one throw: t, x, y, theta, swept.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ def photograph(
 
 
 def seen(xy: Floats, theta: Floats, errors: dict[str, Any]) -> Floats:
-    """Where a camera that errs sees a stone, (n, 2) [m].
+    """Return positions of a stone as seen by a camera with errors, (n, 2) [m].
 
     Parameters
     ----------
@@ -100,7 +100,9 @@ def seen(xy: Floats, theta: Floats, errors: dict[str, Any]) -> Floats:
 
 
 def from_the_end(xy: Floats, k1: float) -> Floats:
-    """Positions read through an undistorted model of a camera that distorts, 5 m up, 6 m behind."""
+    """Return positions read through an undistorted model of a camera that distorts, 5 m up, 6 m
+    behind.
+    """
     height, behind, tilt = 5.0, 28.0, math.atan2(5.0, 28.0)
     depth = xy[:, 1] + behind
     ahead = depth * math.cos(tilt) + height * math.sin(tilt)
@@ -114,7 +116,7 @@ def from_the_end(xy: Floats, k1: float) -> Floats:
 
 
 def coloured(n: int, t: Floats, sigma: float, memory: float, rng: np.random.Generator) -> Floats:
-    """White noise, or noise that remembers."""
+    """Draw white noise, or correlated noise."""
     noise = rng.normal(size=n)
     if memory > 0:
         for i in range(1, n):

@@ -1,4 +1,4 @@
-"""The families of sessions, and what is hidden in each session of them."""
+"""Families of sessions, and the hidden effects of each session."""
 
 from __future__ import annotations
 
@@ -41,25 +41,25 @@ ONE_WAY = (
     ("slope",),
     ("curl", "speed_dependent_friction"),
 )
-"""Hidden in sessions that were played in one direction only."""
+"""Hidden effects of sessions that were played in one direction only."""
 SHORT = ("none", "one", "another form", "two")
 """Families whose sessions have 16 throws, the others 20."""
 FRESH = 6
-"""Throws played after a session."""
+"""Number of throws played after a session."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Task:
-    """One session to make and to search.
+    """Session to make and to search.
 
     Parameters
     ----------
     kind : family
     index : number within the family; with the seed of the benchmark it seeds the session
-    hidden : names of what is hidden
-    throws : throws of the session
+    hidden : names of the hidden effects
+    throws : number of throws of the session
     ways : directions of play
-    given : whether the preset `standard` is given as the model, and the ice is like it
+    given : give the preset `standard` as the model, on ice like it
     scale : factor on the usual sizes of the effects
     """
 
@@ -133,7 +133,7 @@ def _singles(names: tuple[str, ...]) -> list[tuple[str, ...]]:
 
 
 def combinations(count: int) -> Iterator[tuple[str, ...]]:
-    """Endless combinations of several effects, all of them about equally often.
+    """Yield endless combinations of several effects, all of them about equally often.
 
     Wear of the whole sheet and wear along paths are never together: they are one effect.
     """

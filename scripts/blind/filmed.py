@@ -1,7 +1,7 @@
-"""Sessions that are really filmed: what discovery makes of tracks that come from films.
+"""Sessions with rendered films, and the verdict of discovery on their tracks.
 
-Formulas and integrator of the true paths are this folder's own; films and tracks that are in the
-folder are not made again.
+Formulas and integrator of the true paths are this folder's own; existing films and tracks in the
+folder are reused.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ from friction_estimation.tracking import track_film
 THROWS = 12
 FPS = 12.0
 SAMPLES = 60.0
-"""Of the true path that is filmed [1/s]."""
+"""Number of samples of the filmed true path [1/s]."""
 
 
 @dataclass(frozen=True)
 class FilmedSession:
-    """A session to film: what is hidden in it, the camera that sees it, and its seed."""
+    """Session to film: its hidden effects, its camera, and its seed."""
 
     hidden: tuple[str, ...]
     camera: str
@@ -59,7 +59,7 @@ SESSIONS = (
 
 
 class Verdict(NamedTuple):
-    """Effects that discovery named in a session, and those that are hidden."""
+    """Effects that discovery named in a session, and the hidden ones."""
 
     named: list[str]
     hidden: list[str]
@@ -70,7 +70,7 @@ def judged(folder: Path) -> Iterator[Verdict]:
 
     Parameters
     ----------
-    folder : keeps films and tracks
+    folder : folder of films and tracks
     """
     cv2.setNumThreads(1)
     for session in tqdm(SESSIONS, unit="session", disable=None):
@@ -110,7 +110,7 @@ def play(session: FilmedSession) -> list[Trajectory]:
         n = throw_path(q, pattern, passes, start, clock, float(k), 0.0, np.zeros(2), path)
         run_over(passes, path[:n])
         rows = np.unique(np.append(np.arange(0, n, round(1 / SAMPLES / STEP)), n - 1))
-        inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is taken off
+        inside = np.abs(path[rows, 0]) < 2.1  # a stone at the boards is removed
         rows = rows[: int(np.argmin(inside)) if not inside.all() else len(rows)]
         paths.append(
             Trajectory(t=rows * STEP, xy=path[rows, :2], theta=path[rows, 4], throw=k, clock=clock)

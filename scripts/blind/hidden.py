@@ -1,4 +1,4 @@
-"""What may be hidden in a blind session: its names, its likely sizes, and the ice beneath."""
+"""Possible hidden effects of a blind session: names, likely sizes, and the ice beneath."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ FORMS = (
     "friction_map:across",
     "friction_map:ripples",
 )
-"""Effects of the catalogue in forms that are not the catalogue's own."""
+"""Effects of the catalogue in forms other than the catalogue's."""
 OUTSIDE = (
     "friction_follows_spin",
     "trough",
@@ -48,7 +48,7 @@ OUTSIDE = (
     "heading_friction",
     "brushed_ice",
 )
-"""What the catalogue does not have."""
+"""Effects outside the catalogue."""
 
 CHAMPIONSHIP = {
     law.EXPONENT: 0.25,
@@ -58,18 +58,18 @@ CHAMPIONSHIP = {
     law.SPIN_RATE: 0.0115,
     law.SPIN_POWER: 0.6,
 }
-"""The ice of the preset `standard`."""
+"""Ice of the preset `standard`."""
 STRENGTH_PLACES = {
     "speed_dependent_friction": law.EXPONENT,
     "air_drag": law.AIR,
     "curl": law.CURL,
     "spin_drag": law.SPIN_RATE,
 }
-"""Where its strengths stand, which differ from day to day."""
+"""Places of its strengths, which differ from day to day."""
 GIVEN = tuple(name for name in NAMES if name not in STRENGTH_PLACES)
 """Effects that the preset `standard` lacks."""
 MAP_WAVES = 200
-"""Waves of which a friction map is the sum."""
+"""Number of waves whose sum is a friction map."""
 PLAIN = {
     "pebble_wear": (law.WEAR, 0.004, True, "rate"),
     "pebble_wear:along paths": (law.WEAR_ALONG, 0.02, True, "along_path"),
@@ -90,11 +90,11 @@ PLAIN = {
     "heading_friction": (law.O_HEADING, 0.12, True, None),
     "brushed_ice": (law.O_BRUSHED, 0.15, True, None),
 }
-"""Effects of one number: its place, its usual size, whether either sign may be, and its name."""
+"""Effects of one number: its place, its usual size, possible signs, and its name."""
 
 
 def hidden_numbers(rng: np.random.Generator) -> Floats:
-    """Ice on which nothing is missing."""
+    """Return ice on which nothing is missing."""
     q = np.zeros(law.SIZE)
     q[law.MU] = rng.uniform(0.007, 0.011)
     q[law.COUPLING] = 19.1 * law.BAND**2 / 0.2008 * rng.uniform(0.9, 1.1)
@@ -104,7 +104,7 @@ def hidden_numbers(rng: np.random.Generator) -> Floats:
 
 
 def championship_numbers(rng: np.random.Generator) -> Floats:
-    """Ice like that of the preset `standard`, each strength off by 10 to 40 per cent."""
+    """Return ice like that of the preset `standard`, each strength off by 10 to 40 per cent."""
     q = hidden_numbers(rng)
     q[list(CHAMPIONSHIP)] = list(CHAMPIONSHIP.values())
     for strength in STRENGTH_PLACES.values():
@@ -122,7 +122,9 @@ def hide(
     *,
     scale: float = 1.0,
 ) -> dict[str, Any]:
-    """Put an effect of a likely size, times a scale, into the numbers; its true parameters."""
+    """Put an effect of a likely size, times a scale, into the numbers; return its true
+    parameters.
+    """
     sign = rng.choice([-1.0, 1.0])
     size = scale * float(np.exp(rng.uniform(np.log(0.5), np.log(2.0))))
     if name in PLAIN:
@@ -187,7 +189,7 @@ def hide(
 
 
 def draw_map(q: Floats, rng: np.random.Generator) -> Floats:
-    """Wave numbers and phases of the friction map, (n, 3); none where the ice has no map.
+    """Draw wave numbers and phases of the friction map, (n, 3); empty if the ice has no map.
 
     Waves of normal wave numbers add up to a field whose correlation falls off as
     exp(−d²/(2·length²)).
@@ -198,12 +200,12 @@ def draw_map(q: Floats, rng: np.random.Generator) -> Floats:
 
 
 def has_map(q: Floats) -> bool:
-    """Whether friction differs smoothly from place to place."""
+    """Return whether friction differs smoothly from place to place."""
     return bool(q[law.MAP_SD] or q[law.MAP_ACROSS] or q[law.MAP_RIPPLE])
 
 
 def log_map(q: Floats, pattern: Floats) -> Floats:
-    """ln of the map's factor on friction at the centres of the paper's cells, (89, 9)."""
+    """Return ln of the map's factor on friction at the centres of the paper's cells, (89, 9)."""
     y, x = np.meshgrid(np.arange(89) * 0.5 - 22.0, np.arange(9) * 0.5 - 2.0, indexing="ij")
     waves = np.cos(pattern[:, 0] * x[..., None] + pattern[:, 1] * y[..., None] + pattern[:, 2])
     smooth = q[law.MAP_SD] * math.sqrt(2.0 / max(len(pattern), 1)) * waves.sum(axis=-1)

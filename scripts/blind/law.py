@@ -1,4 +1,4 @@
-"""The law of the blind sessions' ice: formulas and integrator, written without the project's own.
+"""Law of the blind sessions' ice: formulas and integrator, written without the project's own.
 
 A ring of 24 contacts, each with Coulomb friction, and the midpoint rule at 2 ms.
 """
@@ -19,7 +19,7 @@ STOP = 3e-4
 EDGE = 21.95
 HOG = 10.9725
 RIPPLE_PERIOD = 5.0
-"""Of friction that ripples along the sheet [m]."""
+"""Period of friction that ripples along the sheet [m]."""
 
 # Places in the vector of hidden numbers.
 (
@@ -47,7 +47,7 @@ def square_of(x: float, y: float) -> Any:
 
 @numba.njit(cache=True)
 def worn(rate: float, passes: Any, x: float, y: float, ex: float, ey: float, phi: float) -> float:
-    """Factor on friction where the contact at phi stands."""
+    """Return the factor on friction at the contact at phi."""
     forward, left = BAND * math.cos(phi), BAND * math.sin(phi)
     i, j = square_of(x + forward * ex - left * ey, y + forward * ey + left * ex)
     return math.exp(rate * passes[i, j])
@@ -163,7 +163,7 @@ def throw_path(
     sweep: Any,
     out: Any,
 ) -> int:
-    """States every `STEP` until rest or the edge; how many."""
+    """Compute states every `STEP` until rest or the edge; return their number."""
     s = start.copy()
     middle = np.empty(6)
     n = 0

@@ -1,7 +1,7 @@
-"""The generator's own law, linearised about true paths.
+"""Generator's own law, linearised about true paths.
 
 Accelerations by differences along each path, and the response of the path by integrating the linear
-equations of motion; what a camera then sees of it, and its noise made white.
+equations of motion; then the response of the camera's measurements, with whitened noise.
 """
 
 from __future__ import annotations
@@ -34,29 +34,30 @@ FREE = {
     "spin_drag": {law.SPIN_RATE: 0.1, law.SPIN_POWER: 2.0},
     "air_drag": {law.AIR: 0.01},
 }
-"""For each effect that acts on the stone the places of its parameters, and their standard
-deviations before the throws: wide, so that the throws alone decide."""
+"""Places of the parameters of each effect that acts on the stone, and their prior standard
+deviations: wide, so that the throws alone decide.
+"""
 WIDE = {place: width for places in FREE.values() for place, width in places.items()}
 """These standard deviations by place."""
 NUDGE = 1e-4
-"""Step of differences by a parameter, over its width before the throws."""
+"""Step of differences by a parameter, over its prior width."""
 EDGE_NUDGE = 0.1
-"""Step of differences by an edge of a patch [m]: about as far as a stone slides in a step."""
+"""Step of differences by an edge of a patch [m]: about the slide of a stone in one step."""
 EVERY = 10
-"""Steps of the generator to one of the linear equations of motion: 20 ms."""
+"""Number of steps of the generator in one of the linear equations of motion: 20 ms."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Response:
-    """How one throw's path answers to what is unknown, along the path every 20 ms.
+    """Response of one throw's path to the unknowns, along the path every 20 ms.
 
     Parameters
     ----------
-    t : (n,) since the release [s]
-    states : (n, 6) of the true path
-    release : (n, 6, 6) to its release
-    parameters : (n, 6, p) to ln of the friction and of the coupling, and to the effects
-    field : (n, 6, m) to the coefficients of the field
+    t : (n,) times since the release [s]
+    states : (n, 6) states of the true path
+    release : (n, 6, 6) response to its release
+    parameters : (n, 6, p) response to ln of the friction and of the coupling, and to the effects
+    field : (n, 6, m) response to the coefficients of the field
     """
 
     t: Floats
@@ -78,7 +79,7 @@ def accelerations(
     stone: float,
     sweep: Any,
 ) -> Any:
-    """Accelerations of x, y and the heading at states along a path, (n, 3)."""
+    """Return accelerations of x, y and the heading at states along a path, (n, 3)."""
     out = np.empty((len(t), 3))
     for i in range(len(t)):
         swept = 1.0 if sweep[0] <= t[i] < sweep[1] else 0.0
@@ -100,8 +101,8 @@ def respond(
     Parameters
     ----------
     path : (n, 6) states every `STEP`
-    places : of the effects' parameters
-    basis : (89, 9, m) of the field
+    places : places of the effects' parameters
+    basis : (89, 9, m) basis of the field
     """
     states = path[::EVERY]
     t: Floats = STEP * np.arange(0.0, len(path), EVERY)
@@ -160,7 +161,7 @@ def respond(
 
 
 def along(basis: Floats, states: Floats) -> Floats:
-    """The basis at the places of a path, (n, m): bilinear between the centres of cells."""
+    """Return the basis at the places of a path, (n, m): bilinear between the centres of cells."""
     (i, i1), (j, j1), u, v = PAPER_SHEET.cells_around(states[:, :2])
     u, v = u[:, None], v[:, None]
     return (1 - u) * ((1 - v) * basis[i, j] + v * basis[i, j1]) + u * (
@@ -174,7 +175,9 @@ def measured(
     errors: dict[str, Any],
     lens: list[tuple[dict[str, Any], float, float]],
 ) -> Floats:
-    """Response of the measured x, y and heading in each frame, (frames, 3, 6 + p + lens + m)."""
+    """Return the response of the measured x, y and heading in each frame, (frames, 3, 6 + p + lens
+    + m).
+    """
 
     def at(values: Floats) -> Floats:
         flat = values.reshape(len(values), -1)
@@ -205,7 +208,7 @@ def measured(
 
 
 def whitened(columns: Floats, t: Floats, sigma: float, memory: float) -> Floats:
-    """Rows over their noise, each without what the row before tells of its noise."""
+    """Return rows over their noise, without the part predicted by the row before."""
     if memory == 0.0:
         return columns / sigma
     keep = np.exp(-np.diff(t) / memory)[:, None]

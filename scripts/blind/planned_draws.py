@@ -1,4 +1,4 @@
-"""Draws planned on the ice that was found and thrown on the true one, by an elite hand.
+"""Draws planned on the discovered ice and thrown on the true one, by an elite player.
 
 Each is compared with the draw that the same player, with the same spin, would plan on the true ice.
 """
@@ -21,24 +21,24 @@ from curling_env.typing import Floats
 
 SKILL = skill_named("elite")
 TARGETS = 6
-"""Draws, on a circle around the tee."""
+"""Number of draws, to targets on a circle around the tee."""
 RADIUS = 1.2
-"""Of that circle [m]."""
+"""Radius of that circle [m]."""
 ERRORS = 50
-"""Errors of the hand that each draw is thrown with."""
+"""Number of sampled errors for each draw."""
 STRIDE = 1.5
-"""Of the response to the hand's errors, in their standard deviations."""
+"""Step of the response to execution errors, in their standard deviations."""
 CLOSE = 1e-3
-"""A draw planned on the true ice rests as close to its target [m]."""
+"""Maximum distance from its target of a draw planned on the true ice [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrueIce:
-    """The sealed ice, on which a first stone is thrown that nobody sweeps before it is planned.
+    """Sealed ice for a first stone, which is not swept before it is planned.
 
     Parameters
     ----------
-    numbers, pattern : of the generator
+    numbers, pattern : numbers and pattern of the generator
     direction : the end played to, 1 or -1
     """
 
@@ -47,7 +47,7 @@ class TrueIce:
     direction: float
 
     def release(self, throw: Floats, sweep: tuple[float, float]) -> Release:
-        """The release of a throw of speed, angle and spin."""
+        """Return the release of a throw of speed, angle and spin."""
         speed, angle, spin = throw
         return Release(
             start=np.array(
@@ -68,24 +68,25 @@ class TrueIce:
         )
 
     def rest(self, throw: Floats, sweep: tuple[float, float]) -> Floats:
-        """Where a throw of speed, angle and spin comes to rest, (2,) [m]."""
+        """Return the place of rest of a throw of speed, angle and spin, (2,) [m]."""
         release = self.release(throw, sweep)
         return release.path(self.numbers, self.pattern, np.zeros(SQUARES))[-1, :2]
 
 
 def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dict[str, float]:
-    """Mean miss of draws planned on an ice and thrown on the true one, and of the best plans.
+    """Return the mean miss of draws planned on an ice and thrown on the true one, and of the best
+    plans.
 
     Parameters
     ----------
-    ice : that was found
+    ice : the discovered ice
     sealed : the truth
     direction : the end of the house: -1 for the home end
 
     Returns
     -------
-    ``miss`` and ``miss_on_truth``, mean over targets and errors of the hand of draws planned on the
-    ice that was found and on the true one [m]
+    ``miss`` and ``miss_on_truth``, mean over targets and execution errors of draws planned on the
+    discovered ice and on the true one [m]
     """
     truth = TrueIce(
         numbers=np.array(sealed["numbers"]),
@@ -121,7 +122,7 @@ def _as_thrown(planned: PlannedThrow) -> tuple[Floats, tuple[float, float]]:
 def solve(
     truth: TrueIce, throw: Floats, sweep: tuple[float, float], target: Floats
 ) -> Floats | None:
-    """The throw of the same spin that rests at the target; None if none does."""
+    """Return the throw of the same spin that rests at the target; None if none does."""
     throw = throw.copy()
     away = truth.rest(throw, sweep) - target
     for _ in range(12):
@@ -146,13 +147,14 @@ def solve(
 def rests_with_errors(
     truth: TrueIce, throw: Floats, sweep: tuple[float, float], errors: Floats
 ) -> Floats:
-    """Where a throw rests with errors of the hand, (n, 2) [m], by its response up to second order.
+    """Return places of rest of a throw with execution errors, (n, 2) [m], by a second-order
+    response.
 
-    Ten throws give the response; over so small errors the rest is as good as quadratic.
+    Ten throws give the response; for such small errors the rest is nearly quadratic.
 
     Parameters
     ----------
-    errors : (n, 3) of speed [m/s], angle [rad] and spin [rad/s]
+    errors : (n, 3) errors of speed [m/s], angle [rad] and spin [rad/s]
     """
     sizes = STRIDE * np.array([SKILL.sigma_speed, SKILL.sigma_angle, SKILL.sigma_spin])
 

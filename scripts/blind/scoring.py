@@ -1,4 +1,4 @@
-"""How well a session was understood: what was named, and how near its numbers are to the truth."""
+"""Scores of a discovery: named effects, and the accuracy of its numbers."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from friction_estimation.discovery.tuning import CLEARLY_SEEN
 MAP = "friction_map"
 ALONG_PATHS = "pebble_wear:along paths"
 ELSEWHERE = " elsewhere"
-"""Added to the name of another stone, or of a patch at another place, than the true one."""
+"""Suffix of the name of another stone, or of a patch at another place, than the true one."""
 COMPARED = {
     "speed_dependent_friction": ("exponent",),
     "curl": ("strength", "speed_exponent"),
@@ -43,18 +43,18 @@ COMPARED = {
 """Effects that can be named, and the parameters that are compared with the truth."""
 NEUTRAL = {"stone_bias": 1.0, "sweeping": 1.0, "friction_patch": 1.0}
 WITHIN = 1.96
-"""Standard errors to either side of a 95 % interval."""
+"""Half-width of a 95 % interval [standard errors]."""
 RINK_ICE = ("model given", "model given, nothing hidden", "map", "one way")
 """Families on whose ice draws are planned."""
 Row = dict[str, Any]
 
 
 def judge(task: Task, seed: int, *, draws: bool = False) -> Row:
-    """Make a session, search it, and only then open the truth; its scores.
+    """Make a session, search it, and only then open the truth; return its scores.
 
     Parameters
     ----------
-    draws : whether draws are planned on the ice that is found
+    draws : plan draws on the discovered ice
     """
     tracks, truth = task.make(seed)
     model = load_ice("standard") if task.given else None
@@ -66,14 +66,16 @@ def judge(task: Task, seed: int, *, draws: bool = False) -> Row:
     if task.kind == "map":
         row |= map_scores(found.improved_ice(), truth, tracks)
     if draws and task.kind in RINK_ICE:
-        # Where all throws went one way, the home half of the sheet was never seen.
+        # If all throws went one way, the home half of the sheet was never seen.
         direction = -1.0 if task.ways == 2 else 1.0
         row["draws"] = draws_on_truth(found.improved_ice(), truth, direction=direction)
     return row
 
 
 def score(report: dict[str, Any], truth: dict[str, Any], task: Task) -> Row:
-    """Return what was named, whether that is right, and which 95 % intervals hold the truth."""
+    """Return the named effects, their correctness, and the 95 % intervals that contain the
+    truth.
+    """
     hidden = hidden_names(truth)
     named = sorted(
         {
@@ -94,7 +96,7 @@ def score(report: dict[str, Any], truth: dict[str, Any], task: Task) -> Row:
         effects = [[name for name in names if name != MAP] for names in (named, hidden)]
         return row | {"right": effects[0] == effects[1] and not unknown}
     if task.kind == "weak" and not named:
-        # It may stay unnamed if the report says that smaller ones would not have shown.
+        # It may stay unnamed if the report states that smaller ones would not have shown.
         seen = visibility(report, truth["effects"])
         return row | {"right": seen is not None and seen < 1.0 and not unknown}
     return row | {"right": row["exact"]}
@@ -107,9 +109,9 @@ def name_and_form(effect: dict[str, Any]) -> str:
 
 
 def is_in_place(effect: dict[str, Any], truth: dict[str, Any]) -> bool:
-    """Whether a named stone is the one that differs, and a named patch lies where friction does.
+    """Return whether a named stone is the one that differs, or a named patch is at the right place.
 
-    Of the patch that was found and the true one, the centre of one has to lie in the other.
+    The centre of the discovered patch must be in the true one, or the reverse.
     """
     true = true_parameters(effect["name"], truth)
     got = {name: p["value"] for name, p in effect["parameters"].items()}
@@ -128,7 +130,7 @@ def is_in_place(effect: dict[str, Any], truth: dict[str, Any]) -> bool:
 
 
 def hidden_names(truth: dict[str, Any]) -> list[str]:
-    """Names that the hidden effects should get; what is outside the catalogue has none."""
+    """Return names that the hidden effects should get; effects outside the catalogue have none."""
     names = [n if n in COMPARED else n.partition(":")[0] for n in truth["effects"]]
     if "pebble_wear:under each contact" in truth["effects"]:
         names = [ALONG_PATHS if n == "pebble_wear" else n for n in names]
@@ -136,7 +138,9 @@ def hidden_names(truth: dict[str, Any]) -> list[str]:
 
 
 def true_parameters(name: str, truth: dict[str, Any]) -> dict[str, float]:
-    """Of a hidden effect, also where it is hidden in another form; empty if it is not hidden."""
+    """Return the parameters of a hidden effect, also if it has another form; empty if it is not
+    hidden.
+    """
     if name == ALONG_PATHS and name not in truth["effects"]:
         return truth["effects"].get("pebble_wear:under each contact", {})
     of_name = (p for key, p in truth["effects"].items() if key.partition(":")[0] == name)
@@ -144,7 +148,7 @@ def true_parameters(name: str, truth: dict[str, Any]) -> dict[str, float]:
 
 
 def inside(report: dict[str, Any], truth: dict[str, Any]) -> list[bool]:
-    """Whether the 95 % interval of each compared parameter holds the truth."""
+    """Return whether the 95 % interval of each compared parameter contains the truth."""
     found: list[bool] = []
     for effect in report["effects"]:
         name = name_and_form(effect)
@@ -157,7 +161,7 @@ def inside(report: dict[str, Any], truth: dict[str, Any]) -> list[bool]:
 
 
 def visibility(report: dict[str, Any], hidden: dict[str, dict[str, float]]) -> float | None:
-    """The hidden effect over the smallest that these throws would have shown clearly."""
+    """Return the hidden effect over the smallest that these throws would have shown clearly."""
     ((name, true),) = hidden.items()
     smallest = dict(report["smallest_detectable"].get(name, {}))
     if "stone" in true:
@@ -176,12 +180,12 @@ def visibility(report: dict[str, Any], hidden: dict[str, dict[str, float]]) -> f
 
 
 def map_scores(ice: Ice, truth: dict[str, Any], tracks: list[Trajectory]) -> Row:
-    """Compare a found friction map with the true one, its mean over the crossed cells taken out.
+    """Compare a discovered friction map with the true one, without its mean over the crossed cells.
 
     Returns
     -------
-    ``map_rmse`` of ln μ; ``map_bound``, the least to be expected of it; ``cells_inside``, the share
-    of crossed cells whose 95 % interval holds the truth
+    ``map_rmse`` of ln μ; ``map_bound``, its lower bound; ``cells_inside``, the share of crossed
+    cells whose 95 % interval contains the truth
     """
     centres = np.stack(np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres), axis=-1)
     mu: Floats = ice.mu_at(centres)

@@ -1,6 +1,6 @@
-"""Sessions with something hidden in them, made without the project's force law.
+"""Sessions with a hidden effect, made without the project's force law.
 
-Formulas, integrator and noise are this folder's own, so that discovery is judged on data that its
+Formulas, integrator and noise are this folder's own, so that discovery is tested on data that its
 own model did not make.
 """
 
@@ -27,19 +27,19 @@ from blind.law import HOG, MU, SQUARES, STEP, run_over, throw_path
 from curling_env.typing import Floats
 
 LONGEST = 70.0
-"""No throw takes longer [s]."""
+"""Maximum duration of a throw [s]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Release:
-    """One throw as it was made.
+    """Release of one throw.
 
     Parameters
     ----------
     start : (6,) x, y, vx, vy, theta, spin at the hog line, sheet frame
-    clock : of the session at the release [s]
-    order : throws played before
-    stone : which stone
+    clock : session time at the release [s]
+    order : number of throws played before
+    stone : number of the stone
     sweep : (2,) start and end of the sweeping after the release [s]
     mu : friction of this throw, which scatters from throw to throw
     """
@@ -52,7 +52,7 @@ class Release:
     mu: float
 
     def path(self, q: Floats, pattern: Floats, passes: Floats) -> Floats:
-        """States every `STEP` until rest or the edge, (n, 6), after earlier `passes`."""
+        """Return states every `STEP` until rest or the edge, (n, 6), after earlier `passes`."""
         own = q.copy()
         own[MU] = self.mu
         out = np.empty((int(LONGEST / STEP), 6))
@@ -70,7 +70,7 @@ class Release:
         return out[:n]
 
     def document(self) -> dict[str, Any]:
-        """As the sealed truth holds it."""
+        """Return the entry of the sealed truth."""
         return {
             "start": self.start.tolist(),
             "clock": self.clock,
@@ -82,7 +82,7 @@ class Release:
 
 
 def release_of(sealed: dict[str, Any]) -> Release:
-    """A throw of the sealed truth."""
+    """Read a throw of the sealed truth."""
     arrays = {key: np.array(sealed[key]) for key in ("start", "sweep")}
     return Release(**{**sealed, **arrays})
 
@@ -98,16 +98,16 @@ def make_session(
     scale: float = 1.0,
     bad: bool = False,
 ) -> tuple[dict[str, list[Any]], dict[str, Any]]:
-    """Columns of a track file, and the sealed truth.
+    """Make the columns of a track file, and the sealed truth.
 
     Parameters
     ----------
-    fresh : throws played on after the session, on the same ice; the last in the columns
+    fresh : number of throws played after the session, on the same ice; the last in the columns
     ways : directions of play, 2 or 1
-    championship : whether the ice beneath is that of the preset `standard`, each of its strengths
-        off by 10 to 40 per cent
+    championship : use ice like the preset `standard`, each of its strengths off by 10 to 40 per
+        cent
     scale : factor on the usual sizes of the effects
-    bad : whether positions err by 8 mm with a memory of a second, and throws scatter by 1 %
+    bad : give positions errors of 8 mm with a memory of a second, and throws a scatter of 1 %
     """
     q = championship_numbers(rng) if championship else hidden_numbers(rng)
     errors: dict[str, Any] = {}
@@ -122,7 +122,7 @@ def make_session(
     clock = 0.0
     gap = rng.integers(throws // 3, 2 * throws // 3)
     passes = np.zeros(SQUARES)
-    # As in a game, every stone is played about equally often; a stone that is not cannot be found.
+    # As in a game, every stone is played about equally often; otherwise it could not be found.
     stones = np.concatenate([rng.permutation(np.arange(throws) % 4), rng.integers(0, 4, fresh)])
     speeds = np.concatenate([speeds, rng.uniform(1.4, 2.9, fresh)])
     releases: list[Release] = []
@@ -176,7 +176,7 @@ def draw_release(
     mu: float,
     scatter: float,
 ) -> Release:
-    """A throw at a speed towards an end: its line, spin and sweeping, and its own friction."""
+    """Draw a throw at a speed towards an end: its line, spin and sweeping, and its own friction."""
     line = rng.normal(0, 0.008)
     start = np.array(
         [

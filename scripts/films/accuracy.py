@@ -1,4 +1,4 @@
-"""Tracks of films beside the truth, and coarse copies of films.
+"""Tracks of films compared with the truth, and coarse copies of films.
 
 Each film FOLDER/NAME-K.mp4 has its truth in NAME-K.truth.csv, and that of its camera in
 NAME.scene.json and NAME.truth.json. Only the scoring reads the truth.
@@ -26,11 +26,11 @@ from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking import track_film
 
 OUT_OF_HAND = 1.0
-"""Rows from this long after the release are scored: before it the thrower is in the way [s]."""
+"""Time after the release from which rows are scored: before it the thrower is in the way [s]."""
 LEAST_SLIDE = 8.0
-"""Shortest track of one throw whose friction is scored [s]."""
+"""Minimum duration of a track whose friction is scored [s]."""
 RESTS = 0.02
-"""A slower stone lies still [m/s]."""
+"""Maximum speed of a stone at rest [m/s]."""
 CLICK_PX = 3.0
 """Error of a marked point in each coordinate."""
 NORMAL_95 = 1.96
@@ -39,7 +39,7 @@ TRUTH = ("t", "x", "y", "theta")
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """The track of a film beside the truth; NaN where there is no track.
+    """Track of a film compared with the truth; NaN without a track.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ def score(film: Path, *, lens: bool = True) -> Score:
     Parameters
     ----------
     film : FOLDER/NAME-K.mp4
-    lens : whether the lens is given and points are exact, or it is unknown and points are 3 px off
+    lens : give the lens and exact points; otherwise the lens is unknown and points are 3 px off
     """
     cv2.setNumThreads(1)
     camera = film.stem.rpartition("-")[0]
@@ -102,7 +102,7 @@ def score(film: Path, *, lens: bool = True) -> Score:
 
 
 def _scene(film: Path, camera: str, *, lens: bool) -> Scene:
-    """Return what a user would give."""
+    """Return the user's part of a scene."""
     scene = load_scene(film.with_name(f"{camera}.scene.json"))
     if lens:
         return scene
@@ -116,7 +116,7 @@ def _scene(film: Path, camera: str, *, lens: bool) -> Scene:
 
 
 def _rest_of(truth: dict[str, Floats]) -> float:
-    """Return the time from which the stone lies still, or that of the last frame [s]."""
+    """Return the time from which the stone is at rest, or that of the last frame [s]."""
     paces = np.hypot(np.diff(truth["x"]), np.diff(truth["y"])) / np.diff(truth["t"])
     return float(truth["t"][1:][paces > RESTS].max(initial=truth["t"][0]))
 
@@ -125,12 +125,12 @@ def _rest_of(truth: dict[str, Floats]) -> float:
 
 
 def coarse_copy(film: Path, folder: Path, lines: int) -> Path:
-    """Write a copy as messengers make it: smaller, and compressed once more.
+    """Write a copy like those of messengers: smaller, and compressed again.
 
     Parameters
     ----------
     film : FOLDER/NAME-K.mp4
-    folder : where the copy goes, with a scene that fits it and its truth
+    folder : folder of the copy, with a matching scene and its truth
     lines : height of the copy's picture
     """
     camera = film.stem.rpartition("-")[0]
@@ -143,7 +143,7 @@ def coarse_copy(film: Path, folder: Path, lines: int) -> Path:
 
 
 def _copied(film: Path, copy: Path, lines: int) -> tuple[float, float]:
-    """Write the copy of a film, and return by how much its picture is wider and higher."""
+    """Write the copy of a film, and return the scale of its picture's width and height."""
     with av.open(str(film)) as source, av.open(str(copy), "w") as target:
         seen = source.streams.video[0]
         height = lines // 2 * 2
@@ -160,7 +160,9 @@ def _copied(film: Path, copy: Path, lines: int) -> tuple[float, float]:
 
 
 def _scaled(scene: dict[str, Any], wider: float, higher: float) -> dict[str, Any]:
-    """The scene of a film in another size; pixels are counted from the middle of the first."""
+    """Return the scene of a film in another size; pixels are counted from the middle of the
+    first.
+    """
 
     def at(px: list[float]) -> list[float]:
         return [(px[0] + 0.5) * wider - 0.5, (px[1] + 0.5) * higher - 0.5]

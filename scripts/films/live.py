@@ -1,7 +1,7 @@
-"""A camera of 1080 lines and 50 frames a second that sends its film at its own pace.
+"""Camera of 1080 lines and 50 frames a second that sends its film in real time.
 
 Draws seen from behind the sheet are rendered and sent over the network in H.264, as a camera sends
-them, and are recorded and tracked meanwhile.
+them, and are recorded and tracked at the same time.
 """
 
 from __future__ import annotations
@@ -43,16 +43,15 @@ WEIGHTS = (2.15, 2.2, 2.18)
 
 
 def delays(folder: Path) -> tuple[list[float], int]:
-    """Play draws at the pace of a camera, and record and track them meanwhile.
+    """Play draws in real time, and record and track them at the same time.
 
     Parameters
     ----------
-    folder : keeps what was rendered
+    folder : folder of the rendered films
 
     Returns
     -------
-    time from the end of each throw until its track was known [s], and number of frames that were
-    lost
+    time from the end of each throw until its track was known [s], and number of lost frames
     """
     sent = folder / "sent.mp4"
     if not sent.exists():
@@ -79,12 +78,12 @@ def draw(weight: float) -> Trajectory:
     path = slide(
         load_ice("standard"), Throw(speed=weight, angle=-0.02, spin=1.5).release(), fps=100
     ).trajectory
-    assert path is not None  # a rate was given
+    assert path is not None  # a rate was requested
     return path
 
 
 def _code(films: Sequence[Path], sent: Path) -> None:
-    """One film of several, coded as cameras do."""
+    """Encode one film of several draws, as cameras do."""
     with atomic_path(sent) as draft, av.open(str(draft), "w", format="mp4") as output:
         stream = output.add_stream("libx264", rate=round(SPEC.fps))
         stream.width, stream.height = SPEC.size or (0, 0)
@@ -99,7 +98,7 @@ def _code(films: Sequence[Path], sent: Path) -> None:
 
 
 def _send(film: Path, address: str) -> None:
-    """Send a film at its own pace to an address."""
+    """Send a film in real time to an address."""
     begin_worker()
     with av.open(str(film)) as source:
         video = source.streams.video[0]
@@ -124,7 +123,7 @@ def _send(film: Path, address: str) -> None:
 
 
 class Timed:
-    """A feed that notes when its first frame is taken."""
+    """Feed that notes the time of its first frame."""
 
     def __init__(self, feed: Feed) -> None:
         self._feed, self._begun = feed, time.monotonic()
@@ -133,11 +132,11 @@ class Timed:
 
     @property
     def since(self) -> float:
-        """Time since the first frame [s]."""
+        """Return the time since the first frame [s]."""
         return time.monotonic() - self._begun
 
     def frames(self) -> Generator[LiveFrame]:
-        """The frames of the feed."""
+        """Yield the frames of the feed."""
         for number, moment in enumerate(self._feed.frames()):
             if number == 0:
                 self._begun = time.monotonic() - moment.t

@@ -1,8 +1,8 @@
 """People in films of known throws: a thrower, sweepers at work, a skip. Spheres and lines in depth.
 
 They share no code with the people that the project renders. A sweeper brushes 5 to 15 cm ahead of
-the stone's edge, bent over, for some seconds at a time; what is nearer to the camera is drawn
-later, so that heads, arms and brooms hide the stone where a camera would see them do so.
+the stone's edge, bent over, for some seconds at a time; nearer parts are drawn later, so that
+heads, arms and brooms hide the stone as in a camera.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ SHOE, SKIN, PAD, SHAFT = (35, 35, 35), (110, 140, 190), (40, 40, 40), (60, 170, 
 COATS = ((45, 45, 130), (50, 100, 60), (70, 60, 50), (120, 70, 40), (40, 40, 45))
 HAIR = ((40, 55, 80), (70, 110, 150), (30, 30, 35))
 SIDES = {"none": (), "left": (-1,), "right": (1,), "both": (-1, 1)}
-"""Sides of the stone, as the thrower sees them, on which sweepers go."""
+"""Sides of the stone, from the thrower's view, on which sweepers go."""
 HOUSE = 17.4
-"""Where the skip stands [m]."""
+"""Position of the skip [m]."""
 RELAX = 3.0
-"""When the thrower gets up [s]."""
+"""Time at which the thrower gets up [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Part:
-    """A sphere, or a rod with round ends where `to` is given; (3,) each, radius and colour."""
+    """Sphere, or rod with round ends if `to` is given; (3,) each, radius and colour."""
 
     at: Array
     radius: float
@@ -42,7 +42,7 @@ class Part:
 
 @dataclass(frozen=True, kw_only=True)
 class Sweeper:
-    """One sweeper: side -1 or 1, stride and broom of their own."""
+    """Sweeper: side -1 or 1, with an individual stride and broom."""
 
     side: int
     beside: float
@@ -55,7 +55,7 @@ class Sweeper:
     hair: tuple[float, ...]
 
     def parts(self, t: float, stone: Array, way: int) -> list[Part]:
-        """Where all of the sweeper is at a time since the release [s]."""
+        """Return all parts of the sweeper at a time since the release [s]."""
         across, along = np.array([way, 0.0, 0.0]), np.array([0.0, way, 0.0])
         up = np.array([0.0, 0.0, 1.0])
 
@@ -103,7 +103,7 @@ class People:
     ----------
     sides : a name of `SIDES`
     path : times (n,) [s] since the release, and x, y and heading (n, 3) of the stone
-    way : 1 towards y > 0, else -1
+    way : 1 towards y > 0, otherwise -1
     """
 
     def __init__(
@@ -130,7 +130,9 @@ class People:
             )  # fmt: skip
 
     def parts(self, t: float, stone: Array) -> list[Part]:
-        """Everybody at a time since the release [s], with the stone at x, y and heading (3,)."""
+        """Return all people at a time since the release [s], with the stone at x, y and heading
+        (3,).
+        """
         found = self._thrower(t, stone)
         for sweeper in self._sweepers:
             found += sweeper.parts(t, stone, self._way)
@@ -182,16 +184,16 @@ class People:
 def walker(
     x: float, y: float, way: int, t: float, look: int, *, broom: bool = True, bent: float = 0.0
 ) -> list[Part]:
-    """Somebody who walks, or stands.
+    """Return a person who walks, or stands.
 
     Parameters
     ----------
-    x, y : where on the ice [m]
-    way : 1 towards y > 0, else -1
-    t : how long they have walked [s]
-    look : which coat and hair
-    broom : whether they carry one
-    bent : how far they bend down, 0 to 1
+    x, y : place on the ice [m]
+    way : 1 towards y > 0, otherwise -1
+    t : time since they began to walk [s]
+    look : index of coat and hair
+    broom : true if they carry one
+    bent : degree of bending down, 0 to 1
     """
     step = np.sin(2 * np.pi * t)
     hips, neck, head = (

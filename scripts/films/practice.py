@@ -1,4 +1,4 @@
-"""A practice filmed in one go: rendered, tracked, and compared with what was really thrown.
+"""Practice in one film: rendered, tracked, and compared with the true throws.
 
 Four throws with a thrower, a skip and up to two sweepers at work, and scenes in which people cross,
 walk along, clean a house, or slide, push and carry a stone, are rendered once. Joined in random
@@ -29,34 +29,34 @@ from films.rink import Rink, draw_stone, rink_of
 
 Array = NDArray[np.floating[Any]]
 Shown = tuple[list[Part], Array | None]
-"""What a frame shows: people, and the stone's x, y and heading where there is one."""
+"""Content of a frame: people, and the stone's x, y and heading if there is one."""
 
 KINDS = 4
-"""Throws that are rendered; each is shown again and again."""
+"""Rendered throws; each is shown repeatedly."""
 LEAD, REST = 2.6, 2.0
-"""What is filmed before the release and after the stone rests [s]."""
+"""Filmed time before the release and after the stone rests [s]."""
 TRUTH_AFTER = 1.0
 """Time after a stone rests for which its truth is kept [s]."""
 EDGE, FAR = 2.6, 19.5
-"""Where a stone is pushed over the edge, and how far from the middle it is pushed back [m]."""
+"""Distances from the middle: of a stone pushed over the edge, and of one pushed back [m]."""
 OVERLAP = 4.0
-"""A track that shows so much of a throw is that throw's [s]."""
+"""Minimum overlap of a track with a throw that it shows [s]."""
 NEAR_REST = 0.5
-"""A track that ends no earlier before the stone rests reaches its rest [s]."""
+"""Maximum time before the stone's rest at which a track that reaches the rest ends [s]."""
 
 
-# --- what is filmed -----------------------------------------------------------------------------
+# --- the film ---------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
 class Clip:
-    """A part of the film.
+    """Part of the film.
 
     Parameters
     ----------
-    shown : what is seen at a time since it begins [s]
-    released, rests : when its stone is let go and when it rests, since it begins [s]; None where
-        nothing is thrown
+    shown : content at a time since its start [s]
+    released, rests : times of its stone's release and rest, since its start [s]; None without a
+        throw
     """
 
     name: str
@@ -67,7 +67,7 @@ class Clip:
 
 
 def throw_clip(rink: Rink, k: int) -> Clip:
-    """Return one of the throws, and what becomes of its stone."""
+    """Return one of the throws, with the clearing of its stone."""
     way = 1 if k % 2 == 0 else -1
     path = path_of(rink.mu, np.random.default_rng([*rink.key, 3 + k]), way)
     people = people_of(rink, k, path, way)
@@ -93,7 +93,7 @@ def throw_clip(rink: Rink, k: int) -> Clip:
 def clearing(
     x: float, y: float, turn: float, way: int, k: int
 ) -> tuple[float, Callable[[float], Shown]]:
-    """How a stone is cleared from where it rests: how long that takes [s], and what is seen."""
+    """Return the clearing of a stone from its place of rest: its duration [s], and its content."""
     if k % 3 == 0:  # pushed back with the foot
         lasts = (FAR + abs(y)) / 1.3
 
@@ -118,7 +118,7 @@ def clearing(
 
 
 def scenes() -> list[Clip]:
-    """What is seen between throws."""
+    """Return scenes between throws."""
 
     def way_along(t: float, pace: float) -> float:
         return pace * t + 0.04 * float(np.sin(2 * np.pi * 1.9 * t))
@@ -157,7 +157,7 @@ def scenes() -> list[Clip]:
 
 
 def render(clip: Clip, path: Path, rink: Rink) -> None:
-    """Write a clip, and beside it the places of what is thrown in it."""
+    """Write a clip, with the positions of its thrown stone."""
     grain = Grain(rink, np.random.default_rng([*rink.key, sum(map(ord, clip.name))]))
     rows: list[list[float]] = []
     with opened(path, rink, FPS) as (container, stream):
@@ -219,17 +219,17 @@ def join(clips: Sequence[Clip], folder: Path, film: Path) -> list[dict[str, Any]
     return thrown
 
 
-# --- what is tracked of it ----------------------------------------------------------------------
+# --- its tracks -------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrackOfThrow:
-    """A track beside the throw that it shows.
+    """Track compared with the throw that it shows.
 
     Parameters
     ----------
     throw : index of the throw
-    to_rest : whether it reaches the stone's rest
+    to_rest : true if it reaches the stone's rest
     error : root mean square distance from the truth [m]
     """
 
@@ -240,13 +240,13 @@ class TrackOfThrow:
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """The tracks of a practice film beside the truth.
+    """Tracks of a practice film compared with the truth.
 
     Parameters
     ----------
-    tracks : those of throws
-    joined : tracks that show more than one throw
-    invented : tracks that show none
+    tracks : tracks of throws
+    joined : number of tracks that show more than one throw
+    invented : number of tracks that show none
     """
 
     tracks: tuple[TrackOfThrow, ...]
@@ -255,12 +255,12 @@ class Score:
 
     @property
     def to_rest(self) -> int:
-        """Throws with a track that reaches their rest."""
+        """Return throws with a track that reaches their rest."""
         return len({track.throw for track in self.tracks if track.to_rest})
 
     @property
     def split(self) -> int:
-        """Throws that more than one track shows."""
+        """Return throws with more than one track."""
         shown = [track.throw for track in self.tracks]
         return len({throw for throw in shown if shown.count(throw) > 1})
 
@@ -268,13 +268,13 @@ class Score:
 def score(
     tracks: Sequence[Trajectory], thrown: Sequence[dict[str, Any]], truths: Mapping[str, Array]
 ) -> Score:
-    """Compare tracks with what was thrown.
+    """Compare tracks with the true throws.
 
     Parameters
     ----------
-    tracks : of the whole film; of each throw the first is that of the thrown stone
-    thrown : clip, and when it begins, its stone is released and rests [s], of each throw
-    truths : by clip, rows of t [s], x and y [m], since the clip begins
+    tracks : tracks of the whole film; the first of each throw is that of the thrown stone
+    thrown : clip, and times of its start, release and rest [s], of each throw
+    truths : by clip, rows of t [s], x and y [m], since the start of the clip
     """
     own = {track.throw: track for track in reversed(tracks)}
     found: list[TrackOfThrow] = []
@@ -305,7 +305,7 @@ def score(
 
 
 def score_practice(folder: Path, minutes: int = 60) -> Score:
-    """Render the film of a practice unless it is there, track it, and score the tracks."""
+    """Render the film of a practice unless it exists, track it, and score the tracks."""
     folder.mkdir(parents=True, exist_ok=True)
     film, scene, truth = (folder / f"practice.{end}" for end in ("mp4", "scene.json", "truth.json"))
     if not truth.exists():
@@ -325,7 +325,7 @@ def score_practice(folder: Path, minutes: int = 60) -> Score:
 
 
 def _tracked(film: Path, scene: Path, tracks: Path) -> list[Trajectory]:
-    """Track a film with the command that a user has, on one core."""
+    """Track a film with the user's command, on one core."""
     one_core = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
     words = [sys.executable, "-m", "curling", "track", str(film), "--scene", str(scene)]
     subprocess.run(

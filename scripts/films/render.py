@@ -1,9 +1,9 @@
-"""Films of known throws by a renderer that shares no code with this project.
+"""Renderer of films of known throws that shares no code with this project.
 
-Its lens, ray caster, stone, paint and motion are its own; OpenCV blurs and PyAV compresses. Cameras
-hang a little elsewhere for every seed, stones have radii of 0.140 to 0.146 m and their own profile,
-and lenses bend and sit a little askew. What a user would know goes into NAME.scene.json, the truth
-into NAME.truth.json and NAME-K.truth.csv.
+Lens, ray caster, stone, paint and motion are independent; OpenCV blurs and PyAV compresses. Cameras
+are placed slightly differently for every seed, stones have radii of 0.140 to 0.146 m and their own
+profile, and lenses are distorted and slightly askew. The user's knowledge goes into
+NAME.scene.json, the truth into NAME.truth.json and NAME-K.truth.csv.
 """
 
 from __future__ import annotations
@@ -30,9 +30,9 @@ from films.rink import BAND, HOG, Rink, draw_stone, rink_of
 Array = NDArray[np.floating[Any]]
 GRAVITY = 9.80665
 SIDES_BY_THROW = ("both", "left", "both", "right")
-"""Where sweepers go in one throw after the other, see `people.SIDES`."""
+"""Sides of the sweepers in successive throws, see `people.SIDES`."""
 LEAD, TAIL = 0.6, 1.0
-"""What is filmed before the release and after the stone rests [s]."""
+"""Filmed time before the release and after the stone rests [s]."""
 NOISE = 2.0
 """Standard deviation of the camera's noise [grey levels]."""
 SOFT = 0.55
@@ -43,7 +43,7 @@ FINE, COARSE = 23, 28
 
 
 def path_of(mu: float, rng: np.random.Generator, way: int) -> tuple[Array, Array]:
-    """Times, and x, y and heading of a throw to rest, from the release at the hog line."""
+    """Return times, and x, y and heading of a throw to rest, from the release at the hog line."""
     speed = np.sqrt(2 * GRAVITY * mu * rng.uniform(25.5, 29.5))
     aim, spin = rng.uniform(-0.015, 0.015), rng.choice([-1, 1]) * rng.uniform(0.7, 1.5)
     state = np.array([rng.uniform(-0.3, 0.3), -HOG * way, speed * np.sin(aim),
@@ -69,12 +69,12 @@ def path_of(mu: float, rng: np.random.Generator, way: int) -> tuple[Array, Array
 
 
 def rendered(folder: Path, camera: str, lines: int, seed: int, *, people: bool = False) -> Path:
-    """Render the film of a throw, with its scene and its truth, unless it is there.
+    """Render the film of a throw, with its scene and its truth, unless it exists.
 
     Parameters
     ----------
     camera, lines : name of the camera, and lines of the picture
-    people : whether a thrower, a skip and two sweepers are at work
+    people : show a thrower, a skip and two sweepers
     seed : seed of camera, stone and throw
     """
     folder.mkdir(parents=True, exist_ok=True)
@@ -127,7 +127,7 @@ def _film(base: Path, rink: Rink, path: tuple[Array, Array], people: People | No
 
 
 class Grain:
-    """The noise of a camera, a picture of it that is shifted from frame to frame."""
+    """Noise of a camera, a picture of it that is shifted from frame to frame."""
 
     def __init__(self, rink: Rink, rng: np.random.Generator) -> None:
         width, height = rink.view.size
@@ -150,7 +150,7 @@ def write_truth(path: Path, rows: Array) -> None:
 
 @contextmanager
 def opened(base: Path, rink: Rink, fps: int) -> Iterator[tuple[OutputContainer, VideoStream]]:
-    """A film that is being written."""
+    """Provide a film for writing."""
     with av.open(str(base.with_suffix(".mp4")), "w") as container:
         yield container, stream_of(container, Fraction(fps), rink.view.size, FINE, "ultrafast")
 
@@ -158,7 +158,7 @@ def opened(base: Path, rink: Rink, fps: int) -> Iterator[tuple[OutputContainer, 
 def stream_of(
     container: OutputContainer, fps: Fraction, size: tuple[int, int], quality: int, preset: str
 ) -> VideoStream:
-    """Add a stream of H.264 to a film; presets are x264's names for the work it takes."""
+    """Add a stream of H.264 to a film; presets are x264's names for the effort."""
     stream = container.add_stream("libx264", rate=fps)
     assert isinstance(stream, VideoStream)
     stream.width, stream.height, stream.pix_fmt = *size, "yuv420p"

@@ -1,4 +1,4 @@
-"""A rink whose pictures share no code with what the project renders: camera, ice, paint, stone.
+"""Rink rendered without code of the project's renderer: camera, ice, paint, stone.
 
 A stone is cast ray by ray.
 """
@@ -27,9 +27,9 @@ PROFILE = (6.0, 12.0)
 """Range of the exponents of a stone's profile. With granite of 2.65 g/cm³ and a handle of 0.5 kg,
 such stones weigh 17.2 to 19.6 kg; the rules ask for 17.24 to 19.96."""
 LAYERS = 44
-"""Levels at which a ray is tested against the stone."""
+"""Number of levels at which a ray is tested against the stone."""
 FINE = 4
-"""Rays along each side of a pixel."""
+"""Number of rays along each side of a pixel."""
 
 
 # --- the camera ---------------------------------------------------------------------------------
@@ -40,12 +40,12 @@ PLACES: dict[str, tuple[tuple[float, ...], tuple[float, ...], tuple[float, ...],
     "side": ((-13.8, 0.2, 10.6), (0.3, 0.0, 0.0), (0.0, 0.0, 1.0), 0.36, -0.08),
     "ceiling": ((0.1, 15.2, 6.1), (0.0, 15.0, 0.0), (-1.0, 0.0, 0.0), 0.54, -0.2),
 }
-"""Place, target, what is up, focal length and displacement of the picture's end, in widths."""
+"""Place, target, up direction, focal length and displacement of the picture's end, in widths."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class View:
-    """A camera: rotation (3, 3), place (3,), focal length, axis, distortion and size [px]."""
+    """Camera: rotation (3, 3), place (3,), focal length, axis, distortion and size [px]."""
 
     turn: Array
     place: Array
@@ -56,7 +56,7 @@ class View:
     size: tuple[int, int]
 
     def pixels(self, points: Array) -> Array:
-        """Where points (n, 3) [m] are seen, (n, 2) [px]."""
+        """Return pixels (n, 2) of points (n, 3) [m] [px]."""
         local = (points - self.place) @ self.turn.T
         a, b = local[:, 0] / local[:, 2], local[:, 1] / local[:, 2]
         r = a * a + b * b
@@ -64,7 +64,7 @@ class View:
         return np.stack([self.focal * a * bend, self.focal * b * bend], 1) + np.array(self.axis)
 
     def rays(self, u: Array, v: Array) -> Array:
-        """Directions (..., 3) through pixels; the bend is undone by repetition."""
+        """Return directions (..., 3) through pixels; the distortion is removed by iteration."""
         p, q = (u - self.axis[0]) / self.focal, (v - self.axis[1]) / self.focal
         a, b = p.copy(), q.copy()
         for _ in range(24):
@@ -75,7 +75,7 @@ class View:
 
 
 def view_of(name: str, height: int, rng: np.random.Generator) -> View:
-    """A camera of a kind, hung a little elsewhere."""
+    """Return a camera of a kind, placed slightly differently."""
     place, target, up, focal, bend = PLACES[name]
     size = (height * 4 // 3, height) if name == "ceiling" else (round(height * 16 / 9), height)
     size = (size[0] - size[0] % 2, size[1])
@@ -97,7 +97,7 @@ def view_of(name: str, height: int, rng: np.random.Generator) -> View:
 
 
 def colour_of_ice(x: Array, y: Array) -> Array:
-    """What is painted at places on the ice, (..., 3) BGR."""
+    """Return the paint at places on the ice, (..., 3) BGR."""
     colour = np.empty((*x.shape, 3), np.float32)
     colour[:] = ICE
     for end in (-1, 1):
@@ -114,7 +114,7 @@ def colour_of_ice(x: Array, y: Array) -> Array:
 
 
 def picture_of_ice(view: View, rng: np.random.Generator) -> Array:
-    """The empty sheet, (rows, columns, 3), unevenly lit."""
+    """Return the empty sheet, (rows, columns, 3), unevenly lit."""
     width, height = view.size
     picture = np.empty((height, width, 3), np.float32)
     part = (np.arange(5) + 0.5) / 5 - 0.5
@@ -137,7 +137,7 @@ def picture_of_ice(view: View, rng: np.random.Generator) -> Array:
 
 @dataclass(frozen=True, kw_only=True)
 class Granite:
-    """A stone: radius [m], the exponents of its profile below and above, colours, and the light.
+    """Stone: radius [m], the exponents of its profile below and above, colours, and the light.
 
     Its shade is the share of the light that the ice under its edge loses.
     """
@@ -151,7 +151,9 @@ class Granite:
     shade: float
 
     def radii(self, z: Array) -> Array:
-        """Radius at heights (n,): widest at 48 % of the height, with a flat striking band."""
+        """Return the radius at heights (n,): widest at 48 % of the height, with a flat striking
+        band.
+        """
         middle, band = 0.48 * STONE_HEIGHT, 0.011
         up = np.clip((z - middle - band) / (STONE_HEIGHT - middle - band), 0, 1)
         down = np.clip((middle - band - z) / (middle - band), 0, 1)
@@ -164,7 +166,7 @@ def draw_stone(
 ) -> tuple[slice, slice] | None:
     """Draw a stone with its handle, its shade and its mirror image into a picture, in place.
 
-    Returns the rows and columns that have changed; None where the stone is not in view.
+    Returns the rows and columns that have changed; None if the stone is not in view.
     """
     reach = stone.radius + 0.12
     box = np.array([(x + a, y + b, c) for a in (-reach, reach) for b in (-reach, reach)
@@ -194,10 +196,10 @@ def draw_stone(
 @numba.njit(cache=True)
 def cast(ice, foot, slope, fine, levels, radii, tilt, heading, sun, radius, shade, body, handle,
          seen):  # fmt: skip
-    """Colour of every pixel, the mean over its rays: what each meets first on its way down.
+    """Return the colour of every pixel, the mean over its rays, each at its first hit.
 
-    `foot` (rows·fine, columns·fine, 2) is where rays meet the ice, from the stone's centre;
-    `slope` their way sideways per metre of height.
+    `foot` (rows·fine, columns·fine, 2) has the points where rays meet the ice, from the stone's
+    centre; `slope` their sideways shift per metre of height.
     """
     last = len(levels) - 1
     for row in range(seen.shape[0]):
@@ -260,13 +262,13 @@ def cast(ice, foot, slope, fine, levels, radii, tilt, heading, sun, radius, shad
 
 @dataclass(frozen=True, kw_only=True)
 class Rink:
-    """A camera over a sheet, with its ice, its light and its stone.
+    """Camera over a sheet, with its ice, its light and its stone.
 
     Parameters
     ----------
-    key : seeds of all that is drawn for it
+    key : seeds of all its random numbers
     mu : friction of its ice
-    scene : what a user would know of it, as a scene file
+    scene : a user's knowledge of it, as a scene file
     """
 
     key: tuple[int, int]
@@ -278,7 +280,9 @@ class Rink:
 
 
 def rink_of(camera: str, height: int, seed: int) -> Rink:
-    """The rink of a seed, seen by a camera; the same one whatever the lines of its picture."""
+    """Return the rink of a seed, seen by a camera; the same for any number of lines of its
+    picture.
+    """
     key = seed, list(PLACES).index(camera)
     rng = np.random.default_rng([*key, 1])
     view = view_of(camera, height, rng)
@@ -307,7 +311,7 @@ def rink_of(camera: str, height: int, seed: int) -> Rink:
 
 
 def places_marked(view: View) -> tuple[list[tuple[float, float]], bool]:
-    """What a user would mark, and whether those are the corners, or else paint at the ends."""
+    """Return a user's marks, and whether those are the corners, or else paint at the ends."""
 
     def seen(points: list[tuple[float, float]]) -> NDArray[np.bool_]:
         px = view.pixels(np.array([(*p, 0.0) for p in points]))

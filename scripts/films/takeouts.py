@@ -1,7 +1,7 @@
-"""Takeouts whose truth is known: filmed, tracked, and every stone compared with its true path.
+"""Takeouts with known truth: filmed, tracked, and every stone compared with its true path.
 
 A stone is thrown at one to three others in or before the house, which are hit one after the other
-or by each other; two more lie there. The films are rendered by the package.
+or by each other; two more are at rest there. The films are rendered by the package.
 """
 
 from __future__ import annotations
@@ -36,22 +36,22 @@ from friction_estimation.tracking import track_film
 FPS = 15.0
 SIZES = {480: (854, 480), 720: (1280, 720), 1080: (1920, 1080)}
 OUT_OF_HAND = 1.5
-"""Rows from this long after the film's beginning are scored [s]."""
+"""Time after the film's beginning from which rows are scored [s]."""
 EDGE = 19.3
-"""A stone that comes so far from the middle leaves [m]; it is scored until shortly before."""
+"""Distance from the middle at which a stone leaves [m]; it is scored until shortly before."""
 SAME = 0.1
-"""Places nearer to each other than this are those of the same stone [m]."""
+"""Maximum distance between places of the same stone [m]."""
 
 
 class Film(NamedTuple):
-    """What is filmed.
+    """Specification of a film.
 
     Parameters
     ----------
-    seed : of ice, throw and stones
+    seed : seed of ice, throw and stones
     camera : its name
-    lines : of the picture
-    towards : whether the stone is thrown towards the camera, where that stands at one end
+    lines : lines of the picture
+    towards : throw the stone towards a camera at one end
     hit : number of stones that are hit
     """
 
@@ -63,7 +63,7 @@ class Film(NamedTuple):
 
     @property
     def name(self) -> str:
-        """Of its files."""
+        """Name of its files."""
         return f"{self.camera}{self.lines}{'-towards' if self.towards else ''}-{self.seed}"
 
 
@@ -85,7 +85,9 @@ WITH_PEOPLE = (
 
 
 def takeout(rng: np.random.Generator, hit: int) -> tuple[Outcome, Sequence[StoneState]]:
-    """Return a throw that hits a number of stones, which all stay in play, and what lay there."""
+    """Return a throw that hits a number of stones, which all stay in play, and the resting
+    stones.
+    """
     ice = Ice.uniform(rng.uniform(0.0105, 0.0125))
     for _ in range(900):
         throw = Throw(
@@ -160,19 +162,19 @@ def film(one: Film, folder: Path, *, people: bool) -> None:
     write_json(folder / f"{one.name}.truth.json", truth)
 
 
-# --- what is seen of it --------------------------------------------------------------------------
+# --- its tracks ----------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
 class Seen:
-    """How one track lies beside the true path that it is nearest to.
+    """Track compared with the nearest true path.
 
     Parameters
     ----------
-    stone : 0 for the thrown one, then those that were hit
-    thrown : whether the track is reported as that of the thrown stone
+    stone : 0 for the thrown one, then the hit ones
+    thrown : true if the track is reported as that of the thrown stone
     before, after : root mean square error before and after the first contact; NaN without rows [m]
-    turned : root mean square error of the heading after the contact; NaN where none is given [rad]
+    turned : root mean square error of the heading after the contact; NaN without headings [rad]
     """
 
     stone: int
@@ -183,7 +185,7 @@ class Seen:
 
     @property
     def right(self) -> bool:
-        """Whether the track is that of the stone that is reported."""
+        """Return whether the track is that of the reported stone."""
         near = bool(np.fmax(self.before, self.after) < SAME)
         return near and self.thrown == (self.stone == 0)
 
@@ -223,13 +225,13 @@ def seen_of(track: Trajectory, truth: dict[str, Any]) -> Seen:
 
 @dataclass(frozen=True, kw_only=True)
 class Result:
-    """Stones of one film beside their tracks.
+    """Stones of one film compared with their tracks.
 
     Parameters
     ----------
-    hit, resting : number of stones that were hit, and of those that nothing touched
+    hit, resting : number of hit and of untouched stones
     seen : tracks of the stones that moved
-    resting_found : number of untouched stones that were found
+    resting_found : number of untouched stones with a track
     """
 
     hit: int
@@ -244,12 +246,12 @@ class Result:
 
     @property
     def wrong(self) -> bool:
-        """Whether the track of the thrown stone is on another stone or far from its own."""
+        """Return whether the track of the thrown stone is on another stone or far from its own."""
         return any(one.thrown and not one.right for one in self.seen)
 
 
 def judged(one: Film, folder: Path, *, people: bool) -> Result:
-    """Render a film unless it is in the folder, track it, and score all its stones."""
+    """Render a film unless it exists in the folder, track it, and score all its stones."""
     files = {end: folder / f"{one.name}.{end}" for end in ("mp4", "scene.json", "truth.json")}
     if not files["truth.json"].exists():
         film(one, folder, people=people)

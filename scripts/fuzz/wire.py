@@ -88,7 +88,7 @@ def client_of_version_3() -> list[Said]:
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
     said: list[dict[str, Any]] = [
         hosting.greeting,
-        {"cmd": "is_ready", "team": "team0", "game": hosting.setting.told},
+        {"cmd": "is_ready", "team": "team0", "game": hosting.setting.announcement},
         {"cmd": "new_game", "name": NAMES},
         *(game.update for game in played("digital_curling")),
         {"cmd": "game_over"},
@@ -142,7 +142,7 @@ async def _seat(lines: list[bytes]) -> ClientSeat:
 async def _get_ready(hosting: Hosting, lines: list[bytes]) -> None:
     seat = await _seat(lines)
     try:
-        await seat.prepare(hosting.greeting, hosting.setting.told, Team.HOME)
+        await seat.prepare(hosting.greeting, hosting.setting.announcement, Team.HOME)
     finally:
         await seat.close()
 
@@ -178,7 +178,7 @@ def client_of_version_4() -> list[Said]:
     for rules in (FOURS, DOUBLES):
         client, reader = Client(DrawPlayer(), rule_name=rules), Reader4()
         hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
-        is_ready = {"cmd": "is_ready", "team": "team0", "game": hosting.setting.told}
+        is_ready = {"cmd": "is_ready", "team": "team0", "game": hosting.setting.announcement}
         client.answer(from_server(write_line(is_ready)))
         for game in played(rules):
             last = shot_of(DRAW) if game.update["state"]["shot"] else None

@@ -1,1 +1,1 @@
-"""The project's site: pages from docs/, others made from the code, and Sphinx (`make docs`)."""
+"""Site of the project: pages from docs/, others made from the code, and Sphinx (`make docs`)."""

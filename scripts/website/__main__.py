@@ -14,17 +14,17 @@ KEPT = ROOT / "runs/website"
 
 def main() -> int:
     options = argparse.ArgumentParser(prog="website", description=__doc__)
-    options.add_argument("folder", type=Path, help="where the site goes")
+    options.add_argument("folder", type=Path, help="folder of the site")
     return build(options.parse_args().folder)
 
 
 def build(folder: Path, kept: Path = KEPT) -> int:
-    """Gather the pages and let Sphinx make the site of them; every warning is an error.
+    """Gather the pages and build the site with Sphinx; every warning is an error.
 
     Parameters
     ----------
     folder : folder of the site
-    kept : folder of the gathered pages, and of what Sphinx keeps for the next time
+    kept : folder of the gathered pages, and of Sphinx's cache
     """
     from sphinx.cmd.build import build_main
 
@@ -36,7 +36,7 @@ def build(folder: Path, kept: Path = KEPT) -> int:
     words += ["-d", str(kept / "doctrees"), "-c", str(Path(__file__).parent)]
     status = build_main([*words, str(sources), str(folder)])
     for where in remote_assets(folder):
-        print(f"loads something from elsewhere: {where}", file=sys.stderr)
+        print(f"loads from another host: {where}", file=sys.stderr)
         status = 1
     if status == 0:
         print(f"{folder.resolve()}/index.html")

@@ -1,4 +1,4 @@
-"""A page for every command, from its own help."""
+"""Page for every command, from its own help."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ GROUPS = {
     "Coaching": ("app", "throws", "hand-or-ice", "athletes", "match-stones"),
     "Throws": ("plan", "throw", "simulate", "sweep", "film"),
     "Agents and games": ("train", "benchmark", "play", "tournament", "replay", "record-games",
-                         "join", "host"),
+                         "join", "host", "hands"),
     "The project": ("demo", "bench"),
 }  # fmt: skip
-"""The commands by what they are for; those that are declared elsewhere stand under the last."""
+"""Commands by purpose; commands of other packages are in the last group."""
 
 
 def pages() -> dict[str, str]:
-    """A page for each declared command, and their list."""
+    """Return a page for each declared command, and their list."""
     declared = sorted(entry.name for entry in importlib.metadata.entry_points(group=COMMAND_GROUP))
     helps = {name: help_of(name) for name in declared}
     texts = {
@@ -36,7 +36,7 @@ def pages() -> dict[str, str]:
 
 
 def help_of(*words: str) -> str:
-    """What `curling WORDS --help` prints."""
+    """Return the output of `curling WORDS --help`."""
     shown = io.StringIO()
     with mock.patch.dict(os.environ, COLUMNS="80"), contextlib.redirect_stdout(shown):
         assert main([*words, "--help"]) == 0
@@ -57,7 +57,7 @@ def _contents(helps: dict[str, str]) -> str:
 
 
 def _summary(text: str) -> str:
-    """The first sentence below the usage."""
+    """Return the first sentence below the usage."""
     said = text.split("\n\n", 2)[1]
     sentence = " ".join(line.strip() for line in said.splitlines())
     return sentence.split(". ")[0].rstrip(".") + "."

@@ -1,4 +1,4 @@
-"""Sphinx's configuration of the site; `python -m website` gathers the pages that it reads."""
+"""Configuration of Sphinx for the site; `python -m website` gathers its pages."""
 
 from __future__ import annotations
 

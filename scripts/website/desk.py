@@ -1,4 +1,4 @@
-"""The files that the pages' examples take up: films, scenes, tracks, ices, notes of an evening."""
+"""Input files of the pages' examples: films, scenes, tracks, ices, notes of an evening."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from friction_estimation.synthetic import FilmSpec, render_films
 
 SIZE, FPS = (960, 540), 10.0
 ROWS = 5
-"""Of so many rows of a track one is kept."""
+"""Interval of the kept rows of a track."""
 
 
 def lay_out(folder: Path) -> Path:
-    """Make every file that an example names and no example makes, and return the folder."""
+    """Make every file that an example names but no example makes, and return the folder."""
     rng = np.random.default_rng(0)
     athletes = (club.Athlete(name="Ada"), club.Athlete(name="Bo", spin=1.7))
     ice = random_ice(rng)
@@ -48,14 +48,14 @@ def _keep(folder: Path, evening: club.Evening, ice: Ice) -> None:
 
 
 def _thinned(track: Trajectory) -> Trajectory:
-    """A track with few rows a second, so that nobody waits for its fit."""
+    """Return a track with few rows a second, so that its fit is quick."""
     columns = {field.name: getattr(track, field.name) for field in fields(track)}
     kept = {name: x[::ROWS] for name, x in columns.items() if isinstance(x, np.ndarray)}
     return replace(track, **kept)
 
 
 def _films(folder: Path) -> None:
-    """Two throws from above under the names that the pages use, one by a ceiling camera."""
+    """Make two throws from above under the names in the pages, and one by a ceiling camera."""
     ice = load_ice("standard")
     throws = [
         (Throw(speed=1.5, angle=0.02, spin=1.2), Direction.AWAY),
@@ -80,7 +80,7 @@ def _films(folder: Path) -> None:
 
 def _path(ice: Ice, throw: Throw, direction: Direction) -> Trajectory:
     path = slide(ice, throw.release(direction), fps=60).trajectory
-    assert path is not None  # asked for by `fps`
+    assert path is not None  # requested by `fps`
     return path
 
 

@@ -1,4 +1,6 @@
-"""The house's docstrings as field lists: NumPy's sections, with words and units after the colon."""
+"""Conversion of docstrings to field lists: NumPy's sections, with words and units after the
+colon.
+"""
 
 from __future__ import annotations
 
@@ -55,7 +57,7 @@ def _names(names: str) -> str:
 
 
 def _paragraphs(lines: list[str]) -> list[str]:
-    """Keep plain text as it stands; what is indented below a colon is an example."""
+    """Keep plain text unchanged; an indented block below a colon is an example."""
     out: list[str] = []
     literal = False
     for at, line in enumerate(lines):
@@ -70,7 +72,7 @@ def _paragraphs(lines: list[str]) -> list[str]:
 
 
 def _escaped(text: str) -> str:
-    """Return a line without meaning for reStructuredText, except what stands in backticks."""
+    """Escape a line for reStructuredText, except parts in backticks."""
     parts = re.split(r"(``.*?``|`.*?`)", text)
     return "".join(
         part if part.startswith("`") else re.sub(r"([*|_\\])", r"\\\1", part) for part in parts

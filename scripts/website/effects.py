@@ -1,4 +1,4 @@
-"""A page for every effect of the catalogue, from its card."""
+"""Page for every effect of the catalogue, from its card."""
 
 from __future__ import annotations
 
@@ -10,15 +10,15 @@ from curling_env.physics.effects import EffectCard, Parameter, catalogue
 ACTS = {
     "friction": "a factor on the friction of all contacts alike",
     "contact_friction": "a factor on the friction of each contact of the running band",
-    "motion": "an acceleration of its own, or a factor on the others",
+    "motion": "a separate acceleration, or a factor on the others",
     "map": "the friction map itself",
-    "measurement": "what a camera reports; the stone does not feel it",
+    "measurement": "the camera's report; no effect on the stone",
     "nothing": "nothing: a remark in an ice file",
 }
 
 
 def pages() -> dict[str, str]:
-    """A page for each card, and their list."""
+    """Return a page for each card, and their list."""
     cards = catalogue()
     texts = {f"effects/{name}.md": page(card) for name, card in cards.items()}
     rows = [
@@ -30,9 +30,8 @@ def pages() -> dict[str, str]:
         [
             "# The effects",
             "",
-            "Every effect of ice, stone, air or measurement that the project knows, each page from"
-            " the card that stands beside its code."
-            " [An effect of your own](../effects.md) is one more file.",
+            "Every effect of ice, stone, air or measurement in the catalogue, each page from the "
+            "card in its file. [Your own effect](../effects.md) is one more file.",
             "",
             *table,
             "",
@@ -48,7 +47,7 @@ def pages() -> dict[str, str]:
 
 
 def page(card: EffectCard) -> str:
-    """What a card says, for people."""
+    """Return the content of a card as a page."""
     lines = [f"# {card.title}", "", f"`{card.name}` in ice files.", ""]
     if card.equation:
         lines += ["$$", card.equation, "$$", ""]
@@ -58,7 +57,7 @@ def page(card: EffectCard) -> str:
         "Shows": card.scope,
         "Energy": "it can only take it" if card.dissipative else "it may add some",
         "Source": card.source,
-        "Holds for": card.validity,
+        "Valid for": card.validity,
         "Seen in tracks": card.evidence,
         "To measure it": card.measured_by,
     }
@@ -94,7 +93,7 @@ def _bound(value: float) -> str:
 
 
 def _cell(text: str) -> str:
-    """Words as they stand, whatever signs of Markdown are among them."""
+    """Return text with the signs of Markdown escaped."""
     if text.startswith("`"):
         return text
     return re.sub(r"([|*_])", r"\\\1", text)

@@ -1,4 +1,4 @@
-"""Equations as drawings within the page: no script, no font, no network, alike in every browser."""
+"""Equations as drawings in the page: no script, no font, no network, the same in every browser."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from sphinx.application import Sphinx
 from ziamath.zmath import Latex
 
 TEXT, DISPLAYED = 17.5, 19.0
-"""Size of letters in a line of text and in an equation of its own [px]."""
+"""Size of letters in a line of text and in a separate equation [px]."""
 
 
 def setup(app: Sphinx) -> dict[str, Any]:
@@ -19,7 +19,7 @@ def setup(app: Sphinx) -> dict[str, Any]:
 
 
 def drawn(latex: str, *, block: bool) -> str:
-    """An equation as SVG that takes the colour of the text, and says itself to those who listen."""
+    """Return an equation as SVG in the colour of the text, with a label for screen readers."""
     equation = Latex(
         latex, size=DISPLAYED if block else TEXT, color="currentColor", inline=not block
     )
@@ -41,7 +41,7 @@ def _block(writer: Any, node: nodes.math_block) -> None:
 
 
 def parts(latex: str) -> list[str]:
-    """What a wide space divides, drawn apart, so that it stands one below the other on a phone."""
+    """Split at wide spaces, to be drawn separately, so that the parts are stacked on a phone."""
     divided = [part.strip() for part in latex.split(r"\qquad")]
     whole = all(
         part.count(opening) == part.count(closing)

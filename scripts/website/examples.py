@@ -1,8 +1,8 @@
-"""The examples of the pages: every fenced block, and what is said of it in a comment above.
+"""Examples of the pages: every fenced block, and its instructions in a comment above.
 
 A block in `python` or `sh` is run, in `json`, `csv` or `toml` read; `text` is no example. Above a
-block may stand ``<!-- file: NAME -->``, under which it is kept for those that follow, or
-``<!-- not run: WHY -->``.
+block may be ``<!-- file: NAME -->``, the name under which it is kept for the next blocks, or ``<!--
+not run: WHY -->``.
 """
 
 from __future__ import annotations
@@ -22,15 +22,15 @@ _NAMED = re.compile(r'(?:"""|# )(\w+\.py)\b')
 
 @dataclass(frozen=True, kw_only=True)
 class Example:
-    """A fenced block of a page.
+    """Fenced block of a page.
 
     Parameters
     ----------
-    line : where its first line stands
-    language : as its fence says
+    line : number of its first line
+    language : language of its fence
     text : without the page's indentation
-    file : the name under which it is kept, or nothing
-    not_run : why it is not run, or nothing
+    file : name under which it is kept; empty for none
+    not_run : reason why it is not run; empty if it is run
     """
 
     line: int
@@ -41,7 +41,7 @@ class Example:
 
 
 def pages(root: Path) -> dict[str, Path]:
-    """All written pages by their names, the README among them; decisions and schemas have none."""
+    """Return all written pages by their names, with the README; decisions and schemas have none."""
     docs = root / "docs"
     found = {path.relative_to(docs).as_posix(): path for path in sorted(docs.rglob("*.md"))}
     kept = {n: p for n, p in found.items() if not n.startswith(("decisions/", "schemas/"))}
@@ -49,7 +49,7 @@ def pages(root: Path) -> dict[str, Path]:
 
 
 def examples(page: str) -> Iterator[Example]:
-    """Every fenced block of a page, but for those that are directions to the site's builder."""
+    """Yield every fenced block of a page, except directives to the site's builder."""
     for found in _FENCED.finditer(page):
         language, text = found[2], textwrap.dedent(found[3])
         if language.startswith("{"):

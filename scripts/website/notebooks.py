@@ -15,7 +15,7 @@ def pages(docs: Path) -> dict[str, str]:
 
 
 def page(path: Path) -> str:
-    """Return a notebook as Markdown, with the file itself to take away below its title."""
+    """Return a notebook as Markdown, with the file itself for download below its title."""
     from nbconvert import MarkdownExporter
 
     title, _, rest = MarkdownExporter().from_filename(str(path))[0].strip().partition("\n")

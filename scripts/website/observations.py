@@ -1,4 +1,4 @@
-"""What every number of an observation means, from the environments themselves."""
+"""Meaning of every number of an observation, from the environments themselves."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _ASKED = re.compile(r"^```\{observation\} (\S+)(.*)\n```$", re.MULTILINE)
 
 
 def filled_in(text: str) -> str:
-    """A page with a table where it asks for one.
+    """Return a page with a table in place of each request for one.
 
     The block is ``{observation} NAME OPTION=NUMBER …`` and empty.
     """
@@ -18,7 +18,7 @@ def filled_in(text: str) -> str:
 
 
 def table(name: str, options: str = "") -> str:
-    """Numbers, names and meanings of an environment's flat observation, in Markdown."""
+    """Return numbers, names and meanings of an environment's flat observation, in Markdown."""
     lines = ["| Numbers | Name | Meaning, and what counts as 1 |", "|---|---|---|"]
     for first, last, label, meaning in rows(names_of(name, options)):
         place = str(first) if first == last else f"{first}–{last}"
@@ -27,7 +27,7 @@ def table(name: str, options: str = "") -> str:
 
 
 def names_of(name: str, options: str = "") -> tuple[str, ...]:
-    """The names of the numbers, as the environment gives them."""
+    """Return the names of the numbers from the environment."""
     import gymnasium
 
     import curling_env  # noqa: F401  registers the environments
@@ -40,7 +40,8 @@ def names_of(name: str, options: str = "") -> tuple[str, ...]:
 
 
 def rows(names: tuple[str, ...]) -> Iterator[tuple[int, int, str, str]]:
-    """First and last number, name and meaning; what differs only by its number stands together.
+    """Return first and last number, name and meaning; rows that differ only by their number are
+    merged.
 
     Raises
     ------
@@ -67,7 +68,7 @@ def _meaning(name: str) -> tuple[re.Pattern[str], str]:
 
 
 def _parameter(found: re.Match[str]) -> str:
-    """What the card of an effect says of its parameter."""
+    """Describe a parameter by the card of its effect."""
     from curling_env.envs.known_ice import observed_parameters
     from curling_env.physics.effects import catalogue
 
@@ -89,11 +90,11 @@ def _of_stone(_: re.Match[str]) -> str:
 _PLACES = "place in the delivery frame: x counts 1 at the side line, y at 7 m from the tee"
 
 MEANINGS: dict[str, str | Callable[[re.Match[str]], str]] = {
-    "target x": "where the stone should go, right of the centre line; half the width counts 1",
+    "target x": "intended place of the stone, right of the centre line; half the width counts 1",
     "target y": "the same along play, from the tee, positive beyond it; 7 m count 1",
     "throws left": "share of the episode's throws still to come",
     "clock": "time since the beginning; an hour counts 1 at a task, three hours in games",
-    r"next stone stone_bias\..*": "what is known of the stone to be thrown: friction and curl"
+    r"next stone stone_bias\..*": "known values of the stone to be thrown: friction and curl"
     " against the others'; 0 for a usual one",
     r"stones delivered": "stones delivered in this end, of all",
     "own stones left": "stones still to deliver, of the team's own",
@@ -102,16 +103,16 @@ MEANINGS: dict[str, str | Callable[[re.Match[str]], str]] = {
     "ends left": "ends still to play, of all",
     "extra end": "1 in an extra end",
     "guards protected": "1 while guards may not be removed",
-    "own power play left": "1 while it is still to be had (mixed doubles)",
+    "own power play left": "1 while it is still available (mixed doubles)",
     "their power play left": "the same of the opponent",
     "throws": "throws since the game began; 160 count 1",
     "mean friction": "logarithm of the mean friction over 0.01; e² times as much counts 1",
     r"friction of band \d+, \w+": "friction of eight bands from the delivery hog line to the far"
     " back line, each by thirds of the width, against the mean; 20 % more counts 1",
-    r"wear of band \d+, \w+": "how far each of these has worn since the game began; 5 % count 1",
+    r"wear of band \d+, \w+": "wear of each of these since the game began; 5 % count 1",
     r"(own |their )?stone \d+ stone_bias\..*": _of_stone,
-    r"(own |their )?stone \d+ (team|present|x|y)": "three numbers a stone: whose it is (1 own, -1"
-    " other; in games 1 if it lies on the sheet), 0 for none, and its " + _PLACES,
+    r"(own |their )?stone \d+ (team|present|x|y)": "three numbers a stone: its team (1 own, -1"
+    " other; in games 1 if it is on the sheet), 0 for none, and its " + _PLACES,
     r"(?P<effect>[a-z_]+)( \d+)?\.(?P<parameter>\w+)": _parameter,
 }
 """Pattern of a name -> its meaning. The first that fits counts."""

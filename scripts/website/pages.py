@@ -1,4 +1,4 @@
-"""Every page of the site in one folder: of docs/, of the root, and those made from the code."""
+"""All pages of the site in one folder: from docs/, from the root, and those made from the code."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ _PER_CENT = re.compile(r"(?<=\d) %")
 
 
 def gather(root: Path, folder: Path) -> None:
-    """Write all pages, and remove those of an earlier time that are no more.
+    """Write all pages, and remove old ones that no longer exist.
 
-    What has not changed keeps its time, so that Sphinx reads only the rest again.
+    Unchanged files keep their time, so that Sphinx reads only the changed ones.
     """
     texts, copied = pages(root)
     wanted = {folder / name for name in (*texts, *copied)}
@@ -42,7 +42,7 @@ def gather(root: Path, folder: Path) -> None:
 
 
 def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
-    """The texts of all pages by their names, and the files that go beside them as they are."""
+    """Return the texts of all pages by their names, and the files that are copied with them."""
     texts: dict[str, str] = {}
     copied: dict[str, Path] = {}
     docs = root / "docs"
@@ -65,13 +65,13 @@ def pages(root: Path) -> tuple[dict[str, str], dict[str, Path]]:
 
 
 def relinked(text: str, name: str, *, below: str) -> str:
-    """A page whose links lead to where documents stand on the site.
+    """Return a page with links to the documents' places on the site.
 
     Parameters
     ----------
     text : the page in Markdown
     name : its place on the site
-    below : where its relative links begin in the repository: ``docs/``, or nothing for the root's
+    below : base of its relative links in the repository: ``docs/``, or empty for the root's
     """
     up = "../" * name.count("/")
 
@@ -91,7 +91,9 @@ def relinked(text: str, name: str, *, below: str) -> str:
 
 
 def with_whole_cells(text: str) -> str:
-    """A page whose tables break no date at its hyphens and no percentage before its sign."""
+    """Return a page whose tables do not break dates at their hyphens or percentages before their
+    sign.
+    """
     lines, fenced = text.split("\n"), False
     for k, line in enumerate(lines):
         fenced ^= line.lstrip().startswith("```")

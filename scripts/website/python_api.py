@@ -1,4 +1,4 @@
-"""A page for each package: the public names that it offers at its top."""
+"""Page for each package, with the public names that it offers."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ PACKAGES = {
     "curling_env": "the sheet, its ice, the physics, the rules, and the environments",
     "friction_estimation": "from film to tracks, from tracks to ice",
     "agents": "planning, learning, and playing",
-    "agents.coaching": "what a coach asks of an evening",
+    "agents.coaching": "a coach's analysis of an evening",
     "curling_env.physics.effects": "the catalogue of effects, and their cards",
     "curling_env.game": "players, calls, and games on ice",
 }
 INDEX = """# Python
 
-The names that the packages offer at their top are public, and change by the rules of
+The top-level names of the packages are public, and change by the rules of
 [versions](../../versioning.md). Positions are in metres, times in seconds, angles in radians;
 [files](../../files.md) explains the frames.
 

@@ -1,4 +1,4 @@
-"""The public face of the package, used as a stranger would use it."""
+"""The public interface of the package, used as by a new user."""
 
 from __future__ import annotations
 

@@ -62,7 +62,7 @@ def test_ice_survives_its_file_to_the_last_bit(tmp_path, sheet, interpolation):
     assert equal(load_ice(tmp_path / "ice.json"), ice)
 
 
-def test_what_is_believed_and_not_measured_is_kept_by_the_file(tmp_path):
+def test_assumed_parameters_are_stored_in_the_file(tmp_path):
     known = {"strength": 0.008, "speed_exponent": 0.2}
     guess = ActiveEffect(name="curl", parameters=known, believed=("strength", "speed_exponent"))
     measured = ActiveEffect(name="spin_drag", parameters={"rate": 0.01}, sigma={"rate": 1e-3})
@@ -77,7 +77,7 @@ def test_what_is_believed_and_not_measured_is_kept_by_the_file(tmp_path):
     assert "believed" not in written[1]
 
 
-def test_what_errors_have_in_common_is_kept_by_the_file(tmp_path):
+def test_common_errors_are_stored_in_the_file(tmp_path):
     curl = ActiveEffect(
         name="curl",
         parameters={"strength": 0.008},
@@ -195,13 +195,13 @@ def test_broken_files_are_refused_with_the_place(tmp_path, path, value, says):
 
 
 @pytest.mark.parametrize("text", ["", "{", "[]", "3", '"ice"'])
-def test_what_is_no_ice_is_refused(tmp_path, text):
+def test_an_invalid_ice_file_is_refused(tmp_path, text):
     (tmp_path / "ice.json").write_text(text)
     with pytest.raises(InputError):
         load_ice(tmp_path / "ice.json")
 
 
-def test_a_name_that_is_neither_file_nor_preset_is_named_beside_the_presets():
+def test_an_unknown_ice_is_refused_with_the_list_of_presets():
     with pytest.raises(InputError, match="championship: .*club, fcv1, fitted, paper, standard"):
         load_ice("championship")
 

@@ -1,4 +1,4 @@
-"""What one gets by importing the package, and what one need not have installed for it."""
+"""Contents of the package on import, and optional packages."""
 
 from __future__ import annotations
 
@@ -24,7 +24,9 @@ sys.meta_path.insert(0, Refuse())
 
 
 def run(program: str) -> str:
-    """What a program prints in a fresh interpreter; it must end well and complain of nothing."""
+    """Return the output of a program in a fresh interpreter; it must end well without
+    complaints.
+    """
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
     assert (done.returncode, done.stderr) == (0, "")
     return done.stdout
@@ -118,7 +120,7 @@ def test_progress_counts_the_throws():
     assert seen == [(0, 3), (1, 3), (2, 3), (3, 3)]
 
 
-def test_without_pettingzoo_the_two_team_game_says_what_to_install():
+def test_without_pettingzoo_the_two_team_game_reports_the_missing_package():
     printed = run(
         "import sys\n"
         "sys.modules['pettingzoo'] = None\n"

@@ -1,4 +1,4 @@
-"""The presets against the numbers they are named for."""
+"""The presets against their published numbers."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def straight(ice, speed: float, spin: float = 1.0) -> Slide:
 
 
 def hog_to_hog(path: Slide) -> float:
-    """Time at which the centre reaches the far hog line [s]."""
+    """Return the time at which the centre reaches the far hog line [s]."""
     assert path.trajectory is not None
     y, t = path.trajectory.xy[:, 1], path.trajectory.t
     return float(np.interp(HOG_LINE_Y, y, t))
@@ -64,7 +64,7 @@ def test_club_ice_runs_and_curls_as_a_clubs_was_measured() -> None:
     assert 23.5 <= draw.time <= 24.0
 
 
-def test_paper_ice_stops_a_stone_where_coulomb_says() -> None:
+def test_paper_ice_stops_a_stone_at_the_coulomb_distance() -> None:
     path = straight(load_ice("paper"), 0.9, spin=0.0)
     assert path.y + HOG_LINE_Y == pytest.approx(0.9**2 / (2 * 0.0019 * 9.80665), abs=1e-5)
     assert path.time == pytest.approx(0.9 / (0.0019 * 9.80665), abs=1e-5)

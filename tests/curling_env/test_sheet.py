@@ -55,7 +55,7 @@ def test_a_last_partial_cell_counts():
 
 
 @pytest.mark.parametrize("sheet", [PAPER_SHEET, WORLD_CURLING_SHEET, Sheet(cell_size=0.3)])
-def test_every_centre_lies_in_its_own_cell(sheet):
+def test_every_centre_is_in_its_own_cell(sheet):
     points = np.stack(np.meshgrid(sheet.x_centres, sheet.y_centres), axis=-1)
     rows, columns = sheet.cell_of(points)
     np.testing.assert_array_equal(

@@ -1,4 +1,4 @@
-"""How much throws scatter: normal by default, with tails and a correlation where they are given."""
+"""Scatter of throws: normal by default, with tails and a correlation if given."""
 
 from __future__ import annotations
 
@@ -78,6 +78,6 @@ def test_one_error_and_many_have_the_same_distribution():
         ({"sigma_angle": -1.0}, "sigma_angle"),
     ],
 )
-def test_what_is_no_distribution_is_refused(given, said):
+def test_an_invalid_distribution_is_refused(given, said):
     with pytest.raises(InputError, match=said):
         Skill(name="own", **(SIGMA | given))

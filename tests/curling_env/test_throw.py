@@ -47,7 +47,7 @@ def test_a_throw_from_the_hack_starts_there():
     "delivery",
     [{"line_y": -1.0}, {"line_y": 30.0}, {"line_y": float("nan")}, {"spin": 0}, {"max_speed": 9}],
 )
-def test_deliveries_that_nobody_makes_are_refused(delivery):
+def test_impossible_deliveries_are_refused(delivery):
     with pytest.raises(InputError, match="got"):
         Delivery(**delivery)
 
@@ -65,7 +65,7 @@ def test_deliveries_that_nobody_makes_are_refused(delivery):
         {"speed": 2, "x": float("inf")},
     ],
 )
-def test_throws_that_nobody_makes_are_refused(throw):
+def test_impossible_throws_are_refused(throw):
     with pytest.raises(OutOfRangeError):
         Throw(**throw)
 
@@ -85,7 +85,7 @@ def test_releases_survive_their_file(tmp_path):
     assert read_releases(tmp_path / "r.csv") == releases
 
 
-def test_releases_without_numbers_of_their_own_are_counted(tmp_path):
+def test_releases_without_numbers_are_counted(tmp_path):
     write_releases(tmp_path / "r.csv", [Throw(speed=2).release(), Throw(speed=2.1).release()])
     assert [r.throw for r in read_releases(tmp_path / "r.csv")] == [0, 1]
 

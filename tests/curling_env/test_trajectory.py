@@ -105,7 +105,7 @@ def test_equality_looks_at_every_sample():
         ({"xy": np.full((50, 2), np.nan)}, "finite"),
     ],
 )
-def test_what_is_no_path_is_refused(change, says):
+def test_an_invalid_path_is_refused(change, says):
     with pytest.raises(InputError, match=says):
         replace(path(), swept=np.empty(0), **change)
 

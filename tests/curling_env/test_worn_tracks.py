@@ -1,4 +1,4 @@
-"""Where bands have passed, on narrow cells."""
+"""Passes of bands, on narrow cells."""
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from curling_env.worn_tracks import WORN_WIDTH, WornTracks
 PATH = np.array([[0.21, -9.0], [0.21, 3.0], [0.86, 7.0]])
 
 
-def test_a_track_is_as_large_as_what_the_band_covered():
+def test_the_area_of_a_track_is_that_covered_by_the_band():
     fresh = WornTracks.none(PAPER_SHEET)
     tracks = fresh.after([PATH, PATH[::-1]])
     width, length = tracks.spacing

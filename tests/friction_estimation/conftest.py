@@ -74,7 +74,7 @@ def measured_throws(
     until: float = 21.9,
     rest: float = 0.0,
 ) -> list[Trajectory]:
-    """Tracks with noise on position and heading, until the stones rest or pass |y| = until.
+    """Make tracks with noise on position and heading, until the stones rest or pass |y| = until.
 
     Parameters
     ----------
@@ -203,7 +203,7 @@ def gates() -> SimpleNamespace:
 
 @pytest.fixture(scope="session")
 def club_photo() -> SimpleNamespace:
-    """What a club passes on of its ceiling camera: turned upright, small, stretched, and cut.
+    """Make a club's photo from its ceiling camera: turned upright, small, stretched, and cropped.
 
     empty, picture : (rows, columns, 3), the second with stones and people
     px : where points of the ice (n, 2) [m] are in both [px]

@@ -1,4 +1,4 @@
-"""`import friction_estimation` is all that a user needs, and costs nothing."""
+"""`import friction_estimation` is all that a user needs, and takes no time."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""figures.json is sound, its page is up to date, and figures that move are noticed."""
+"""figures.json is valid, its page is up to date, and changed figures are noticed."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ROOT = Path(__file__).parents[2]
 
 @pytest.fixture
 def project(tmp_path, monkeypatch):
-    """A folder with a figures.json of its own: an area, a count and one that needs a folder."""
+    """Make a folder with a separate figures.json: an area, a count and one that needs a folder."""
     monkeypatch.setattr(figures, "ROOT", tmp_path)
     monkeypatch.setattr(figures, "FIGURES", tmp_path / "figures.json")
     monkeypatch.setattr(figures, "PAGE", tmp_path / "docs" / "results.md")
@@ -75,7 +75,7 @@ def test_the_quick_set_of_each_group_takes_ten_minutes_of_two_cores_at_most():
     ("recorded", "status", "said"),
     [(2.05, 0, "2 same"), (2.5, 0, "better"), (1.5, 1, "worse")],
 )
-def test_what_moved_is_listed_and_what_got_worse_fails(project, capsys, recorded, status, said):
+def test_changed_figures_are_listed_and_worse_ones_fail(project, capsys, recorded, status, said):
     project(area=recorded)
     assert check("app") == status
     assert said in capsys.readouterr().out
@@ -90,7 +90,7 @@ def test_a_command_that_fails_or_lacks_a_figure_fails_with_its_reason(project, c
     assert "no ice" in capsys.readouterr().out
 
 
-def test_what_needs_missing_files_is_skipped_and_reported(project, capsys):
+def test_figures_with_missing_files_are_skipped_and_reported(project, capsys):
     project(needs="films")
     with pytest.raises(figures.FigureError, match="no figure matches"):
         check()

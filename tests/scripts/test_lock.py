@@ -1,4 +1,4 @@
-"""The lock of the environment: every version fixed, every file known by its hash, no host named."""
+"""The lock of the environment: every version pinned, every file with its hash, no host."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ ENTRY = re.compile(
 )
 
 
-def test_everything_asked_for_is_fixed_with_hashes():
+def test_every_requirement_is_pinned_with_hashes():
     text = (ROOT / "constraints.txt").read_text()
     entries = {name: version for name, version, _, _ in ENTRY.findall(text)}
     # Nothing stands in the file that is not a whole entry, or a remark.
@@ -41,7 +41,7 @@ def test_the_core_is_the_part_of_it_that_the_package_needs_without_extras():
     assert not core.keys() & {"torch", "ray", "sphinx", "pytest"}
 
 
-def test_what_only_gpus_need_is_left_to_pip():
+def test_requirements_of_gpus_are_left_to_pip():
     entries = [entry[0] for entry in ENTRY.findall((ROOT / "constraints.txt").read_text())]
     assert "torch" in entries
     assert not [name for name in entries if re.match("nvidia-|cuda-|triton$", name)]

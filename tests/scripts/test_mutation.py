@@ -1,4 +1,4 @@
-"""The mutation tester: its areas, and which tests are run for a changed module."""
+"""The mutation tester: its areas, and the tests of a changed module."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ import pytest
 OF_LAW = ("tests/curling_env/physics/test_law.py", "tests")
 
 
-def test_every_area_has_modules_of_its_own():
+def test_every_area_has_separate_modules():
     found = [mutation.modules(mutation.ROOT, area) for area in mutation.AREAS]
     assert all(found)
     assert len({path for paths in found for path in paths}) == sum(map(len, found))

@@ -1,4 +1,4 @@
-"""Notebooks are kept without outputs, and run; `make notebooks` runs those that take longer."""
+"""Notebooks are stored without outputs, and run; `make notebooks` runs the longer ones."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_notebooks_are_kept_without_outputs(path: Path):
     assert set(notebook.metadata) <= {"kernelspec", "language_info"}
 
 
-def test_the_cheapest_one_runs_and_finds_what_is_hidden(monkeypatch, tmp_path):
+def test_the_cheapest_one_runs_and_finds_the_hidden_effect(monkeypatch, tmp_path):
     monkeypatch.setenv("PYDEVD_DISABLE_FILE_VALIDATION", "1")
     (path,) = [path for path in NOTEBOOKS if path.stem == "3-discover"]
     client = nbclient.NotebookClient(

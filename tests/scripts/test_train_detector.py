@@ -1,4 +1,4 @@
-"""The network that is written computes what the one that was trained does."""
+"""The written network gives the same output as the trained one."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the site is made of: links, docstrings, assets, and pages from the code."""
+"""Parts of the site: links, docstrings, assets, and pages from the code."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from curling_env.physics import catalogue
         ("changelog.md", "", "#unreleased", "#unreleased"),
     ],
 )  # fmt: skip
-def test_links_lead_to_where_documents_stand_on_the_site(name, below, link, there):
+def test_links_lead_to_the_documents_on_the_site(name, below, link, there):
     assert relinked(f"see [it]({link}).", name, below=below) == f"see [it]({there})."
 
 
@@ -68,7 +68,7 @@ def test_a_docstring_becomes_fields():
     ]
 
 
-def test_what_would_be_loaded_from_elsewhere_is_found(tmp_path):
+def test_assets_from_other_hosts_are_found(tmp_path):
     page = '<a href="https://example.org">there</a><script src="_static/a.js"></script>'
     (tmp_path / "good.html").write_text(page)
     assert list(remote_assets(tmp_path)) == []

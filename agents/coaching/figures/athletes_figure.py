@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 COLOURS: dict[str | None, str] = {"in-turn": "#b5541c", "out-turn": "#137f8f", None: "#55606b"}
 MARKS: dict[str, Any] = {"guard": "^", "draw": "o", "hit": "s"}
-MOST = 9
+MAX_ATHLETES = 9
 """Maximum number of athletes drawn; those with most throws are chosen."""
 
 
@@ -37,7 +37,7 @@ def draw_athletes(
     ------
     OutputError : the picture cannot be written
     """
-    shown = sorted(found, key=lambda one: -one.overall.throws)[:MOST]
+    shown = sorted(found, key=lambda one: -one.overall.throws)[:MAX_ATHLETES]
     columns = min(len(shown), 3)
     rows = -(-len(shown) // columns)
     figure = figures.new_figure(max(4.4 * columns, 7.4), 4.4 * rows + 0.7)
@@ -98,7 +98,7 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
     ax.set_ylabel(f"◀ light   weight [{of_weight}]   heavy ▶", fontsize=8, color=figures.SOFT)
     spread = short_length(one.overall.spread[1].value, units)
     weight = abs(up) * one.overall.spread[0].value
-    name = (one.name or "nobody").replace("$", r"\$")
+    name = (one.name or "no name").replace("$", r"\$")
     ax.set_title(
         f"{name}: {one.overall.throws} throws, ±{weight:.2f} {of_weight.split()[0]}, ±{spread}",
         fontsize=10,
@@ -108,7 +108,7 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
 
 
 def _by_handle(one: AthleteErrors) -> list[ErrorSummary]:
-    """Return one group for each handle, or all throws if there is none."""
+    """Return one group for each handle, or all throws without handles."""
     found: list[ErrorSummary] = []
     for handle in HANDLES:
         of = [group for group in one.groups if group.handle == handle]

@@ -29,7 +29,7 @@ COLOURS: dict[Cause, str] = {
     "neither": "#b4bcc4",
 }
 """Colour of each cause."""
-MOST_ROWS = 40
+MAX_ROWS = 40
 """Maximum number of throws drawn one by one; those with the largest misses are chosen."""
 
 
@@ -46,7 +46,7 @@ def draw_causes(found: SessionCauses, path: str | Path, units: Units = Units.MET
     ------
     OutputError : the picture cannot be written
     """
-    throws = sorted(found.throws, key=lambda one: -one.distance)[:MOST_ROWS]
+    throws = sorted(found.throws, key=lambda one: -one.distance)[:MAX_ROWS]
     throws = sorted(throws, key=lambda one: one.throw)
     rows = max(len(throws), 1)
     figure = figures.new_figure(12.0, 3.4 + 0.27 * rows)

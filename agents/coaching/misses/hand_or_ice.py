@@ -69,17 +69,17 @@ def hand_or_ice(
     rng = np.random.default_rng(seed)
     read, left_out = see_throws(tracks, ice, notes, hands, rng, progress)
     habits = habits_of([(one.sheet, one.released) for one in read])
-    told: list[ThrowParts] = []
+    explained: list[ThrowParts] = []
     parts: list[Parts] = []
     for one in read:
         try:
             causes = ThrowParts(one, believed, habits, rng)
             parts.append(causes.parts())
-            told.append(causes)
+            explained.append(causes)
         except InputError as error:
             left_out[one.sheet.throw] = error.problem
     together = agree(parts, rng)
-    found = [causes.result(one) for causes, one in zip(told, together.parts, strict=True)]
+    found = [causes.result(one) for causes, one in zip(explained, together.parts, strict=True)]
     return SessionCauses(
         throws=tuple(found),
         left_out=dict(sorted(left_out.items())),

@@ -17,11 +17,11 @@ from scipy.linalg import cho_factor, cho_solve
 from agents.coaching.runs import HOG_TO_FAR_TEE, Place, run
 from agents.coaching.tuning import (
     BIN,
-    FEWEST_BINS,
     LASTING,
     LATEST_START,
-    MOST_CURL,
-    MOST_FRICTION,
+    MAX_OWN_CURL,
+    MAX_OWN_FRICTION,
+    MIN_BINS,
     OWN_CURL,
     OWN_FRICTION,
     RELEASE_WINDOW,
@@ -174,7 +174,7 @@ class _Fit:
         since = t[used] - self._begin
         stated = track.sigma_xy[rows] if track.sigma_xy.size else None
         self._xy = _averaged(since, xy[used], slide.noise, stated, self._width)
-        if len(self._xy.t) < FEWEST_BINS:
+        if len(self._xy.t) < MIN_BINS:
             raise TrackTooShortError(f"{name}: only {since[-1]:.1f} s seen beyond the hog line")
         self._heading = self._headings(rows, since)
         self.place = Place(
@@ -195,7 +195,7 @@ class _Fit:
         track = self._slide.track
         theta = track.theta[rows]
         known = np.isfinite(theta)
-        if not has_heading(self._slide) or known.sum() < 2 * FEWEST_BINS:
+        if not has_heading(self._slide) or known.sum() < 2 * MIN_BINS:
             return None
         theta, since, rows = theta[known], since[known], rows[known]
         # Second differences of a smooth turn are the noise of single rows.
@@ -206,7 +206,7 @@ class _Fit:
     def _begin_from(self) -> tuple[Floats, Floats]:
         """Return the first guess of the parameters (8,), and its prior standard deviations (8,)."""
         t, xy = self._xy.t, self._xy.values
-        early = t <= max(3.0, t[FEWEST_BINS - 1])
+        early = t <= max(3.0, t[MIN_BINS - 1])
         curve = np.polynomial.polynomial.polyfit(t[early], xy[early], 2)
         (right, past), (vx, vy) = curve[0], curve[1]
         spin, heading = 0.0, 0.0
@@ -297,8 +297,8 @@ class _Fit:
             covariance = np.linalg.pinv(normal)
             change = covariance @ right
             now = now + change
-            now[_FRICTION] = np.clip(now[_FRICTION], -MOST_FRICTION, MOST_FRICTION)
-            now[_CURL] = np.clip(now[_CURL], -MOST_CURL, MOST_CURL)
+            now[_FRICTION] = np.clip(now[_FRICTION], -MAX_OWN_FRICTION, MAX_OWN_FRICTION)
+            now[_CURL] = np.clip(now[_CURL], -MAX_OWN_CURL, MAX_OWN_CURL)
             now[_SPEED] = np.clip(now[_SPEED], 0.05, 0.98 * MAX_SPEED)
             now[_SPIN] = np.clip(now[_SPIN], -0.9 * MAX_SPIN, 0.9 * MAX_SPIN)
             if (np.abs(change) < 1e-4 * _STEPS).all():

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.coaching.tuning import FEWEST_TOGETHER
+from agents.coaching.tuning import MIN_THROWS_TO_CORRECT_ICE
 from curling_env.typing import Floats
 from curling_env.units import Units, length
 
@@ -69,7 +69,7 @@ def agree(parts: Sequence[Parts], rng: np.random.Generator) -> Together:
     rng : source of the scatter of an average
     """
     count = len(parts)
-    if count < FEWEST_TOGETHER or len({len(one.draws) for one in parts}) > 1:
+    if count < MIN_THROWS_TO_CORRECT_ICE or len({len(one.draws) for one in parts}) > 1:
         return Together(parts=list(parts), left=np.zeros(2), allowed=np.full(2, np.inf))
     unexplained = np.array([one.value[-1] for one in parts])
     # A hair on one stone should not move the ice of all.

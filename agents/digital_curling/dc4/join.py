@@ -45,17 +45,17 @@ from curling_env.game.rules.rulesets import ARRANGEMENTS
 from curling_env.infrastructure.files.reading import parse_json
 from curling_env.infrastructure.files.schema import Short, checked, within
 
-PATIENCE = 20.0
+REQUEST_TIMEOUT = 20.0
 """Timeout of a request [s]."""
-SILENCE = 120.0
+STREAM_TIMEOUT = 120.0
 """Time without even a ping after which a stream counts as broken [s]; pings come every 30 s."""
-TRIES = 5
+MAX_ATTEMPTS = 5
 """Number of attempts to open a stream, or to send a shot, before the game is given up."""
-PAUSE = 2.0
+RETRY_DELAY = 2.0
 """Time before the next attempt [s]."""
 KINDS = ("latest_state_update", "state_update")
 """Events with a state: the latest, and those before it for a late client."""
-BUSY = (429, 502, 503, 504)
+RETRY_STATUSES = (429, 502, 503, 504)
 """Statuses after which a request may be repeated."""
 MAX_EVENT = 2**20
 """Maximum length of an event [bytes]."""
@@ -187,7 +187,7 @@ class Connection4:
         if data is not None:
             said = data or urlencode(query or {}).encode()
             self.log.sent(path.encode() + b" " + said)
-        with closing(self._open(path, query, data, PATIENCE)) as response:
+        with closing(self._open(path, query, data, REQUEST_TIMEOUT)) as response:
             text = response.read(MAX_EVENT)
         return parse_json(text, source=self.place.url) if text.strip() else None
 
@@ -199,7 +199,7 @@ class Connection4:
         InputError : an invalid event
         """
         path = f"/matches/{self.place.match_id}/stream"
-        with closing(self._open(path, None, None, SILENCE)) as response:
+        with closing(self._open(path, None, None, STREAM_TIMEOUT)) as response:
             kind, data = "", b""
             while line := response.readline(MAX_EVENT + 1):
                 if len(line) + len(data) > MAX_EVENT:
@@ -237,7 +237,7 @@ class Connection4:
         except (OSError, HTTPException) as error:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, ssl.SSLError):
-                raise InputError(_distrust(reason), source=self.place.url) from error
+                raise InputError(_tls_failure(reason), source=self.place.url) from error
             raise NoAnswerError(f"no answer: {str(reason)[:120]}", source=self.place.url) from error
 
 
@@ -314,7 +314,7 @@ def play_on_web_server(
                 source=place.url,
             )
         except (NoAnswerError, RefusedByServerError) as error:
-            if isinstance(error, RefusedByServerError) and error.status not in BUSY:
+            if isinstance(error, RefusedByServerError) and error.status not in RETRY_STATUSES:
                 raise
             problem = error
         except (OSError, HTTPException) as error:
@@ -323,9 +323,9 @@ def play_on_web_server(
             )
             problem.__cause__ = error
         failures += 1
-        if failures >= TRIES:
+        if failures >= MAX_ATTEMPTS:
             raise problem
-        time.sleep(PAUSE)
+        time.sleep(RETRY_DELAY)
 
 
 def answer_state(
@@ -365,23 +365,23 @@ def _ask_for_placement(connection: Connection4, client: Client, state: State4) -
 def _send(connection: Connection4, path: str, query: dict[str, str], body: Shot4 | None) -> None:
     """Send a shot or a request, repeatedly if the server is busy or does not answer."""
     perhaps_there = False
-    for number in range(TRIES):
+    for number in range(MAX_ATTEMPTS):
         try:
             connection.post(path, query, body)
             return
         except NoAnswerError:
             perhaps_there = True
-            if number == TRIES - 1:
+            if number == MAX_ATTEMPTS - 1:
                 raise
         except RefusedByServerError as error:
             if perhaps_there and error.status in (400, 409):
                 return  # the one before has arrived: it is not our turn any more
-            if error.status not in BUSY or number == TRIES - 1:
+            if error.status not in RETRY_STATUSES or number == MAX_ATTEMPTS - 1:
                 raise
-        time.sleep(PAUSE)
+        time.sleep(RETRY_DELAY)
 
 
-def _distrust(error: ssl.SSLError) -> str:
+def _tls_failure(error: ssl.SSLError) -> str:
     """Return the reason why a connection over https fails."""
     if isinstance(error, ssl.SSLCertVerificationError):
         why = error.verify_message.rstrip(".")

@@ -34,7 +34,7 @@ PING_EVERY = 30.0
 """Interval of pings on a stream without events [s]."""
 MAX_WAITING = 256
 """Maximum number of waiting events of a stream; a slower one is closed."""
-HURRY = 20
+EARLY_SHOT_TICKS = 20
 """Number of twentieths of a second that a shot may come before the host listens for it."""
 Event = tuple[str, dict[str, Any]]
 
@@ -112,7 +112,7 @@ class Match4:
         if self.game is not None and self.game.awaits_placement:
             raise RefusedError(409, "End setup required.")
         # The stream may have reached a quick client a moment before the host listens.
-        for _ in range(HURRY):
+        for _ in range(EARLY_SHOT_TICKS):
             if self._is_expected(team) or not self._is_turn_of(team):
                 break
             await asyncio.sleep(0.05)
@@ -134,7 +134,7 @@ class Match4:
         team = self._team_of(user)
         if not self.hosting.setting.is_doubles:
             raise RefusedError(400, "end-setup is only for mixed doubles.")
-        for _ in range(HURRY):  # see `shoot`
+        for _ in range(EARLY_SHOT_TICKS):  # see `shoot`
             if self._placement is not None or not self._is_to_place(team):
                 break
             await asyncio.sleep(0.05)
@@ -196,7 +196,7 @@ class Match4:
         finally:
             self._placement = None
 
-    # --- what they are told -----------------------------------------------------------------------
+    # --- messages to them -------------------------------------------------------------------------
 
     def publish(self) -> None:
         """Send the position to all streams; after the last shot of an end, first its final
@@ -329,7 +329,7 @@ class HttpSeat(Seat):
     def __init__(self, match: Match4, team: Team, *, brings_errors: bool = True) -> None:
         self.match, self.team, self._brings_errors = match, team, brings_errors
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Wait until a team has registered and listens."""
         await self.match.ready[self.team].wait()
         taken = self.match.teams[self.team]

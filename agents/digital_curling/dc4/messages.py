@@ -250,7 +250,7 @@ def _state_from(state: State4) -> StateMessage:
             state.first_team_extra_end_remaining_time,
             state.second_team_extra_end_remaining_time,
         )
-    told = StateMessage(
+    converted = StateMessage(
         end=played,
         shot=shot % deliveries,
         hammer=hammer,
@@ -265,20 +265,20 @@ def _state_from(state: State4) -> StateMessage:
         game_result=result,
         thinking_time_remaining=dict(zip(TEAMS, clock, strict=True)),
     )
-    return told if state.doubles is None else _doubles_from(state, state.doubles, told)
+    return converted if state.doubles is None else _doubles_from(state, state.doubles, converted)
 
 
-def _doubles_from(state: State4, doubles: Doubles4, told: StateMessage) -> DoublesMessage:
+def _doubles_from(state: State4, doubles: Doubles4, converted: StateMessage) -> DoublesMessage:
     """Convert a state of mixed doubles, with its additional fields."""
     ends = doubles.power_play_end
     had = zip(TEAMS, (ends.team0, ends.team1), strict=True)
     decides, side = doubles.end_setup_team, None
     if state.end_number == (ends.team1 if decides == TEAMS[1] else ends.team0):
-        # Nothing but a guard moves before the first shot; later nobody needs the side.
+        # Nothing but a guard moves before the first shot; later the side is not needed.
         places = [at for team in state.stone_coordinate.data.values() for at in team[:1]]
         side = "left" if any(at.x < 0 for at in places) else "right"
     return DoublesMessage(
-        **{name: getattr(told, name) for name in StateMessage.__struct_fields__},
+        **{name: getattr(converted, name) for name in StateMessage.__struct_fields__},
         decides=decides,
         is_placed=not state.awaits_placement,
         side=side,

@@ -20,7 +20,7 @@ from curling_env.infrastructure.files.schema import checked
 from curling_env.infrastructure.web_server import Certificate, listening, serving
 from curling_env.units import Units
 
-FAREWELL = 2.0
+RESULT_SECONDS = 2.0
 """Time after the game during which pages can still get the result [s]."""
 MAX_USERS = 100
 
@@ -95,7 +95,7 @@ async def host_on_the_web(
                 ports=ports,
                 opened=lambda tcp: opened(tcp, port),
             )
-            await asyncio.sleep(FAREWELL)
+            await asyncio.sleep(RESULT_SECONDS)
         finally:
             match.close()
     return game

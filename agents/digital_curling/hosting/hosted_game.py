@@ -185,7 +185,7 @@ class HostedGame:
             "shot": min(state["shot"] + 1, self.game.rules.deliveries - 1),
             "hammer": None,
             "game_result": self.result,
-            "thinking_time_remaining": self._clock_told(),
+            "thinking_time_remaining": self._clock_message(),
         }
         last_move = {"actual_move": {"type": "concede"}, "free_guard_zone_foul": False}
         self._note({"type": "concede"}, {"type": "concede"}, None)
@@ -222,7 +222,7 @@ class HostedGame:
             "state": state_of(self.game, headings=self._headings, clock=clock),
         }
 
-    def _clock_told(self) -> Document:
+    def _clock_message(self) -> Document:
         return dict(zip(TEAMS, self.clock, strict=True))
 
     def _note(self, selected: Any, actual: Any, trajectory: Document | None) -> None:

@@ -69,7 +69,7 @@ class DcLog:
     def beginning(
         self,
         greeting: dict[str, Any],
-        told: dict[str, Any],
+        game: dict[str, Any],
         names: tuple[str, str],
         orders: tuple[tuple[int, ...], tuple[int, ...]],
     ) -> None:
@@ -78,14 +78,14 @@ class DcLog:
         Parameters
         ----------
         greeting : the message `dc`
-        told : the `game` of `is_ready`
+        game : the `game` of `is_ready`
         names, orders : names and players of both teams
         """
         self.game(greeting)
-        self.game({"cmd": "meta", "meta": "config", "config": {"version": 1, "game": told}})
+        self.game({"cmd": "meta", "meta": "config", "config": {"version": 1, "game": game}})
         for team, name in zip(TEAMS, names, strict=True):
             self.game({"cmd": "dc_ok", "name": name, "team": team})
-        self.game({"cmd": "is_ready", "game": told, "team": None})
+        self.game({"cmd": "is_ready", "game": game, "team": None})
         for team, order in zip(TEAMS, orders, strict=True):
             self.game({"cmd": "ready_ok", "team": team, "player_order": list(order)})
         self.game({"cmd": "new_game", "name": dict(zip(TEAMS, names, strict=True))})

@@ -22,13 +22,13 @@ from curling_env.game.rules import Team
 from curling_env.game.rules.rulesets import Side
 from curling_env.throw import Skill
 
-GREETING_PATIENCE = 10.0
+GREETING_TIMEOUT = 10.0
 """Timeout for a client's name [s]."""
-READY_PATIENCE = 900.0
+READY_TIMEOUT = 900.0
 """Timeout for a client's readiness [s]."""
-WRITE_PATIENCE = 10.0
+WRITE_TIMEOUT = 10.0
 """Timeout for sending a line to a client [s]."""
-GOODBYE_PATIENCE = 5.0
+CLOSE_TIMEOUT = 5.0
 """Timeout for a client to close the connection after the game [s]."""
 MAX_CLIENT_LINE = 64 * 1024
 """Maximum length of a client's line [bytes]; a move has some hundred."""
@@ -69,7 +69,7 @@ class Seat(ABC):
     """Execution errors of a team's own; by default those of the setting."""
 
     @abstractmethod
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Get the name, and wait until the seat is ready; see `ClientSeat`."""
 
     @abstractmethod
@@ -124,7 +124,7 @@ class PlayerSeat(Seat):
         self.name = player.name
         self.player, self.pace = player, Pace(player)
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Return at once; the first decision compiles before its clock runs."""
 
     async def tell(self, message: dict[str, Any]) -> None:
@@ -165,7 +165,7 @@ class ClientSeat(Seat):
         self._gone = False
         self._why = "it closed the connection"
 
-    async def prepare(self, greeting: dict[str, Any], told: dict[str, Any], team: Team) -> None:
+    async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Greet the client, announce the game, and wait until it is ready.
 
         Raises
@@ -173,10 +173,10 @@ class ClientSeat(Seat):
         SeatLostError : it disconnected, took too long, or sent something else
         """
         await self.tell(greeting)
-        name = await self._expect(DcOk, GREETING_PATIENCE)
+        name = await self._expect(DcOk, GREETING_TIMEOUT)
         self.name = name.name
-        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": told})
-        ready = await self._expect(ReadyOk, READY_PATIENCE)
+        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": game})
+        ready = await self._expect(ReadyOk, READY_TIMEOUT)
         if sorted(ready.player_order) != list(range(THROWERS)):
             raise SeatLostError(f"player_order {ready.player_order} does not list each player once")
         self.order = tuple(ready.player_order)
@@ -190,7 +190,7 @@ class ClientSeat(Seat):
         """
         try:
             self._writer.write(write_line(message))
-            await asyncio.wait_for(self._writer.drain(), WRITE_PATIENCE)
+            await asyncio.wait_for(self._writer.drain(), WRITE_TIMEOUT)
         except (OSError, TimeoutError) as error:
             raise SeatLostError("it does not read its messages") from error
 
@@ -220,7 +220,7 @@ class ClientSeat(Seat):
     async def leave(self) -> None:
         """Give the client time to close the connection, and then close it."""
         try:
-            async with asyncio.timeout(GOODBYE_PATIENCE):
+            async with asyncio.timeout(CLOSE_TIMEOUT):
                 while not self._gone:
                     await self._next()
         except TimeoutError:
@@ -232,7 +232,7 @@ class ClientSeat(Seat):
         self._listening.cancel()
         self._writer.close()
         try:
-            await asyncio.wait_for(self._writer.wait_closed(), GOODBYE_PATIENCE)
+            await asyncio.wait_for(self._writer.wait_closed(), CLOSE_TIMEOUT)
         except (OSError, TimeoutError):
             return
 

@@ -110,7 +110,7 @@ class Hosting:
         own = [seat.throwers or given[team] for team, seat in enumerate(seats)]
         self.setting = replace(self.setting, throwers=(own[0], own[1]))
         game = self.game = HostedGame(self.setting, names, orders)
-        self.log.beginning(self.greeting, self.setting.told, names, orders)
+        self.log.beginning(self.greeting, self.setting.announcement, names, orders)
         for seat in seats:
             if isinstance(seat, PlayerSeat):
                 await seat.warm_up(game.example)
@@ -255,7 +255,7 @@ class Door:
         while True:
             seat = await self._arrived.get()
             try:
-                await seat.prepare(hosting.greeting, hosting.setting.told, self.team)
+                await seat.prepare(hosting.greeting, hosting.setting.announcement, self.team)
             except SeatLostError as error:
                 hosting.remark(f"a client for {TEAMS[self.team]} was refused: {error}")
                 await seat.close()
@@ -304,7 +304,7 @@ async def host_game(
 
 
 async def _prepared(seat: Seat, hosting: Hosting, team: Team) -> Seat:
-    await seat.prepare(hosting.greeting, hosting.setting.told, team)
+    await seat.prepare(hosting.greeting, hosting.setting.announcement, team)
     return seat
 
 

@@ -82,8 +82,8 @@ class HostSetting:
     @property
     def rules(self) -> RuleSet:
         """Rules of the game."""
-        told = SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock)
-        return rules_of(told, name=self.rule_name, arrangement=self.arrangement)
+        message = SettingMessage(max_end=self.ends, five_rock_rule=self.five_rock)
+        return rules_of(message, name=self.rule_name, arrangement=self.arrangement)
 
     @property
     def is_doubles(self) -> bool:
@@ -111,7 +111,7 @@ class HostSetting:
         }
 
     @property
-    def told(self) -> dict[str, Any]:
+    def announcement(self) -> dict[str, Any]:
         """Return the `game` of `is_ready`."""
         per_team = dict.fromkeys(TEAMS, self.thinking_time)
         return {

@@ -1,4 +1,4 @@
-"""A recorded game at one of its deliveries, as a game that goes on from there."""
+"""Recorded game at one of its deliveries, as a game that continues from there."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ from curling_env.sheet import Direction, to_delivery
 from curling_env.typing import Floats
 
 GAP = 1e-4
-"""Room between two stones that were read as lying in each other [m]."""
+"""Gap between two stones that were read as overlapping [m]."""
 PUSHES = 50
 """Maximum number of times that all overlapping pairs are pushed apart."""
 
 
 def rules_in(lines: Sequence[dict[str, Any]]) -> RuleSet:
-    """The rules of a recorded game.
+    """Return the rules of a recorded game.
 
     Raises
     ------
-    InputError : rules that are not known here
+    InputError : unknown rules
     """
     return rule_set(str(lines[0]["rules"]), ends=int(lines[0]["ends"]))
 
@@ -40,15 +40,15 @@ def state_before(
     *,
     seed: int = 0,
 ) -> GameState:
-    """The game before a delivery of a record.
+    """Return the game before a delivery of a record.
 
     Parameters
     ----------
-    lines : lines of the game, from `agents.playing.record.read_record`; stones that a rough reading
-        of places, or a wider sheet, has put in each other or over a line are moved
+    lines : lines of the game, from `agents.playing.record.read_record`; stones that overlap or
+        touch a line, by inaccurate positions or a wider sheet, are moved
     simulator : its rules must be those of `rules_in`
     end, stone : number of the end and of the delivery in it, from 1
-    seed : seed of everything random that follows
+    seed : seed of all randomness that follows
 
     Raises
     ------
@@ -95,7 +95,7 @@ def state_before(
 
 
 def playable(places: Floats, ice: Ice) -> Floats:
-    """Places of stones that touch at most, and lie between the side lines.
+    """Return places of stones without overlaps, between the side lines.
 
     Parameters
     ----------

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from agents.playing.league.self_play import PlayedEnds, shares_of
-from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, NETWORK_WIDTHS, ROWS_PER_STEP
+from agents.playing.league.tuning import BATCH_SIZE_FACTOR, NETWORK_WIDTHS, PARALLEL_ENDS
 from agents.playing.search.positions import SCORES, SLOTS
 from agents.playing.search.value_network import (
     POSITION_FEATURES,
@@ -93,13 +93,13 @@ def fit_value_network(
             for module, (weights, offset) in zip(linear, begin.layers, strict=True):
                 module.weight.copy_(torch.from_numpy(weights.T.copy()))
                 module.bias.copy_(torch.from_numpy(offset.copy()))
-    steps = epochs * -(-len(rows) // ROWS_PER_STEP)
+    steps = epochs * -(-len(rows) // BATCH_SIZE_FACTOR)
     optimiser = torch.optim.AdamW([*stone.parameters(), *position.parameters()], weight_decay=1e-3)
     schedule = torch.optim.lr_scheduler.OneCycleLR(optimiser, learning_rate, total_steps=steps + 1)
     for _ in with_progress(range(epochs), "learning", progress):
         order = rng.permutation(len(rows))
-        for first in range(0, len(rows), ROWS_PER_STEP):
-            some = [rows[k] for k in order[first : first + ROWS_PER_STEP]]
+        for first in range(0, len(rows), BATCH_SIZE_FACTOR):
+            some = [rows[k] for k in order[first : first + BATCH_SIZE_FACTOR]]
             begins = np.cumsum([0, *(SLOTS * len(row.shares) for row in some)])
             team = np.concatenate([r.places + at for r, at in zip(some, begins, strict=False)])
             team //= SLOTS // 2
@@ -144,8 +144,8 @@ def lessons_of(ends: PlayedEnds) -> Iterator[Lesson]:
 
 def _rows_of(lines: Lines, lesson: Lesson) -> Iterator[_Row]:
     left, stones, score_values, skill, shares = lesson
-    for first in range(0, len(stones), ENDS_SIDE_BY_SIDE):
-        some = slice(first, first + ENDS_SIDE_BY_SIDE)
+    for first in range(0, len(stones), PARALLEL_ENDS):
+        some = slice(first, first + PARALLEL_ENDS)
         came = shares[some].astype(np.float32)
         for mirror in (1.0, -1.0):
             mirrored = stones[some].astype(np.float64) * np.array([mirror, 1.0])

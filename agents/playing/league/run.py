@@ -31,7 +31,7 @@ from agents.playing.league.self_play import (
     sigmas_of,
 )
 from agents.playing.league.settings import LeagueSettings, league_settings
-from agents.playing.league.tuning import ENDS_SIDE_BY_SIDE, LEAD_SPREAD, MAX_ENDS_LEFT
+from agents.playing.league.tuning import LEAD_SPREAD, MAX_ENDS_LEFT, PARALLEL_ENDS
 from agents.playing.search.positions import EndSimulator
 from agents.playing.search.value_network import ValueNetwork, network_from
 from curling_env.errors import InputError
@@ -130,7 +130,7 @@ def _play_generation(
     progress: Progress,
 ) -> tuple[list[PlayedEnds], list[HeadToHead]]:
     """Return the ends of one generation, and its results against earlier ones."""
-    batches = range(-(-settings.generations[number] // ENDS_SIDE_BY_SIDE))
+    batches = range(-(-settings.generations[number] // PARALLEL_ENDS))
     newest, fresh = len(players) - 1, []
     scored: dict[int, list[Integers]] = {}
     for batch in with_progress(batches, f"generation {number + 1}", progress):
@@ -158,8 +158,8 @@ def _play_batch(
     simulator: EndSimulator, players: Players, settings: LeagueSettings, rng: np.random.Generator
 ) -> PlayedEnds:
     """Play ends of games with random leads and ends left, by players of the league's skill."""
-    left = rng.integers(1, MAX_ENDS_LEFT + 1, ENDS_SIDE_BY_SIDE)
-    lead = np.rint(rng.normal(0, LEAD_SPREAD, ENDS_SIDE_BY_SIDE)).astype(int)
+    left = rng.integers(1, MAX_ENDS_LEFT + 1, PARALLEL_ENDS)
+    lead = np.rint(rng.normal(0, LEAD_SPREAD, PARALLEL_ENDS)).astype(int)
     values = score_values(simulator.rules, lead, left)
     sigma = sigmas_of(skill_named(settings.skill))
     return play_ends(simulator, players, values, sigma, rng, effort=Effort(settings.tried))

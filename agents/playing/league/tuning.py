@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-ENDS_SIDE_BY_SIDE = 128
+PARALLEL_ENDS = 128
 """Number of ends played in parallel."""
 SIMULATED_SHOTS, REPEATED_SHOTS, REPEATS = 32, 6, 3
 """Number of shots simulated once before a delivery, of best shots that are repeated, and of
@@ -12,7 +12,7 @@ MAX_ENDS_LEFT, LEAD_SPREAD = 8, 1.7
 """Maximum number of ends left in the games played, and standard deviation of the leads."""
 NETWORK_WIDTHS = (48, 32, 96, 64)
 """Units of the hidden layers: two for a stone, two for the position."""
-ROWS_PER_STEP = 8
+BATCH_SIZE_FACTOR = 8
 """Batch size, as a multiple of the number of ends played in parallel."""
 HEURISTIC_RADIUS = 0.7
 """Distance from the tee at which the heuristic counts a stone as 1/e [m]."""

@@ -29,12 +29,12 @@ LINES = Lines(width=Sheet().width)
 PLACES = np.array([*DRAWS.values(), *GUARDS.values()])
 """Places to draw to, (12, 2) delivery frame [m]."""
 DELIVERIES = 16
-MOST_POINTS = 4
+MAX_POINTS = 4
 """Maximum score; larger ones are seen as this one."""
 _DELIVERED, _HAMMER, _PROTECTED = (
     CONTEXT.index(name) for name in ("stones delivered", "hammer", "guards protected")
 )
-WHOLE_FEATURES = DELIVERIES + 2 * MOST_POINTS + 1 + 2
+WHOLE_FEATURES = DELIVERIES + 2 * MAX_POINTS + 1 + 2
 PLACE_FEATURES = len(PLACES) + 8
 
 
@@ -134,11 +134,11 @@ def friction_in(seen: Floats) -> Floats:
 def _of_the_whole(seen: Floats, positions: Floats, delivered: Indices) -> Singles:
     n = len(seen)
     # In either throwing order, own points are positive.
-    points: Integers = np.clip(points_of(LINES, positions), -MOST_POINTS, MOST_POINTS)
+    points: Integers = np.clip(points_of(LINES, positions), -MAX_POINTS, MAX_POINTS)
     whole = np.zeros((n, WHOLE_FEATURES), dtype=np.float32)
     rows = np.arange(n)
     whole[rows, delivered] = 1
-    whole[rows, DELIVERIES + MOST_POINTS + points] = 1
+    whole[rows, DELIVERIES + MAX_POINTS + points] = 1
     whole[:, -2] = seen[:, _HAMMER]
     whole[:, -1] = seen[:, _PROTECTED]
     return whole

@@ -27,7 +27,7 @@ from curling_env.ice import load_ice
 ICE, SKILL = "standard", "elite"
 """Defaults for what an observation does not contain."""
 AGENT = Team.HOME
-SAME = 1e-4
+SAME_FRICTION = 1e-4
 """Relative difference below which mean frictions count as one."""
 
 
@@ -52,7 +52,7 @@ def views_of(
     )
     views: list[PlayerView] = []
     for k, (places, delivered, hammer, friction) in enumerate(facts):
-        game = simulator or _simulator_on(round(float(np.log(friction)) / SAME))
+        game = simulator or _simulator_on(round(float(np.log(friction)) / SAME_FRICTION))
         state = game.new_game(seed + k, last_stone=AGENT if hammer else AGENT.other)
         state = game.begin_end(state)
         stones = tuple(
@@ -72,10 +72,10 @@ def views_of(
 
 @lru_cache(maxsize=16)
 def _simulator_on(friction: int) -> GameSimulator:
-    """Return the usual game on ice with a mean friction: its logarithm over `SAME`."""
+    """Return the usual game on ice with a mean friction: its logarithm over `SAME_FRICTION`."""
     ice = load_ice(ICE)
     mu = ice.friction.mu
-    ratio = float(np.exp(SAME * friction) / mu.mean())
-    if abs(ratio - 1) > SAME:
+    ratio = float(np.exp(SAME_FRICTION * friction) / mu.mean())
+    if abs(ratio - 1) > SAME_FRICTION:
         ice = replace(ice, friction=replace(ice.friction, mu=mu * ratio))
     return GameSimulator(ice, skills=SKILL)

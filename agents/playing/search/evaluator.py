@@ -71,7 +71,7 @@ def end_of(view: PlayerView) -> End:
 
     Raises
     ------
-    InputError : there is none
+    InputError : no end is in play
     """
     if view.game.end is None:
         raise InputError("no end is in play")

@@ -1,6 +1,6 @@
 """Differences between actual and simulated throws of `search`, because ice and stones differ.
 
-On ice that is known exactly and does not change, like Digital Curling's, there are none. Estimated
+On ice that is known exactly and does not change, like Digital Curling's, they are zero. Estimated
 ice has the standard errors of its map and of its curl; in a game the ice changes, and stones of a
 set differ.
 """
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agents.playing.search.tuning import CHANGING_ICE_ERROR, LEAST_ERROR, MOST_MAP_ERROR
+from agents.playing.search.tuning import CHANGING_ICE_ERROR, MAX_MAP_ERROR, MIN_ERROR
 from curling_env.game import PlayerView
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
@@ -36,13 +36,13 @@ def ice_error(view: PlayerView, draw_speed: float) -> Floats:
     -------
     (3,) [m/s, rad, rad/s]; never quite 0, because simulations near a throw must count for it
     """
-    error = np.array(LEAST_ERROR)
+    error = np.array(MIN_ERROR)
     if view.ice_changes:
         error = np.hypot(error, CHANGING_ICE_ERROR)
     if view.ice_is_estimated:
         weight = draw_speed / 2 * friction_error(view.ice)  # v² is in proportion to friction
         line = CURL * curl_error(view.ice) / -view.delivery.start_y
-        error = np.hypot(error, np.minimum([weight, line, 0.0], MOST_MAP_ERROR))
+        error = np.hypot(error, np.minimum([weight, line, 0.0], MAX_MAP_ERROR))
     return error
 
 

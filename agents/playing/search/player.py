@@ -22,15 +22,15 @@ from agents.playing.search.tuning import (
     CONCEDE_BELOW,
     FIRST_RATE,
     KEPT_SHARE,
+    MIN_REPLY_THROWS,
+    MIN_THROWS_BEFORE_REPLIES,
     NEIGHBOURS,
     REPLIES_AGAIN,
     REPLIES_ALWAYS,
     REPLIES_ONCE,
     REPLY_FACTOR,
-    REPLY_LEAST,
     REPLY_MARGIN,
     REPLY_REPEATS,
-    REPLY_ROOT,
     REPLY_ROUNDS,
     REPLY_SHOTS,
     REPLY_STONES,
@@ -214,8 +214,8 @@ class _Search:
     ) -> None:
         end = end_of(view)
         self.view, self.table, self.evaluator = view, table, evaluator
-        replies = _looks_up_replies(view, budget)
-        self.budget = max(budget // REPLY_FACTOR, REPLY_ROOT) if replies else budget
+        replies = _simulates_replies(view, budget)
+        self.budget = max(budget // REPLY_FACTOR, MIN_THROWS_BEFORE_REPLIES) if replies else budget
         self.for_replies = budget - self.budget
         self.simulator = EndSimulator(
             ice=view.ice,
@@ -249,7 +249,7 @@ class _Search:
                 chosen = self._best_first(chosen)[:kept]
                 chosen = np.concatenate([chosen, self._widen(chosen[:WIDENED_SHOTS])])
         if self.for_replies:
-            self._look_at_replies()
+            self._value_by_replies()
 
     @property
     def simulated(self) -> int:
@@ -330,7 +330,7 @@ class _Search:
             correlation=skill.correlation,
         )
 
-    def _look_at_replies(self) -> None:
+    def _value_by_replies(self) -> None:
         """Value the best shots of different kinds by the opponent's replies.
 
         The network's values of the other shots are shifted by its error on these.
@@ -391,13 +391,15 @@ def throws_before(view: PlayerView, budget: int) -> int:
     if budget >= REPLIES_ALWAYS or _to_come(view) > REPLY_STONES:
         return budget
     more = REPLY_FACTOR * budget
-    return more if _looks_up_replies(view, more) else budget
+    return more if _simulates_replies(view, more) else budget
 
 
-def _looks_up_replies(view: PlayerView, budget: int) -> bool:
+def _simulates_replies(view: PlayerView, budget: int) -> bool:
     """Return whether a search of this size simulates the opponent's replies."""
     to_come = _to_come(view)
-    return to_come > 0 and budget >= (REPLY_LEAST if to_come <= REPLY_STONES else REPLIES_ALWAYS)
+    return to_come > 0 and budget >= (
+        MIN_REPLY_THROWS if to_come <= REPLY_STONES else REPLIES_ALWAYS
+    )
 
 
 def _to_come(view: PlayerView) -> int:

@@ -27,13 +27,13 @@ CHANGING_ICE_ERROR = np.array([0.006, 0.0005, 0.05])
 
 Matched stones differ by about 0.75 % in friction, and the ice changes during a game.
 """
-MOST_MAP_ERROR = CHANGING_ICE_ERROR
+MAX_MAP_ERROR = CHANGING_ICE_ERROR
 """Maximum error counted for a measured map [m/s, rad, rad/s].
 
 These errors are the same in every throw. Counting larger ones as if they were independent makes the
 player weaker.
 """
-LEAST_ERROR = np.array([0.0006, 0.00005, 0.005])
+MIN_ERROR = np.array([0.0006, 0.00005, 0.005])
 """Error counted on exactly known ice [m/s, rad, rad/s]."""
 
 # --- the opponent's reply ---------------------------------------------------------------------
@@ -44,9 +44,9 @@ REPLIES_ALWAYS = 20_000
 """Number of throws from which a search simulates replies before every delivery but the last."""
 REPLY_FACTOR = 8
 """Factor on the throws of a smaller search where it simulates replies."""
-REPLY_LEAST = 4000
+MIN_REPLY_THROWS = 4000
 """Minimum number of throws for a search with replies."""
-REPLY_ROOT = 1000
+MIN_THROWS_BEFORE_REPLIES = 1000
 """Minimum number of throws simulated before the replies."""
 REPLY_SHOTS, REPLY_MARGIN = 8, 0.1
 """Number of kinds of shots simulated with their replies, and maximum distance of their win

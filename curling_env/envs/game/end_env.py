@@ -61,8 +61,9 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     without copying. The same state and action always have the same outcome, including the
     execution error; ``dataclasses.replace(state, seed=…)`` has other execution errors.
 
-    ``step`` leaves in `info`: `reward_parts`, `score` (own, opponent's; zeros before the last
-    stone), and with `details` `shots` (the agent's delivery and the opponent's answer).
+    ``step`` leaves in `info`: `reward_…` (the parts of the reward), and `score` (own, opponent's;
+    zeros before the last stone). With `details` these parts are in `reward_parts`, and the agent's
+    delivery and the opponent's answer in `shots`.
     """
 
     title = "CurlingEnd-v0"

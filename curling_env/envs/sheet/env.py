@@ -57,10 +57,11 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
     ``reset(options=…)`` takes `target`, `stones`, `direction`, `level`, `ice` and `known_ice` for
     one episode.
 
-    ``step`` leaves in `info`: `status`, `distance_m`, `in_house`, `success`, `reward_parts`,
-    `target` (sheet frame), `target_from_tee` (delivery frame, as the option) and `direction`; with
-    `details` also `throw` (as it left the hand), `trajectory` (of the delivered stone) and
-    `outcome` (of every stone). `observation.names` names every number of an observation.
+    ``step`` leaves in `info`: `status`, `distance_m`, `in_house`, `success`, `reward_…` (the parts
+    of the reward), `target` (sheet frame), `target_from_tee` (delivery frame, as the option) and
+    `direction`. With `details` the parts are in `reward_parts`, and there are also `throw` (as it
+    left the hand), `trajectory` (of the delivered stone) and `outcome` (of every stone).
+    `observation.names` names every number of an observation.
     """
 
     title = "CurlingSheet-v0"

@@ -1,4 +1,4 @@
-"""Kinds of files by their content: a result replaces only a file of its own kind."""
+"""Kinds of files by their content: a result replaces only a file of the same kind."""
 
 from __future__ import annotations
 

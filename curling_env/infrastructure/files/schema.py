@@ -163,7 +163,7 @@ def _in_words(fault: str, value: Any) -> str:
 
 
 def _at(document: Any, path: str) -> Any:
-    """Return the value at a path such as ``$.friction.mu[3][4]``; None if there is none."""
+    """Return the value at a path such as ``$.friction.mu[3][4]``; None if absent."""
     value: Any = document
     for name, index in re.findall(r"\.([^.\[]+)|\[(\d+)\]", path):
         try:

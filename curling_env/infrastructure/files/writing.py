@@ -4,7 +4,7 @@ A file is written under a hidden name in its folder and renamed when it is compl
 one result are renamed one after the other when all are complete. Hidden files of killed processes
 are removed when the next file is written into the same folder. Files that a command has read are
 never overwritten, folders that it made are removed again if it fails, and a file is replaced only
-by a result of its own kind.
+by a result of the same kind.
 """
 
 from __future__ import annotations

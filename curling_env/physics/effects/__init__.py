@@ -42,8 +42,7 @@ def catalogue() -> dict[str, EffectCard]:
 
 
 def mistaken_for(what: Literal["map", "camera"]) -> list[EffectCard]:
-    """Return effects that a fit without them would mistake for a map of friction, or a camera
-    error.
+    """Return effects that a fit without them would absorb in a map of friction, or a camera error.
 
     Those that act on single contacts come first, as in the force law.
     """

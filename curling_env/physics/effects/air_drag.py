@@ -28,7 +28,7 @@ CARD = EffectCard(
     source="drag of a short cylinder at Reynolds number 2e4 to 6e4; 1 % of friction at 1 m/s, "
     "14 % at 3 m/s",
     validity="still air",
-    evidence="deceleration that grows with v²: needs take-out speeds beside draws",
+    evidence="deceleration that grows with v²: needs takeout speeds in addition to draws",
     acts="motion",
     kernel=_kernel,
     of_speed_and_spin=True,

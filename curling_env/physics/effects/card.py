@@ -42,7 +42,7 @@ class Parameter:
 
     Parameters
     ----------
-    symbol : symbol in `EffectCard.equation`, as LaTeX; empty if there is none
+    symbol : symbol in `EffectCard.equation`, as LaTeX; empty if absent
     low, high : bounds outside which the effect is not valid
     default : value if it is missing in an ice file; None makes it compulsory
     neutral : value at which the effect does nothing, if this parameter alone can switch it off
@@ -161,7 +161,7 @@ class EffectCard:
     readable : name in a sentence, such as "the model lacks friction that follows the speed"; the
         name without underscores by default
     formula : formula in a line of text, with the names of the parameters
-    equation : the same as LaTeX, with their symbols, for pages that draw it; empty if there is none
+    equation : the same as LaTeX, with their symbols, for pages that draw it; empty if absent
     parameters : in the order in which the kernel reads theta
     source : source of the form
     validity : range of validity
@@ -220,8 +220,8 @@ class EffectCard:
     turned: Turned | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        told = {p.told_with for p in self.parameters if p.told_with}
-        unknown = sorted((self.search.named | self.observed.keys() | told) - self._names)
+        partners = {p.told_with for p in self.parameters if p.told_with}
+        unknown = sorted((self.search.named | self.observed.keys() | partners) - self._names)
         says = f"the card of {self.name}"
         if unknown:
             raise InputError(f"{says} names {unknown[0]!r}, which is not one of its parameters")

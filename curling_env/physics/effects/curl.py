@@ -45,7 +45,7 @@ CARD = EffectCard(
     ),
     source="Digital Curling FCV1: heading rate 0.0082·v^(-0.8) rad/s; Nyberg et al. (2013): "
     "front-back asymmetry of friction alone is insufficient, so the law is empirical",
-    validity="draws and take-outs, |ω| of 0.3 to 5 rad/s",
+    validity="draws and takeouts, |ω| of 0.3 to 5 rad/s",
     evidence="paths bend to opposite sides for opposite spins, in both directions of play",
     measured_by="throw with both handles",
     acts="motion",

@@ -38,7 +38,7 @@ class Placement:
 
 @dataclass(frozen=True, kw_only=True)
 class Knowledge:
-    """What is known"""
+    """Known conditions"""
 
     lens_known: bool = option(False, "Lens measured by `curling calibrate`.", "--lens-known")
     height_known: bool = option(False, "Height measured with a laser or tape.", "--height-known")
@@ -108,7 +108,7 @@ def place_camera(
 
 
 def _placed(name: str, placement: Placement) -> Camera:
-    """The camera of a name, moved as the options say."""
+    """Return the camera of a name, moved by the options."""
     from friction_estimation.camera.camera import Camera
     from friction_estimation.synthetic.cameras import CAMERAS, named_camera
 
@@ -138,7 +138,9 @@ def _placed(name: str, placement: Placement) -> Camera:
 
 
 def _drawn(cameras: Sequence[Camera], errors: Sequence[ExpectedError], units: Units) -> Image:
-    """What the cameras see, one below the other: a stone at each place, and its expected error."""
+    """Draw views of the cameras, one below the other: a stone at each place, and its expected
+    error.
+    """
     import cv2
     import numpy as np
 

@@ -78,11 +78,6 @@ class Term:
         return (self.variant or self.card).scope == "between throws"
 
     @property
-    def wears_map(self) -> bool:
-        """Whether earlier stones change the map that it acts by."""
-        return self.variant is not None and self.variant.parameter == "along_path"
-
-    @property
     def follows_paths(self) -> bool:
         """Whether it acts where earlier stones have run."""
         return any(self.values.get(name, 0.0) != 0.0 for name in ("along_path", "under_contacts"))

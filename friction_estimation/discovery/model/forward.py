@@ -54,7 +54,7 @@ STEPS_ON_TRACKS = STEPS._replace(target_error=1e-3, relative_error=1e-4, longest
 centimetres: steps of whatever length are less rough than a choice between two."""
 NODES = 2_000
 """Nodes of a path for which there is room at first."""
-FURTHEST = 300.0
+MAX_OFFSET_OF_POINT = 300.0
 """Distance along either axis at which a stone that a trial of the fit sends away is left [m]."""
 
 
@@ -121,7 +121,7 @@ def _slides(law: Law, nodes: int) -> _Slides:
     control = STEPS if law.wear == 0.0 else STEPS_ON_TRACKS
     return _Slides(
         motion=np.zeros(MOTION_SIZE),
-        limits=Limits(FURTHEST * np.array([-1.0, 1.0, -1.0, 1.0]), NO_OBSTACLES, 0.0),
+        limits=Limits(MAX_OFFSET_OF_POINT * np.array([-1.0, 1.0, -1.0, 1.0]), NO_OBSTACLES, 0.0),
         path=np.empty((nodes, NODE_SIZE)),
         step=new_workspace()._replace(control=control),
     )

@@ -55,7 +55,7 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
         covariance = np.linalg.pinv(information[np.ix_(place, place)])
         sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         smallest = {n: CLEARLY_SEEN * float(s) for n, s in zip(term.free, sigma, strict=True)}
-        gain = base - linear.least([*own, *others[place]])
+        gain = base - linear.least(np.concatenate([own, others[place]]))
         scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest))
     return sorted(scores, key=lambda score: -score.gain)
 

@@ -144,8 +144,6 @@ def fit_with_noise(
 def try_term(fitted: SessionFit, term: Term) -> Trial:
     """Fit a candidate beside the model: its strength first, then its shape."""
     trial = refit(fitted, fitted.model.with_terms(term))
-    if term.wears_map:
-        trial = _on_own_cells(trial)
     later = [n for n in term.card.shape if n not in term.free]
     # The sides of an area were searched for: they count whether or not they are fitted.
     searched = len(term.card.search.area or ())
@@ -166,16 +164,6 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
             cost += 0 if searched else len(later)
     gain = fitted.deviance - trial.deviance
     return Trial(term=trial.model.term(term.label), fit=trial, gain=gain, cost=cost)
-
-
-def _on_own_cells(worn: SessionFit) -> SessionFit:
-    """The fit with wear along paths in the map's own cells, if that is better.
-
-    A stone wears a track as wide as its running band. In wider cells the ice beside it wears too,
-    and so does an ice that was simulated with such cells.
-    """
-    other = refit(worn, replace(worn.model, own_cells_wear=not worn.model.own_cells_wear))
-    return other if other.deviance < worn.deviance else worn
 
 
 def best_trials(fitted: SessionFit, scores: Sequence[CandidateScore]) -> list[Trial]:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 
 import gymnasium
 import numpy as np
 import pytest
 
-from agents.benchmark import TASKS, Score, contestant, difference_of, make, measure
+from agents.benchmark import TASKS, Score, contestant, difference_of, ices, make, measure
 from curling_env.errors import InputError
 
 
@@ -21,8 +22,10 @@ def test_the_end_of_doubles_begins_with_placed_stones():
     assert game.rules.deliveries == 10
 
 
-def test_there_are_twelve_tasks_and_each_can_be_made():
-    assert len(TASKS) == 12
+def test_ten_tasks_count_and_each_can_be_made():
+    practice = [name for name, task in TASKS.items() if not task.headline]
+    assert practice == ["end-doubles", "end-draw"]
+    assert len(TASKS) - len(practice) == 10
     for name, task in TASKS.items():
         env = make(name)
         env.reset(seed=0)
@@ -52,8 +55,8 @@ def test_the_reward_is_that_of_the_environment():
 
 
 def test_the_environments_say_from_which_reward_they_count_as_solved():
-    for name in ("CurlingSheet-v0", "CurlingEnd-v0"):
-        assert gymnasium.spec(name).reward_threshold == 1.0
+    for name, threshold in (("CurlingSheet-v0", 1.0), ("CurlingEnd-v0", 0.2)):
+        assert gymnasium.spec(name).reward_threshold == threshold
     assert TASKS["end-draw"].reward_threshold == 1.3
 
 
@@ -72,7 +75,7 @@ def test_the_command_prints_the_table_and_json(curling):
     told = curling("benchmark", "random", "--task", "guard", "--episodes", "5", "--json").json()
     (score,) = told["scores"]
     assert (told["policy"], score["task"], score["metric"]) == ("random", "guard", "success")
-    assert score["version"] == 0
+    assert score["version"] == 1
     shown = curling("benchmark", "random", "--task", "end-draw", "--episodes", "2")
     assert shown.out.startswith("end-draw")
 
@@ -99,7 +102,7 @@ def test_a_difference_is_that_of_each_episode():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "unknown policy 'nobody'; expected one of draw, greedy, learned,"),
+        (("nobody",), "unknown policy 'nobody'; expected one of constant, draw, greedy, learned,"),
         (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),
@@ -117,3 +120,58 @@ def test_scores_read_in_words():
     assert score.in_words() == "40 % (30–50)"
     with pytest.raises(InputError, match="at least 2"):
         measure(TASKS["draw"], contestant("random"), episodes=1)
+
+
+def test_the_ices_are_those_of_the_file_and_others_are_refused(monkeypatch):
+    env = make("draw").unwrapped
+    first = [env.reset(seed=1_000_000 + k) and env.thrown_ice.friction.mu for k in range(3)]
+    assert first[0][44, 4] == pytest.approx(0.008835, abs=1e-6)
+    known = env.known_ice.friction.mu / env.thrown_ice.friction.mu
+    assert 0.005 < np.log(known).std() < 0.03
+    # What is drawn here is what the file holds, but for the step in which it is kept.
+    drawn = ices.DISTRIBUTION.draw_many([np.random.default_rng((ices.SEED, 3))])
+    kept = ices.read_ices()
+    np.testing.assert_allclose(kept.ices.mu[3], drawn.ices.mu[0], rtol=0.6 * ices.STEP)
+    np.testing.assert_allclose(kept.estimated[3], drawn.estimated[0], rtol=1.2 * ices.STEP)
+    monkeypatch.setattr(ices, "SHA256", hashlib.sha256(b"another").hexdigest())
+    with pytest.raises(InputError, match="other ices than those of the benchmark"):
+        ices.read_ices()
+
+
+def test_one_action_for_all_scores_below_those_who_see_the_stones():
+    task = TASKS["end-rulebased"]
+    blind, seeing = (
+        measure(task, contestant(name), episodes=60) for name in ("constant", "rulebased")
+    )
+    assert blind.mean < seeing.mean - 0.3
+
+
+class Masked:
+    """A policy of shots that remembers how many it has called in an end."""
+
+    def predict(self, observation, state=None, deterministic=False, action_masks=None):
+        number = 0 if state is None else state
+        assert action_masks.shape == (201,)
+        return int(np.flatnonzero(action_masks)[number % 3]), number + 1
+
+
+def test_policies_of_shots_are_measured_with_masks_and_memory():
+    score = measure(TASKS["end-rulebased"], contestant(Masked()), episodes=3)
+    assert -8 <= score.mean <= 8
+    with pytest.raises(InputError, match="who is measured must be one of"):
+        contestant(3)
+
+
+def test_a_model_of_stable_baselines_is_measured(tmp_path, curling):
+    sb3 = pytest.importorskip("stable_baselines3")
+    model = sb3.PPO("MlpPolicy", make("draw"), n_steps=8, batch_size=8, seed=0)
+    model.save(tmp_path / "ppo.zip")
+    told = curling("benchmark", tmp_path / "ppo.zip", "--task", "draw", "--episodes", "3", "--json")
+    (score,) = told.json()["scores"]
+    model.policy.set_training_mode(False)
+    same = measure(TASKS["draw"], contestant(model), episodes=3)
+    assert score["mean"] == pytest.approx(same.mean)
+    (tmp_path / "none.zip").write_bytes(b"PK")
+    assert (
+        "is no model of stable-baselines3" in curling("benchmark", tmp_path / "none.zip").complaint
+    )

@@ -1,4 +1,4 @@
-"""Bias and spread of athletes, held against those that they were given."""
+"""Bias and spread of athletes, compared with the true ones."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ MEASURED = np.array([0.001, 0.02, 0.01])
 
 
 def thrown(rng, n, *, bias=(0.0, 0.0, 0.0), spread=SPREAD, name="Ada", missing=()):
-    """Throws of which nothing is known but their errors, as `hand_or_ice` tells them."""
+    """Return throws with known errors only, in the form of `hand_or_ice`."""
     throws = []
     for k in range(n):
         called = f"{('guard', 'draw')[k // 2 % 2]} {('in', 'out')[k % 2]}"
         error = np.array(bias) + spread * rng.standard_normal(3) + MEASURED * rng.standard_normal(3)
         values = [Measured(float(v), float(s)) for v, s in zip(error, MEASURED, strict=True)]
-        told = dict(zip(("speed", "line", "spin"), values, strict=True))
+        reported = dict(zip(("speed", "line", "spin"), values, strict=True))
         throws.append(
             ThrowCauses(
                 sheet=ThrowSheet(
@@ -41,7 +41,7 @@ def thrown(rng, n, *, bias=(0.0, 0.0, 0.0), spread=SPREAD, name="Ada", missing=(
                 ),
                 target=np.zeros(2), rest=np.zeros(2), miss=np.zeros(2), parts={},
                 errors=HandError(
-                    **(told | dict.fromkeys(missing)), covariance=np.diag(MEASURED**2)
+                    **(reported | dict.fromkeys(missing)), covariance=np.diag(MEASURED**2)
                 ),
                 intended=Throw(speed=2.0), released=Throw(speed=2.0), draws=np.zeros((2, 0, 2)),
             )
@@ -55,7 +55,7 @@ def session(*throws):
     )
 
 
-def test_intervals_hold_what_athletes_were_given():
+def test_intervals_contain_the_true_values_of_athletes():
     rng = np.random.default_rng(7)
     bias_in, spread_in, ratio = [], [], []
     for case in range(6):
@@ -73,8 +73,8 @@ def test_intervals_hold_what_athletes_were_given():
     assert np.exp(np.log(ratio).mean(axis=0)) == pytest.approx(1.0, abs=0.2)
 
 
-def test_what_the_measurement_adds_is_taken_out():
-    """Of an athlete who throws as exactly as the film shows, the spread is not that of the film."""
+def test_the_measurement_error_is_removed():
+    """The spread of an athlete who throws as exactly as the film shows is not that of the film."""
     rng = np.random.default_rng(3)
     (found,) = athlete_errors([session(*thrown(rng, 60, spread=0.5 * MEASURED))])
     seen = found.errors.std(axis=0)
@@ -95,7 +95,7 @@ def test_a_group_of_few_throws_leans_on_the_others():
     assert width > 1.5 * (draws.bias[0].high - draws.bias[0].low)
 
 
-def test_sessions_athletes_and_groups_are_told_apart():
+def test_sessions_athletes_and_groups_are_separated():
     rng = np.random.default_rng(2)
     first = session(*thrown(rng, 8, name="Ada"), *thrown(rng, 8, name="Bo", bias=(0.1, 0, 0)))
     second = session(*thrown(rng, 8, name="Ada"), *thrown(rng, 1, name="Cy"))
@@ -138,7 +138,7 @@ def test_a_skill_has_the_tails_and_the_correlation_of_the_throws():
 
 
 class Drawn:
-    """Gives errors that were drawn before, and no errors of measurement."""
+    """Errors that were drawn before, without errors of measurement."""
 
     def __init__(self, drawn):
         self.drawn, self.odd = drawn, False
@@ -148,7 +148,7 @@ class Drawn:
         return next(self.drawn) if self.odd else np.zeros(n)
 
 
-def test_what_was_not_measured_is_left_to_what_is_usual():
+def test_unmeasured_components_take_the_usual_values():
     rng = np.random.default_rng(5)
     (found,) = athlete_errors([session(*thrown(rng, 20, missing=("spin",)))])
     assert np.isnan(found.errors[:, 2]).all()
@@ -168,7 +168,7 @@ def test_an_ellipse_holds_its_share():
 
 
 def test_athletes_of_a_simulated_club():
-    """From tracks to spreads: the whole way, once."""
+    """From tracks to spreads: the complete path, once."""
     from agents.coaching import hand_or_ice
 
     rng = np.random.default_rng(8)

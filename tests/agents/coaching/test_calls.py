@@ -1,4 +1,4 @@
-"""A coach's line is read as it is meant, and any other text is left alone."""
+"""A coach's line is read as intended, and any other text is ignored."""
 
 from __future__ import annotations
 
@@ -50,11 +50,11 @@ def test_calls(text, meant):
         "2 ft left 1 ft left", "draw 13.4 s 13.2 s", "broom", "hit normal hack",
     ],
 )  # fmt: skip
-def test_what_is_no_call(text):
+def test_text_that_is_not_a_call(text):
     assert read_call(text) is None
 
 
-def test_what_errors_are_counted_together():
+def test_errors_are_pooled_by_weight_class():
     assert [read_call(text).weight_class for text in ("guard", "freeze 0,1", "draw", "peel")] == [
         "guard", "draw", "draw", "hit",
     ]  # fmt: skip
@@ -96,8 +96,8 @@ def test_any_text_is_read_without_an_error(text):
 
 
 @pytest.mark.parametrize("name", PLACES)
-def test_every_named_place_is_read_and_told_by_its_name(name):
+def test_every_named_place_is_read_and_printed_by_name(name):
     call = read_call(f"draw {name}" if "guard" not in name else name)
     assert call.target == PLACES[name]
-    told = call.in_words()
-    assert name in told or "button" in told
+    reported = call.in_words()
+    assert name in reported or "button" in reported

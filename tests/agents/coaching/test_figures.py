@@ -1,4 +1,4 @@
-"""The pictures of coaching are drawn, in metres and in feet, whatever the stones are called."""
+"""Figures of coaching are drawn, in metres and in feet, with any names of stones."""
 
 from __future__ import annotations
 

@@ -69,7 +69,7 @@ def test_standard_errors_follow_those_of_the_ice():
     assert 0.003 < twice.seconds_sigma < 0.07
 
 
-def test_ice_nobody_has_thrown_on_is_told():
+def test_ice_without_throws_is_reported():
     ice = load_ice("standard")
     seen = np.ones_like(ice.friction.mu, dtype=bool)
     seen[:, ice.sheet.x_centres < -0.8] = False

@@ -1,4 +1,4 @@
-"""Matching stones, held against the factors that they were given."""
+"""Matching of stones, compared with the true factors."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_intervals_hold_the_true_factors(matched):
     assert np.prod([one.friction.value for one in found.stones]) == pytest.approx(1.0, abs=1e-6)
 
 
-def test_carry_is_what_a_draw_runs_further(matched):
+def test_carry_is_the_extra_distance_of_a_draw(matched):
     _, ice, found = matched
     keen = found.stones[0]
     assert keen.carry.low < keen.carry.value < keen.carry.high
@@ -71,7 +71,7 @@ def test_the_stone_that_curls_differs_and_is_paired_with_none_before_the_alike(m
     assert sum(pair.apart**2 for pair in found.pairs) == pytest.approx(best)
 
 
-def test_stones_that_cannot_be_told_apart_say_how_many_throws_would_do():
+def test_undecided_stones_report_the_number_of_throws_needed():
     rng = np.random.default_rng(3)
     stones = {0: (1.0, 1.0), 1: (1.006, 1.03), 2: (0.998, 1.0)}
     evening = club.evening(rng, throws=9, stones=stones, own=0.01)

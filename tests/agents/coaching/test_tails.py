@@ -1,4 +1,4 @@
-"""Tails of an athlete's errors, held against those that made them."""
+"""Tails of an athlete's errors, compared with the true ones."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from agents.coaching.tails import squared_distances, tails_of
 
 
 def sizes_of(tails, throws, seed):
-    """Squared sizes of errors (3 components) whose spreads are 1, as SciPy's formulas give them."""
+    """Return squared sizes of errors (3 components) whose spreads are 1, by SciPy's formulas."""
     rng = np.random.default_rng(seed)
     squares = rng.chisquare(3, throws)
     if tails < math.inf:
@@ -34,7 +34,7 @@ def test_a_wrong_common_spread_makes_no_tails():
     assert tails_of(4 * squares, count) == math.inf
 
 
-def test_sizes_count_what_was_measured_and_how_well():
+def test_sizes_count_measured_components_with_their_errors():
     errors = np.array([[2.0, 0.0, 0.0], [np.nan, 3.0, np.nan], [np.nan, np.nan, np.nan]])
     variances = np.tile(np.diag([3.0, 0.0, 0.0]), (3, 1, 1))
     sizes, count = squared_distances(

@@ -1,4 +1,4 @@
-"""The table of throws with what a coach noted beside it."""
+"""Table of throws with a coach's notes."""
 
 from __future__ import annotations
 
@@ -42,19 +42,19 @@ def test_a_left_handers_handle_is_the_other_one():
     assert [spin_sign("in-turn", hand) for hand in ("right", "left")] == [-1.0, 1.0]
 
 
-def test_line_and_rest_are_told_against_what_was_called():
+def test_line_and_rest_are_compared_with_the_call():
     one = sheet("draw 0.1,-0.2 in broom 1.0", **DRAW)
     assert one.off_broom == (pytest.approx(-0.09), 0.02)
     right, past = one.miss
     assert right == (pytest.approx(-0.405), 0.01)
     assert past == (pytest.approx(0.81), 0.01)
-    told = sheet_rows([one, sheet(throw=1, **DRAW)])
-    row = dict(zip(told.head, told.rows[0], strict=True))
+    reported = sheet_rows([one, sheet(throw=1, **DRAW)])
+    row = dict(zip(reported.head, reported.rows[0], strict=True))
     assert row["off the broom"] == "9 cm left"
     assert row["miss"] == "81 cm past, 40 cm left"
-    assert dict(zip(told.head, told.rows[1], strict=True))["miss"] == "–"
+    assert dict(zip(reported.head, reported.rows[1], strict=True))["miss"] == "–"
     assert (
-        sheet_rows([one], Units.FEET).rows[0][told.head.index("miss")]
+        sheet_rows([one], Units.FEET).rows[0][reported.head.index("miss")]
         == "2 ft 8 in past, 1 ft 4 in left"
     )
 
@@ -67,7 +67,7 @@ def test_a_hit_and_a_stone_that_was_not_seen_to_rest_miss_nothing():
 
 @pytest.fixture
 def evening(tmp_path):
-    """Two straight throws that rest, with notes and hands beside them."""
+    """Return two straight throws that rest, with notes and hands in their folder."""
     t = np.arange(0, 26, 0.05)
     tracks = []
     for throw in range(2):
@@ -100,7 +100,7 @@ def test_the_command(evening, curling):
     assert "lovely weight" in second
 
 
-def test_a_hand_that_is_none(evening, curling):
+def test_an_unknown_hand_is_refused(evening, curling):
     (evening / "athletes.csv").write_text("athlete,hand\nBo,both\n", encoding="utf-8")
     said = curling("throws", evening / "tracks.csv").complaint
     assert "athletes.csv" in said

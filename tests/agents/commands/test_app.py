@@ -1,4 +1,4 @@
-"""`curling app`: what it prints first, and what it refuses in one line."""
+"""`curling app`: its first line, and its refusals in one line."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_a_port_that_is_taken_is_refused(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("port", ["-1", "65536", "http"])
-def test_what_is_no_port_is_refused(tmp_path, capsys, port):
+def test_an_invalid_port_is_refused(tmp_path, capsys, port):
     refused(capsys, str(tmp_path / "club"), "--port", port)
     assert list(tmp_path.iterdir()) == []
 

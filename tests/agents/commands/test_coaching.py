@@ -64,7 +64,7 @@ def test_hand_or_ice_without_the_believed_ice(evening, curling):
     assert "ice read wrong  " not in done.err
 
 
-def test_a_session_without_calls_says_what_is_missing(evening, curling):
+def test_a_session_without_calls_is_refused_with_the_missing_table(evening, curling):
     (evening / "throws.csv").unlink()
     said = curling("hand-or-ice", evening / "tracks.csv", "--ice", evening / "ice.json").complaint
     assert "no table throws.csv with calls next to these tracks" in said
@@ -119,7 +119,7 @@ def test_match_stones(evening, curling):
     assert (evening / "stones.png").exists()
 
 
-def test_stones_that_nobody_numbered(evening, curling):
+def test_stones_without_numbers_are_refused(evening, curling):
     tracks = evening / "tracks.csv"
     (evening / "throws.csv").write_text("throw,athlete\n0,Ada\n", encoding="utf-8")
     lines = tracks.read_text(encoding="utf-8").splitlines()
@@ -129,7 +129,8 @@ def test_stones_that_nobody_numbered(evening, curling):
         row[column] = "0"
     tracks.write_text("\n".join([lines[0], *map(",".join, rows)]) + "\n", encoding="utf-8")
     said = curling("match-stones", tracks, "--ice", evening / "ice.json").complaint
-    assert "found 1: enter the stone of each throw in throws.csv" in said
+    problem = "expected two or more stones, found 1: enter the stone of each throw in throws.csv"
+    assert problem in said
 
 
 @pytest.mark.parametrize(
@@ -145,7 +146,7 @@ def test_stones_that_nobody_numbered(evening, curling):
         ("discover", "-o", "folder"),
     ],
 )
-def test_a_link_that_points_at_itself_beside_the_tracks_is_refused_in_one_line(
+def test_a_link_to_itself_next_to_the_tracks_is_refused_in_one_line(
     evening, curling, tmp_path, monkeypatch, words
 ):
     (evening / "throws.csv").unlink()

@@ -1,4 +1,4 @@
-"""`curling donate`, and what takes the tracks out again."""
+"""`curling donate`, and the extraction of the tracks."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def test_the_tracks_come_out_again(curling, evening: Path) -> None:
     assert [k.xy.tolist() for k in after] == [k.xy.tolist() for k in before]
 
 
-def test_a_consent_that_names_somebody_is_refused(curling, evening: Path) -> None:
+def test_a_consent_that_names_an_athlete_is_refused(curling, evening: Path) -> None:
     said = donate(curling, evening, consent="I, Zuleika, agree to everything.").complaint
     assert "names an athlete" in said
     assert "Zuleika" not in said

@@ -1,4 +1,4 @@
-"""The page's answers are timed, each once, and are answers."""
+"""Timing of the page's answers, each once and valid."""
 
 from __future__ import annotations
 

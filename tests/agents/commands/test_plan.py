@@ -1,4 +1,4 @@
-"""The command `plan`: a throw that gets there, in words and numbers."""
+"""`curling plan`: a throw that reaches its target, in words and numbers."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def test_command_prints_a_throw_that_gets_there(curling, tmp_path) -> None:
     assert (tmp_path / "plan.png").stat().st_size > 20_000
 
 
-def test_command_says_what_is_believed_and_what_is_missing(curling, tmp_path) -> None:
+def test_the_command_reports_assumed_and_missing_effects(curling, tmp_path) -> None:
     ice = load_ice("standard")
     believed = tuple(
         replace(e, believed=("strength",) if e.name == "curl" else ()) for e in ice.effects

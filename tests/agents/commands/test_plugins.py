@@ -1,4 +1,4 @@
-"""Tasks and players in the current folder serve the commands without being installed."""
+"""Commands find tasks and players in the current folder without installation."""
 
 from __future__ import annotations
 

@@ -10,7 +10,7 @@ from agents.digital_curling import Hosting
 
 
 class HostThread(ABC):
-    """A host in a thread of its own, which is open within the block and has ended after it.
+    """Host in a separate thread, which is open within the block and has ended after it.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Lines of any kind: they are read or refused, and what is damaged ends nothing else."""
+"""Lines of any kind: they are read or refused, and a damaged one ends nothing else."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ JSON = st.recursive(
 
 
 def damaged(message, path, value):
-    """A message with another value at a place, which a list of numbers leads to."""
+    """Return a message with another value at a place, which a list of numbers leads to."""
     copy = deepcopy(message)
     here = copy
     for k, step in enumerate(path):
@@ -45,7 +45,7 @@ def damaged(message, path, value):
 
 
 def refused(line: bytes) -> str | None:
-    """Why a line is refused; None for one that is read."""
+    """Return the reason why a line is refused; None for one that is read."""
     try:
         message = from_server(line)
     except InputError as error:

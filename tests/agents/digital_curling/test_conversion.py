@@ -32,7 +32,7 @@ PLACES = st.tuples(st.floats(-2.2, 2.2), st.floats(-6.2, 1.9))
 
 
 def as_message(state) -> StateMessage:
-    """A state after its way over the wire."""
+    """Return a state after conversion to the protocol."""
     return checked(json.loads(json.dumps(state)), StateMessage)
 
 
@@ -93,7 +93,7 @@ def test_a_game_that_was_conceded_is_over(game, away):
     assert again.line_score == given_up.line_score
 
 
-def test_an_extra_end_stands_apart_on_the_wire():
+def test_an_extra_end_is_separate_in_the_protocol():
     rules = rules_of(SettingMessage(max_end=2))
     game = replace(
         new_game(rules),
@@ -152,9 +152,9 @@ def test_a_positive_angle_goes_left_and_ccw_is_positive():
     assert throw.spin == pytest.approx(math.pi / 2)
 
 
-def test_players_scatter_as_they_are_told():
-    told = PlayerMessage(stddev_speed=0.01, stddev_angle=0.002)
-    skill = skill_of(told)
+def test_players_have_the_given_scatter():
+    reported = PlayerMessage(stddev_speed=0.01, stddev_angle=0.002)
+    skill = skill_of(reported)
     assert (skill.sigma_speed, skill.sigma_angle, skill.sigma_spin) == (0.01, 0.002, 0.0)
     assert skill_of(None).is_exact
     assert skill_of(PlayerMessage(type="identical", stddev_speed=1.0)).is_exact

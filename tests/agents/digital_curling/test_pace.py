@@ -1,4 +1,4 @@
-"""A player keeps to its clock, whatever it is."""
+"""Any player keeps to its clock."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.throw import FROM_HACK, Throw
 
 
 class CountingSearch(SearchPlayer):
-    """Notes its budgets, and takes its time."""
+    """Player that records its budgets, and takes its time."""
 
     def __init__(self, budget: int, clock: list[float], rate: float) -> None:
         super().__init__(budget)
@@ -72,7 +72,7 @@ def test_a_search_never_runs_out_of_time(view, clock, seconds, rate):
 
 
 @pytest.mark.parametrize(("budget", "name"), [(500, "search:500"), (BUDGET, "search:3000")])
-def test_nothing_more_than_asked_for_is_simulated(view, clock, budget, name):
+def test_only_the_requested_throws_are_simulated(view, clock, budget, name):
     player = CountingSearch(budget, clock, 1e6)
     player.name = name
     pace = Pace(player)
@@ -81,7 +81,7 @@ def test_nothing_more_than_asked_for_is_simulated(view, clock, budget, name):
     assert player.budgets[-1] == budget
 
 
-def test_where_no_number_is_asked_for_a_long_clock_allows_thirty_thousand(view, clock):
+def test_without_a_requested_number_a_long_clock_allows_thirty_thousand(view, clock):
     player = CountingSearch(BUDGET, clock, 1e6)
     player.name = SearchPlayer.name
     pace = Pace(player)
@@ -90,7 +90,7 @@ def test_where_no_number_is_asked_for_a_long_clock_allows_thirty_thousand(view, 
     assert player.budgets[-1] == CLOCK_BUDGET == 30_000
 
 
-def test_where_no_time_is_left_the_stone_is_drawn(view, clock):
+def test_with_no_time_left_the_stone_is_drawn(view, clock):
     pace = Pace(CountingSearch(1000, clock, 10.0))
     pace.prepare([view])
     assert pace.call(view, 5.0).shot == "draw to the button"

@@ -35,7 +35,7 @@ CONCEDE = {"type": "concede"}
 
 
 def lying(x: float, y: float) -> dict[str, Any]:
-    """A stone at (x, y) from the tee, as on the wire."""
+    """Return a stone at (x, y) from the tee, in the protocol's form."""
     return {"angle": 1.0, "position": {"x": x, "y": y + HACK_TO_TEE}}
 
 
@@ -83,7 +83,7 @@ def in_engine(move: dict[str, Any], *stones: tuple[float, float]) -> np.ndarray:
 
 
 def passes_at(move: dict[str, Any], y: float) -> float:
-    """Where a shot passes the line y [m] from the tee."""
+    """Return the crossing of a shot with the line y [m] from the tee."""
     sign = -1 if move["rotation"] == "cw" else 1
     velocity = move["velocity"]
     release = Release(x=0.0, y=-HACK_Y, vx=velocity["x"], vy=velocity["y"], omega=sign * SPIN)
@@ -95,7 +95,7 @@ def passes_at(move: dict[str, Any], y: float) -> float:
 
 
 @pytest.mark.parametrize("rotation", ["cw", "ccw"])
-def test_a_draw_rests_where_the_law_says(rotation: str) -> None:
+def test_a_draw_rests_where_the_law_predicts(rotation: str) -> None:
     move = {**DRAW, "rotation": rotation}
     if rotation == "cw":
         move["velocity"] = {"x": -0.132, "y": 2.3955}
@@ -129,7 +129,7 @@ def test_one_contact_is_the_engines_to_four_centimetres() -> None:
     assert after["team1 2"] == pytest.approx(stones[1], abs=1e-12)  # and this one was not
 
 
-def test_measured_shots_end_where_the_server_said() -> None:
+def test_measured_shots_end_at_the_servers_positions() -> None:
     """Twelve noise-free shots of the real server (DC3 1.2.0, steps of 1 ms), nothing copied of it.
 
     Three draws, five hits of one stone and four of several; places in metres from the tee.
@@ -246,7 +246,7 @@ def test_the_last_end_decides_the_game() -> None:
     assert after["end"] == 2
 
 
-def test_a_level_game_goes_on_in_extra_ends_with_a_new_clock() -> None:
+def test_a_tied_game_continues_in_extra_ends_with_a_new_clock() -> None:
     out = {**THROUGH, "velocity": {"x": 0.4, "y": 3.9}}
     scores = {"team0": [1, None], "team1": [1, None]}
     extra = transition(state(15, end=1, scores=scores), out, GAME)
@@ -270,7 +270,7 @@ def test_the_last_of_all_extra_ends_is_a_draw() -> None:
     assert after["game_result"] == {"winner": None, "reason": "draw"}
 
 
-def test_who_concedes_has_lost_and_the_stones_lie() -> None:
+def test_a_conceding_team_loses_and_the_stones_stay() -> None:
     before = state(3, {"team0 0": lying(0.0, 0.5)})
     after = transition(before, CONCEDE, GAME)
     assert after["game_result"] == {"winner": "team0", "reason": "concede"}
@@ -278,7 +278,7 @@ def test_who_concedes_has_lost_and_the_stones_lie() -> None:
     assert after["stones"] == before["stones"]
 
 
-def test_who_has_no_time_left_has_lost() -> None:
+def test_a_team_without_time_loses() -> None:
     clock = {"team0": 0.0, "team1": 50.0}
     after = transition(state(2, thinking_time_remaining=clock), DRAW, GAME)
     assert after["game_result"] == {"winner": "team1", "reason": "time_limit"}
@@ -295,13 +295,13 @@ def test_the_state_given_is_left_alone_and_unknown_fields_are_kept() -> None:
     assert after.get("new_in_1_1") == {"a": [1]}
 
 
-def test_a_setting_alone_is_enough_and_what_it_lacks_is_the_servers() -> None:
+def test_a_setting_alone_is_enough_with_the_servers_defaults() -> None:
     assert transition(state(), DRAW, GAME["setting"]) == transition(state(), DRAW, GAME)
-    for told in ({}, {"setting": False, "simulator": None}):
-        assert transition(state(), DRAW, told) == transition(state(), DRAW, GAME)
+    for reported in ({}, {"setting": False, "simulator": None}):
+        assert transition(state(), DRAW, reported) == transition(state(), DRAW, GAME)
 
 
-def test_a_setting_that_is_none_is_refused() -> None:
+def test_an_invalid_setting_is_refused() -> None:
     with pytest.raises(InputError, match="setting: expected an object"):
         transition(state(), DRAW, [1])  # pyright: ignore[reportArgumentType]
 
@@ -322,7 +322,7 @@ def test_a_setting_that_is_none_is_refused() -> None:
         ),
     ],
 )
-def test_documents_that_are_none_are_refused_in_a_line(change, move, says) -> None:
+def test_invalid_documents_are_refused_in_one_line(change, move, says) -> None:
     with pytest.raises(InputError, match=says) as refused:
         transition({**state(), **change}, move, GAME)
     assert "\n" not in str(refused.value)

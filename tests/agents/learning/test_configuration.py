@@ -1,4 +1,4 @@
-"""What a configuration may say, and what is refused."""
+"""Valid and invalid configurations."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def test_leagues_are_whole(name: str) -> None:
         load_settings(name)
 
 
-def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
+def test_a_file_states_what_is_learned(tmp_path: Path) -> None:
     (tmp_path / "mine.yml").write_text(
         "algorithm: ppo\nn_timesteps: 64\nlearning_rate: lin_1e-3\nent_coef: 1e-3\n"
         "policy_kwargs: {net_arch: [8, 8]}\n"
@@ -72,7 +72,7 @@ def test_a_file_says_what_is_learnt(tmp_path: Path) -> None:
         ("a: [1", "not YAML"),
     ],
 )
-def test_what_nobody_knows_is_refused_in_one_line(tmp_path: Path, text: str, words: str) -> None:
+def test_unknown_options_are_refused_in_one_line(tmp_path: Path, text: str, words: str) -> None:
     (tmp_path / "mine.yml").write_text(text)
     with pytest.raises(InputError) as caught:
         load_settings(tmp_path / "mine.yml")

@@ -82,7 +82,7 @@ def test_the_projects_configurations_are_all_understood(name: str) -> None:
         ({}, 3, "n_envs 8 cannot be shared out evenly to 3 workers"),
     ],
 )
-def test_what_rllib_cannot_do_is_refused(
+def test_settings_that_rllib_lacks_are_refused(
     wrong: dict[str, object], workers: int, words: str
 ) -> None:
     with pytest.raises(InputError, match=words):
@@ -121,14 +121,14 @@ def test_rllibs_sheets_are_the_same_sheets(throws: int) -> None:
     for _ in range(2):
         for left in range(throws, 0, -1):
             actions = rng.uniform(-1, 1, (8, 3)).astype(np.float32)
-            seen, rewards, over, told = plain.step(actions)
+            seen, rewards, over, reported = plain.step(actions)
             mine, paid, ended, cut, _ = sheets.step(actions)
             np.testing.assert_array_equal(paid, rewards)
             np.testing.assert_array_equal(ended, over)
             assert over.all() == (left == 1)
             assert not cut.any()
             if over.all():
-                last = np.stack([info["terminal_observation"] for info in told])
+                last = np.stack([info["terminal_observation"] for info in reported])
                 np.testing.assert_array_equal(mine, last)
         # The step in which episodes begin throws nothing, whatever is asked for.
         mine, paid, ended, _, _ = sheets.step(np.ones((8, 3), dtype=np.float32))
@@ -140,7 +140,7 @@ def test_rllibs_sheets_are_the_same_sheets(throws: int) -> None:
 # --- the command ---------------------------------------------------------------------------------
 
 
-def test_without_rllib_one_line_says_what_to_install(
+def test_without_rllib_one_line_reports_the_missing_package(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, curling: Callable[..., Any]
 ) -> None:
     monkeypatch.setitem(sys.modules, "ray.rllib", None)
@@ -183,7 +183,7 @@ def rllib() -> None:
 
 
 @pytest.mark.usefixtures("rllib")
-def test_rllibs_network_says_what_stable_baselines3s_does() -> None:
+def test_rllibs_network_agrees_with_stable_baselines3s() -> None:
     import torch
     from ray.rllib.algorithms.ppo.torch.default_ppo_torch_rl_module import DefaultPPOTorchRLModule
 

@@ -68,7 +68,7 @@ MANY = {
 # --- model files -------------------------------------------------------------------------------
 
 
-def test_a_model_file_gives_back_what_was_written(tmp_path: Path) -> None:
+def test_a_model_file_returns_the_written_document(tmp_path: Path) -> None:
     document = {
         "weights": {"layer.0": np.arange(6.0).reshape(2, 3), "count": np.array(3)},
         "state": {0: {"step": np.float32(2.0)}, 1: {}},
@@ -121,7 +121,7 @@ def test_skills_order_from_exact_to_club(rng: np.random.Generator) -> None:
 # --- evaluation --------------------------------------------------------------------------------
 
 
-def test_the_environment_throws_what_was_planned() -> None:
+def test_the_environment_throws_the_planned_throw() -> None:
     ice = load_ice("standard")
     targets = np.array([[0.4, TEE_Y - 0.7], [-1.0, TEE_Y + 0.5]])
     throws = np.array([planner_throw(ice, target, "none") for target in targets])
@@ -272,7 +272,7 @@ def test_a_negative_mean_square_of_the_optimiser_is_refused_before_learning(tmp_
     assert not list((tmp_path / "on").rglob("*.npz"))
 
 
-def test_on_random_ices_a_policy_sees_no_more_than_it_is_told() -> None:
+def test_on_random_ices_a_policy_sees_only_its_observation() -> None:
     ices = RandomIces()
     ice, _ = ices.draw(np.random.default_rng(0))
     for knows, alike in (("map", False), ("nothing", True)):

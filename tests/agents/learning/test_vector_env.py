@@ -57,7 +57,7 @@ def test_algorithms_train_on_it(name):
     assert model.predict(alone.reset(seed=0)[0])[0] in alone.action_space
 
 
-def test_what_is_told_is_what_one_by_one_tells(rng):
+def test_batch_results_equal_single_ones(rng):
     envs, alone = sheets(throws=2), gymnasium.make("CurlingSheet-v0", target="random", throws=2)
     envs.seed(5)
     first = envs.reset()
@@ -81,7 +81,7 @@ def test_what_is_told_is_what_one_by_one_tells(rng):
         assert infos[i]["episode"]["r"] == pytest.approx(total, abs=4e-3)
 
 
-def test_the_hand_errs_as_its_skill_says():
+def test_execution_errors_have_the_scatter_of_the_skill():
     thrown: dict[str, list[float]] = {}
     for skill in ("none", "club"):
         envs = sheets(skill, target=(0.0, 0.0))
@@ -137,7 +137,7 @@ def test_many_ices_are_new_ones_every_few_throws_and_the_same_for_a_seed():
     assert not np.array_equal(seen[0], run(4)[0][0])
 
 
-def test_many_ices_want_a_range_of_throws_that_tells_nothing():
+def test_many_ices_need_a_range_of_throws_independent_of_the_ice():
     with pytest.raises(InputError, match="throw_range"):
         many(throw_range=None)
     with pytest.raises(InputError, match="evenly"):

@@ -1,4 +1,4 @@
-"""RL Zoo's files hold what the algorithms and the environments take."""
+"""RL Zoo's files have the keys of the algorithms and the environments."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from agents.learning import ALGORITHMS, file_of
 from curling_env.errors import InputError
 
 OF_THE_ZOO = {"env_kwargs", "n_envs", "n_timesteps", "normalize", "noise_type", "noise_std"}
-"""Keys that RL Zoo takes for itself."""
+"""Keys that RL Zoo uses itself."""
 
 
 @pytest.mark.parametrize("algorithm", ALGORITHMS)
@@ -31,9 +31,9 @@ def test_every_key_is_one_of_the_algorithm_or_of_the_zoo(algorithm):
 
 
 def test_files_are_found_by_the_name_of_the_algorithm():
-    told = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-m", "agents.learning.zoo", "sac"], capture_output=True, text=True
     )
-    assert told.stdout.strip() == str(file_of("sac"))
+    assert done.stdout.strip() == str(file_of("sac"))
     with pytest.raises(InputError, match="for ppo, sac, td3, not for 'dqn'"):
         file_of("dqn")

@@ -1,7 +1,9 @@
-"""The models that come with the package do what they have learnt."""
+"""Performance of the models that come with the package."""
 
 from __future__ import annotations
 
+import subprocess
+import sys
 from importlib.resources import files
 
 import numpy as np
@@ -58,3 +60,26 @@ def test_models_are_known_by_name():
     assert isinstance(player_named("learned"), LearnedPlayer)
     with pytest.raises(InputError, match="the models are draw, takeout, ends, got 'guard'"):
         load("guard")
+
+
+def test_models_are_loaded_and_used_with_numpy_alone():
+    program = """
+import sys
+
+class Blocked:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in ("torch", "stable_baselines3", "yaml", "ray"):
+            raise ModuleNotFoundError(name)
+
+sys.meta_path.insert(0, Blocked())
+import gymnasium
+import curling_env
+from agents.models import load
+
+env = gymnasium.make("CurlingSheet-v0", **load("draw").environment())
+print(load("draw").predict(env.reset(seed=0)[0])[0].shape)
+env = gymnasium.make("CurlingEnd-v0", actions="shots")
+print(load("ends").predict(env.reset(seed=0)[0])[0].shape, load("takeout").throw_range.speed[0] > 1)
+"""
+    done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True)
+    assert done.stdout.split("\n")[:2] == ["(3,)", "() True"], done.stderr

@@ -1,4 +1,4 @@
-"""What small errors of a throw cost, checked by throwing them one by one."""
+"""Costs of small errors of a throw, checked by throwing them one by one."""
 
 from __future__ import annotations
 
@@ -69,11 +69,11 @@ def test_a_stone_in_the_way_costs_all():
 
 def test_a_stone_that_stops_short_has_no_time():
     ice = load_ice("standard")
-    told = error_costs(ice, Throw(speed=1.2, spin=1.0), objective())
-    assert [cost.error for cost in told] == ["half a broom left", "half a broom right"]
+    costs = error_costs(ice, Throw(speed=1.2, spin=1.0), objective())
+    assert [cost.error for cost in costs] == ["half a broom left", "half a broom right"]
 
 
-def test_brooms_are_told_to_the_half():
+def test_brooms_are_formatted_to_the_half():
     assert brooms(0.0) == "0 brooms"
     assert brooms(-0.1) == "½ broom"
     assert brooms(0.2) == "1 broom"

@@ -36,7 +36,7 @@ def test_a_draw_from_the_hack_rests_at_its_target(target, tmp_path):
     assert (tmp_path / "plan.png").stat().st_size > 10_000
 
 
-def test_a_plan_is_what_the_competitions_server_plays():
+def test_a_plan_agrees_with_the_competitions_server():
     """The shot of a plan, played in the server's own steps, rests at the target."""
     found = plan_throw("fcv1", (0.3, TEE_Y + 0.2), skill="none", delivery="hack")
     move = move_of(found.best.throw)
@@ -74,7 +74,7 @@ def test_a_takeout_from_the_hack_keeps_to_its_greatest_speed():
     assert 5.0 < seconds < 14.0
 
 
-def test_what_is_planned_can_be_thrown_by_the_command(curling):
+def test_a_plan_can_be_thrown_by_the_command(curling):
     planned = curling(
         *("plan", "--ice", "fcv1", "--target", f"0.2,{TEE_Y}", "--skill", "none"),
         *("--delivery", "hack"),
@@ -82,8 +82,8 @@ def test_what_is_planned_can_be_thrown_by_the_command(curling):
     numbers = ("--speed", planned["speed"], "--angle", planned["angle"], "--spin", planned["spin"])
     thrown = curling("throw", "--ice", "fcv1", *numbers, "--delivery", "hack").json()
     assert (thrown["x"], thrown["y"]) == pytest.approx((0.2, TEE_Y), abs=5e-3)
-    told = planned["in_words"]["hog_to_hog_s"]
-    assert thrown["hog_to_hog"] == pytest.approx(told, abs=0.02)
+    reported = planned["in_words"]["hog_to_hog_s"]
+    assert thrown["hog_to_hog"] == pytest.approx(reported, abs=0.02)
     assert thrown["time"] > thrown["hog_to_hog"] + 10.0  # it began ten metres before the hog line
     short = curling("throw", "--ice", "fcv1", *numbers)
     assert short.json()["status"] != "rest"  # from the hog line it runs through
@@ -99,7 +99,7 @@ def test_a_draw_from_the_tee_line_comes_to_rest_where_it_is_meant(curling):
     assert (thrown["x"], thrown["y"]) == pytest.approx((0.2, TEE_Y), abs=5e-3)
 
 
-def test_a_line_of_release_that_nobody_knows_is_refused(curling):
+def test_an_unknown_line_of_release_is_refused(curling):
     target = ("--target", f"0,{TEE_Y}")
     assert (
         "hog-line, hack" in curling("plan", "--ice", "fcv1", *target, "--delivery", "x").complaint

@@ -142,7 +142,7 @@ def test_the_expected_miss_is_that_of_hand_and_effects_together() -> None:
         assert found.best.map_trials.expected_miss < 5e-3
 
 
-def test_a_plan_says_which_of_its_effects_nobody_measured() -> None:
+def test_a_plan_reports_effects_that_were_not_measured() -> None:
     ice = load_ice("standard")
     believed = tuple(
         replace(e, believed=("strength",) if e.name == "curl" else ()) for e in ice.effects
@@ -163,7 +163,7 @@ def test_a_plan_says_which_of_its_effects_nobody_measured() -> None:
     assert known["remarks"] == []
 
 
-def test_a_plan_says_what_the_ice_lacks() -> None:
+def test_a_plan_reports_an_effect_that_the_ice_lacks() -> None:
     ice = load_ice("paper")
     seen = np.arange(ice.friction.mu.size).reshape(ice.friction.mu.shape) % 2 == 0
     estimated = replace(ice, friction=replace(ice.friction, observed=seen))
@@ -209,7 +209,7 @@ def test_refuses_targets_no_stone_can_rest_at(target: tuple[float, float], words
         plan(load_ice("standard"), target)
 
 
-def test_says_that_the_way_is_blocked() -> None:
+def test_a_blocked_path_is_reported() -> None:
     ice = load_ice("paper")  # nothing curls: the guard is in the way of every throw
     with pytest.raises(InputError, match=r"blocked.*\(0, 14\)"):
         plan(ice, (0.0, TEE_Y), stones=[[0.0, 14.0]], skill="none")
@@ -217,7 +217,7 @@ def test_says_that_the_way_is_blocked() -> None:
         plan(ice, (0.0, TEE_Y), stones=[[0.1, TEE_Y]], skill="none")
 
 
-def test_says_that_the_target_is_out_of_reach() -> None:
+def test_a_target_out_of_reach_is_reported() -> None:
     with pytest.raises(InputError, match="out of reach: at 6 m/s"):
         plan(Ice.uniform(0.5), (0.0, TEE_Y))
 
@@ -314,7 +314,7 @@ def test_sweeping_is_planned_where_the_ice_knows_it() -> None:
     assert plan(ice, (0.0, TEE_Y), skill="elite").best.sweep is None  # no reason to
 
 
-def test_hand_and_map_are_told_apart() -> None:
+def test_hand_and_map_are_separated() -> None:
     ice = load_ice("standard")
     doubtful = replace(ice, friction=replace(ice.friction, sigma=0.02 * ice.friction.mu))
     found = plan(doubtful, (0, TEE_Y), skill="elite").as_dict()
@@ -340,7 +340,7 @@ def test_the_second_choice_is_another_shot() -> None:
         assert value <= found.best.trials.expected_value + 0.05 * abs(value)
 
 
-def test_what_a_miss_is_the_distance_of_is_said() -> None:
+def test_the_meaning_of_a_miss_is_stated() -> None:
     ice = load_ice("standard")
     draw = plan(ice, (0.0, TEE_Y), skill="club")
     assert "from the target to the stone's place of rest" in draw.expectation(draw.best)
@@ -354,7 +354,7 @@ def test_what_a_miss_is_the_distance_of_is_said() -> None:
     assert exact.expectation(exact.best) == ""
 
 
-def test_points_need_to_know_whose_stones_lie() -> None:
+def test_points_need_the_teams_of_the_stones() -> None:
     with pytest.raises(InputError, match="team"):
         plan_task(load_ice("standard"), "score", stones=[(0.0, TEE_Y)])
 
@@ -364,13 +364,13 @@ def test_a_call_in_feet() -> None:
                      np.array([0.0, TEE_Y]), Direction.AWAY)  # fmt: skip
     assert "m of ice" in words.call
     assert words.as_dict()["call"] == words.call
-    told = words.call_in(Units.FEET)
-    assert f"{int(words.ice_m / 0.3048)} ft" in told
-    assert " m of ice" not in told
+    reported = words.call_in(Units.FEET)
+    assert f"{int(words.ice_m / 0.3048)} ft" in reported
+    assert " m of ice" not in reported
 
 
-def test_the_picture_tells_whose_stones_are_whose(tmp_path) -> None:
-    """Own stones are red, the opponents' yellow, and neither where no team is told."""
+def test_the_picture_shows_the_team_of_each_stone(tmp_path) -> None:
+    """Own stones are red, the opponents' yellow, and neither without teams."""
     ice, stones = load_ice("standard"), [(-0.9, 16.6), (0.9, 17.6)]
     red, yellow = np.array([200, 67, 63]), np.array([242, 194, 48])
     seen = []
@@ -408,7 +408,7 @@ def test_a_target_mid_sheet_is_questioned():
         (("standard", (0, TEE_Y), {"wind": 1}), "plan_throw has no option 'wind'; it has ice, "),
     ],
 )
-def test_what_cannot_be_planned_is_told_with_what_is_right(wanted, says):
+def test_impossible_requests_are_refused_with_the_valid_ones(wanted, says):
     *given, options = (*wanted, {}) if len(wanted) == 2 else wanted
     with pytest.raises(InputError, match=says):
         plan_throw(*given, **options)
@@ -426,6 +426,6 @@ def test_what_cannot_be_planned_is_told_with_what_is_right(wanted, says):
         ({"wind": 1}, "plan_task has no option 'wind'; it has ice, task, target"),
     ],
 )
-def test_a_wrong_option_of_a_task_is_told_with_what_is_right(options, says):
+def test_a_wrong_option_of_a_task_is_refused_with_the_valid_ones(options, says):
     with pytest.raises(InputError, match=says):
         plan_task("standard", "draw", **options)

@@ -1,4 +1,4 @@
-"""A dataset of ends holds what happened, and Minari reads it back."""
+"""A dataset of ends has the played ends, and Minari reads it back."""
 
 from __future__ import annotations
 
@@ -40,12 +40,12 @@ def test_a_relative_folder_serves(curling, tmp_path, monkeypatch):
     assert minari.load_dataset("curling/ends-v0").total_steps == 8
 
 
-def test_without_minari_the_command_says_what_to_install(curling, tmp_path):
+def test_without_minari_the_command_reports_the_missing_package(curling, tmp_path):
     try:
         import minari  # noqa: F401
     except ModuleNotFoundError:
-        told = curling("record-games", "--ends", "1", "-o", tmp_path / "data").complaint
-        assert "pip install 'curling-sheet[offline]'" in told
+        reported = curling("record-games", "--ends", "1", "-o", tmp_path / "data").complaint
+        assert "pip install 'curling-sheet[offline]'" in reported
         assert not (tmp_path / "data").exists() or not list((tmp_path / "data").iterdir())
 
 
@@ -54,8 +54,12 @@ def test_the_dataset_that_is_shipped_is_small_and_whole():
 
     h5py = pytest.importorskip("h5py")
     folder = RECORDED / DATASET / "data"
-    told = json.loads((folder / "metadata.json").read_text())
-    assert (told["dataset_id"], told["total_episodes"], told["total_steps"]) == (DATASET, 100, 800)
+    reported = json.loads((folder / "metadata.json").read_text())
+    assert (reported["dataset_id"], reported["total_episodes"], reported["total_steps"]) == (
+        DATASET,
+        100,
+        800,
+    )
     assert (folder / "main_data.hdf5").stat().st_size < 1_000_000
     with h5py.File(folder / "main_data.hdf5") as file:
         assert len(file) == 100

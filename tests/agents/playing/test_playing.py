@@ -1,4 +1,4 @@
-"""Games between players, their record, and what a tournament says."""
+"""Games between players, their record, and the table of a tournament."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ def simulator(ends=2, rules="world_curling_2024", ice_evolution=TYPICAL_EVOLUTIO
     )
 
 
-def test_a_game_on_ice_that_lacks_something_says_so_once(curling, tmp_path):
+def test_a_game_on_ice_that_lacks_an_effect_warns_once(curling, tmp_path):
     marked = load_ice("standard").with_effect(ActiveEffect(name="unknown"))
     save_ice(marked, tmp_path / "ice.json")
     game = ("play", "--home", "draw", "--away", "draw", "--ends", 1, "--json")
@@ -121,7 +121,7 @@ def test_every_stone_that_moved_has_its_path(tmp_path):
         ('{"format": "curling-game/1"}\n{nonsense\n', "line 2"),
     ],
 )
-def test_what_is_no_record_is_refused_with_its_place(tmp_path, text, problem):
+def test_an_invalid_record_is_refused_with_the_place(tmp_path, text, problem):
     path = tmp_path / "game.jsonl"
     path.write_text(text)
     with pytest.raises(InputError, match=problem):
@@ -139,7 +139,7 @@ def test_a_record_whose_stones_do_not_follow_each_other_is_refused(tmp_path):
         read_record(path)
 
 
-def test_the_page_stands_alone_and_holds_the_record():
+def test_the_page_is_self_contained_and_contains_the_record():
     place = simulator(1)
     played = play_game(place, (RuleBasedPlayer(), DrawPlayer()), seed=2, paths=True)
     lines = lines_of(played, place, ice="</script><b>", seed=2)
@@ -177,7 +177,7 @@ def test_a_line_score_as_in_a_hall():
     assert outcome(game, ("Reds", "Yellows")) == "Reds wins 3 : 1."
 
 
-def test_a_game_conceded_ends_at_once():
+def test_a_conceded_game_ends_immediately():
     class Quitter(DrawPlayer):
         def concedes(self, view):
             return True

@@ -1,4 +1,4 @@
-"""Positions that promise more are worth more, and the environments find their values by name."""
+"""Positions with more expected points have a higher value, and environments find values by name."""
 
 from __future__ import annotations
 
@@ -34,6 +34,6 @@ def test_the_environments_find_them_by_name():
         env = gym.make("CurlingEnd-v0", potential=name, hammer="opponent", skill="none")
         env.reset(seed=0)
         *_, info = env.step(np.float32([-0.2, 0.0, 0.0]))
-        rewards.append(info["reward_parts"]["potential"])
+        rewards.append(info["reward_potential"])
     assert 0 < abs(rewards[0]) < 3
     assert rewards[0] != rewards[1]

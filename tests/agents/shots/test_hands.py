@@ -9,6 +9,7 @@ from agents import plan_throw
 from agents.playing.search.aiming_table import AimingTable
 from agents.shots import hits
 from agents.shots.grades import GradedShot, _Design, fit_grades, held_out_score
+from agents.shots.inversion import Inversion
 from agents.shots.openings import fit_openings
 from agents.shots.table import RULES, Shot, TableEnd, TableGame
 from curling_env.errors import InputError
@@ -103,10 +104,9 @@ def test_the_factor_is_the_one_with_which_as_many_hits_are_made():
     before = (target,)
     takeout = {"number": 4, "before": before, "task": "takeout"}
     one = GradedShot(shot=shot(4, **takeout), game=game(0, []))
-    table = AimingTable(ICE, Direction.AWAY)
-    simulator = hits.EndSimulator(ice=ICE, direction=Direction.AWAY, rules=RULES, lines=hits.LINES)
+    inversion = Inversion(ICE)
     rng = np.random.default_rng(1)
-    rates = np.mean([hits._rates(one, 1, table, simulator, skill, rng) for _ in range(6)], axis=0)
+    rates = np.mean([hits._rates(one, 1, inversion, skill, rng) for _ in range(6)], axis=0)
     assert rates[0] > 0.95
     assert (np.diff(rates) < 0.05).all()
     assert rates[-1] < 0.8
@@ -162,7 +162,7 @@ def test_the_gradient_of_the_loss_is_right():
         )
 
 
-def test_teams_that_differ_are_told_apart_and_predict_other_games():
+def test_teams_that_differ_are_distinguished_and_predict_other_games():
     games = graded(0.6)
     held = held_out_score(games)
     assert held.gain > 4 * held.stderr > 0

@@ -1,4 +1,4 @@
-"""Ices that standard errors allow, and where a stone rests on them."""
+"""Ices sampled within standard errors, and places of rest on them."""
 
 from __future__ import annotations
 
@@ -72,14 +72,16 @@ def test_parameters_have_their_sigma_each_on_its_own():
 
 
 def together(ice: Ice) -> Ice:
-    """The ice with errors of curl and level that go with that of the exponent, less or more."""
+    """Return the ice with errors of curl and level that are correlated with that of the
+    exponent.
+    """
     common = {"speed_dependent_friction": {"exponent": (1.0,)}, "curl": {"strength": (-0.6, 0.8)}}
     effects = tuple(replace(e, common=common.get(e.name, {})) for e in ice.effects)
     level = LevelError(sigma=0.03, common=(0.8, 0.2))
     return replace(ice, effects=effects, friction=replace(ice.friction, level=level))
 
 
-def test_errors_go_together_as_the_ice_says():
+def test_errors_are_correlated_as_stated_in_the_ice():
     drawn = draw(together(doubtful()), 600)
     exponent = values(drawn, "speed_dependent_friction", "exponent")
     strength = values(drawn, "curl", "strength")
@@ -127,7 +129,7 @@ def test_a_map_alone_errs_as_if_the_effects_were_known():
     np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, rest, rtol=0.35)
 
 
-def test_a_cell_is_never_less_sure_than_its_sigma_says():
+def test_the_uncertainty_of_a_cell_never_exceeds_its_sigma():
     ice = together(doubtful(share=0.01))
     mu = np.array([one.friction.mu for one in draw(ice, 400)])
     np.testing.assert_allclose(mu.std(axis=0) / ice.friction.mu, 0.01, rtol=0.05)

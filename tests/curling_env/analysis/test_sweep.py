@@ -1,4 +1,4 @@
-"""Sweeps give the same numbers whoever does the work, and however many of them are killed."""
+"""Sweeps give the same numbers on any workers, however many of them are killed."""
 
 from __future__ import annotations
 
@@ -58,7 +58,7 @@ def throw_or_die(piece):
 
 @pytest.fixture
 def knife(tmp_path, monkeypatch) -> Path:
-    """While this lies there, one worker of the next sweep will be killed; then it is gone."""
+    """Return a file that makes one worker of the next sweep be killed, and then disappears."""
     path = tmp_path / "knife"
     path.touch()
     (tmp_path / "deadly.py").write_text(DEADLY.format(knife=str(path)))
@@ -122,7 +122,7 @@ def test_few_throws_with_many_seeds_go_together():
         ({"skill": "god"}, "unknown skill"),
     ],
 )
-def test_what_makes_no_sense_is_refused(options, says):
+def test_invalid_values_are_refused(options, says):
     with pytest.raises(InputError, match=says):
         a_sweep(**{"throws": 3, **options})
 
@@ -147,7 +147,7 @@ def test_results_come_in_order_and_errors_as_they_are():
             assert list(crew.map(math.factorial, [])) == []
 
 
-def test_bad_input_in_a_worker_is_told_as_here():
+def test_bad_input_in_a_worker_is_reported_as_in_this_process():
     sweep = a_sweep(10)
     sweep.releases["vx"][3] = np.nan
     for workers in (1, 2):
@@ -196,7 +196,7 @@ def test_a_ray_cluster_gives_the_same_numbers_after_a_worker_was_killed(knife, m
     assert_same(ends, alone)
 
 
-def test_without_ray_one_line_says_what_to_install(curling, monkeypatch, tmp_path):
+def test_without_ray_one_line_reports_the_missing_package(curling, monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "ray", None)
     path = tmp_path / "r.csv"
     write_releases(path, [Throw(speed=2.1).release()])

@@ -1,4 +1,4 @@
-"""How far sweeping carries a draw, against mechanics on paper."""
+"""Extra distance of a swept draw, against mechanics on paper."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def swept(ice: Ice, sigma: float = 0.02, **parameters: float) -> Ice:
 
 @pytest.mark.parametrize("factor", [0.7, 0.9, 1.0, 1.2])
 @pytest.mark.parametrize("mu", [0.006, 0.012])
-def test_on_even_ice_what_is_left_to_run_is_divided_by_the_factor(factor, mu):
+def test_on_uniform_ice_the_remaining_distance_is_divided_by_the_factor(factor, mu):
     """Friction against the travel alone: v² = 2 g μ z for the z metres still to go."""
     gain = sweeping_gain(swept(Ice.uniform(mu, stone=POINT), friction_factor=factor))
     assert gain is not None
@@ -43,7 +43,7 @@ def test_the_standard_error_is_how_far_the_gain_moves_with_the_factor():
     assert gain(0.0, 0.88) == (pytest.approx(usual.metres), 0.0)
 
 
-def test_where_no_draw_rests_nothing_is_said():
+def test_no_remark_if_no_draw_rests():
     ice = Ice.uniform(0.009)
     assert sweeping_gain(ice) is None
     assert sweeping_gain(swept(ice, friction_factor=0.4)) is None  # swept off the sheet

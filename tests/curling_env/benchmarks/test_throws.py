@@ -11,7 +11,7 @@ from curling_env.physics import throw_batch
 from curling_env.sheet import TEE_Y
 
 
-def test_stones_of_a_position_lie_apart_in_the_house() -> None:
+def test_stones_of_a_position_do_not_overlap_in_the_house() -> None:
     for position in houses(np.random.default_rng(3), 20):
         gaps = np.hypot(*(position[:, None] - position).transpose(2, 0, 1))
         assert gaps[~np.eye(len(position), dtype=bool)].min() > 0.3

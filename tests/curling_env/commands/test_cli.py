@@ -1,4 +1,4 @@
-"""The command gathers sub-commands, keeps their faults apart, and complains in one line."""
+"""The command gathers sub-commands, isolates their errors, and reports them in one line."""
 
 from __future__ import annotations
 
@@ -187,7 +187,7 @@ def test_version(curling: Callable[..., Any]) -> None:
         (["greet", "Ada", "--lowd"], "--lowd"),
     ],
 )
-def test_what_is_wrong_is_said_in_one_line(
+def test_errors_are_reported_in_one_line(
     curling: Callable[..., Any], arguments: list[str], complaint: str
 ) -> None:
     result = curling(*arguments)
@@ -195,7 +195,7 @@ def test_what_is_wrong_is_said_in_one_line(
     assert result.out == ""
 
 
-def test_an_interrupt_says_that_nothing_was_kept(curling: Callable[..., Any]) -> None:
+def test_an_interrupt_reports_that_nothing_was_kept(curling: Callable[..., Any]) -> None:
     result = curling("interrupt")
     said = "curling: interrupted; nothing was written; repeat the command to start again\n"
     assert (result.status, result.out, result.err) == (130, "", said)
@@ -294,7 +294,7 @@ def test_a_full_disk_behind_stdout_is_reported() -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
-def test_termination_removes_what_is_half_written(tmp_path: Path, number: signal.Signals) -> None:
+def test_termination_removes_half_written_files(tmp_path: Path, number: signal.Signals) -> None:
     done = run(
         "import os, signal, time\n"
         f"signal.signal({number:d}, signal.SIG_DFL)\n"  # the tests may run under nohup
@@ -309,7 +309,7 @@ def test_termination_removes_what_is_half_written(tmp_path: Path, number: signal
     assert list(tmp_path.iterdir()) == []
 
 
-def test_what_outlives_its_terminal_is_not_ended_by_it() -> None:
+def test_a_command_under_nohup_is_not_ended_by_its_terminal() -> None:
     done = run(
         "import os, signal\n"
         "signal.signal(signal.SIGHUP, signal.SIG_IGN)\n"  # as nohup does
@@ -319,7 +319,7 @@ def test_what_outlives_its_terminal_is_not_ended_by_it() -> None:
     assert (done.returncode, done.stderr) == (0, "")
 
 
-def test_what_is_printed_never_goes_into_a_file(tmp_path: Path) -> None:
+def test_printed_text_never_goes_into_a_file(tmp_path: Path) -> None:
     path = tmp_path / "a.txt"
     done = run(
         "def work() -> None:\n"

@@ -39,7 +39,7 @@ def test_the_competitions_law_as_published(curling):
     assert shot["turns"] == pytest.approx(2.95, abs=0.02)
 
 
-def test_uniform_coulomb_friction_stops_where_the_textbook_says(curling):
+def test_uniform_coulomb_friction_agrees_with_the_textbook(curling):
     shot = curling("throw", "--ice", "paper", "--speed", 1.0).json()
     distance = 1.0 / (2 * 0.0019 * 9.80665)
     assert shot["y"] + HOG_LINE_Y == pytest.approx(distance, abs=1e-3)
@@ -59,9 +59,7 @@ def test_the_home_end_is_half_a_turn_away(curling):
     assert away["theta"] < 0 < away["turns"]
 
 
-def test_a_throw_on_ice_that_is_not_known_exactly_says_how_far_its_rest_may_be_off(
-    curling, tmp_path, monkeypatch
-):
+def test_a_throw_on_uncertain_ice_reports_the_spread_of_its_rest(curling, tmp_path, monkeypatch):
     ice = load_ice("standard")
     curl = replace(ice.effect("curl"), sigma={"strength": 4e-4})
     unsure = ice.without_effect("curl").with_effect(curl)
@@ -81,7 +79,7 @@ def test_a_throw_on_ice_that_is_not_known_exactly_says_how_far_its_rest_may_be_o
     assert "rest_sigma_x_m" not in certain
 
 
-def test_a_throw_on_ice_that_lacks_something_says_so(curling, tmp_path):
+def test_a_throw_on_ice_that_lacks_an_effect_warns(curling, tmp_path):
     save_ice(load_ice("standard").with_effect(ActiveEffect(name="unknown")), tmp_path / "ice.json")
     result = curling("throw", "--ice", tmp_path / "ice.json", "--speed", 2.1)
     assert result.json()["status"] == "rest"
@@ -122,7 +120,7 @@ def test_a_throw_that_does_not_stay_in_play(curling, speed, angle, status):
         (("--speed", 2, "--ice", "no-such"), "no such ice file"),
     ],
 )
-def test_a_throw_that_nobody_makes_is_refused_in_one_line(curling, options, says):
+def test_an_impossible_throw_is_refused_in_one_line(curling, options, says):
     assert says in curling("throw", "--ice", "standard", *options).complaint
 
 
@@ -168,7 +166,7 @@ def test_tracks_are_the_true_paths(curling, releases, tmp_path):
 def test_more_samples_than_a_file_may_have_are_refused(curling, releases, tmp_path, monkeypatch):
     monkeypatch.setattr("curling_env.infrastructure.files.limits.MAX_ROWS", 100)
     run = curling("simulate", "--ice", "paper", "--releases", releases, "-o", tmp_path / "t.csv")
-    assert "more than 100 rows of tracks at 30 samples a second" in run.complaint
+    assert "at 30 samples a second exceed 100 rows of tracks" in run.complaint
     assert not (tmp_path / "t.csv").exists()
 
 

@@ -6,7 +6,7 @@ from curling_env.ice import load_ice, save_ice
 from curling_env.validation import ICE_ROWS
 
 
-def test_an_ice_beside_what_is_published(curling, tmp_path):
+def test_an_ice_is_compared_with_published_values(curling, tmp_path):
     save_ice(load_ice("standard"), tmp_path / "ice.json")
     found = curling("validate", tmp_path / "ice.json").json()
     assert found["ice"].endswith("ice.json")
@@ -25,6 +25,6 @@ def test_the_standard_ice_is_meant_where_none_is_named(curling):
     assert curling("validate").json()["ice"] == "standard"
 
 
-def test_an_ice_that_is_none_is_refused(curling):
+def test_an_invalid_ice_is_refused(curling):
     done = curling("validate", "nothing.json")
     assert "no such ice file" in done.complaint

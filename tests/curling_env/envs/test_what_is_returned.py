@@ -125,3 +125,46 @@ def test_of_the_two_team_game(options):
         return spoil, begin, step
 
     assert_kept(make)
+
+
+def shapes(info):
+    """Shape and type of every entry; no entry is nested."""
+    return {name: (np.shape(value), np.asarray(value).dtype.kind) for name, value in info.items()}
+
+
+@pytest.mark.parametrize(("name", "options"), OPTIONS)
+def test_info_is_flat_and_keeps_its_form(name, options):
+    """As collectors of transitions want it: the same names, shapes and types in every step."""
+    env = gym.make(name, **options)
+    seen = []
+    for seed in range(3):
+        env.reset(seed=seed)
+        over = False
+        while not over:
+            *_, over, _, info = env.step(env.action_space.sample())
+            assert not any(isinstance(value, dict | tuple | list) for value in info.values())
+            seen.append(shapes({k: v for k, v in info.items() if k != "status"}))
+    assert all(one == seen[0] for one in seen)
+    assert "O" not in {kind for _, kind in seen[0].values()}
+    detailed = gym.make(name, details=True, **options)
+    detailed.reset(seed=0)
+    *_, info = detailed.step(env.action_space.sample())
+    assert {"reward_parts", "shots" if "End" in name else "outcome"} <= info.keys()
+
+
+@pytest.mark.parametrize("name", ["CurlingSheet-v0", "CurlingEnd-v0"])
+def test_vectors_know_the_seeds_that_they_were_given(name):
+    envs = gym.make_vec(name, num_envs=3, autoreset_mode="SameStep")
+    envs.reset(seed=5)
+    assert envs.unwrapped.np_random_seed == (5, 6, 7)
+    assert len(envs.unwrapped.np_random) == 3
+    assert envs.autoreset_mode is gym.vector.AutoresetMode.SAME_STEP
+    envs.reset(seed=[1, None, 9])
+    assert envs.unwrapped.np_random_seed == (1, 6, 9)
+
+
+@pytest.mark.parametrize("name", ["CurlingSheet-v0", "CurlingEnd-v0"])
+def test_an_unknown_option_is_the_type_error_that_every_environment_raises(name):
+    for make in (gym.make, gym.make_vec):
+        with pytest.raises(TypeError, match="unexpected keyword argument 'frameskip'"):
+            make(name, frameskip=4)

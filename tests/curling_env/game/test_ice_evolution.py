@@ -1,4 +1,4 @@
-"""The ice of a game, and how it changes."""
+"""Ice of a game, and its changes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The environments' own opponents need nothing but `curling_env`."""
+"""The built-in opponents need nothing but `curling_env`."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ ROOT = Path(curling_env.__file__).parents[1]
 
 @pytest.mark.parametrize("theirs", ["agents/__init__.py", "agents.py"])
 def test_a_users_own_agents_do_not_disturb_the_environments(tmp_path, theirs):
-    """`agents` is a name that many projects have; those who need this project's are told of it."""
+    """Many projects have a package `agents`; commands that need this project's report it."""
     mine = tmp_path / theirs
     mine.parent.mkdir(exist_ok=True)
     mine.write_text("MINE = True\n")

@@ -1,4 +1,4 @@
-"""Players are found by name, whatever else is called as this project's packages are."""
+"""Players are found by name, even if other packages have the names of this project's."""
 
 from __future__ import annotations
 

@@ -14,7 +14,7 @@ from curling_env.throw import SKILLS, Skill
 ADA = Skill(name="Ada", sigma_speed=0.02, sigma_angle=0.004, sigma_spin=0.1, source="40 throws")
 
 
-def test_what_is_written_is_read_again(tmp_path, must_fit):
+def test_written_files_are_read_back(tmp_path, must_fit):
     save_skill(ADA, tmp_path / "ada.json")
     must_fit(tmp_path / "ada.json", "skill-1")
     assert load_skill(tmp_path / "ada.json") == ADA
@@ -45,7 +45,7 @@ def test_a_file_that_describes_no_skill(tmp_path, change, said):
         load_skill(path)
 
 
-def test_a_name_that_is_none():
+def test_an_unknown_name_is_refused():
     with pytest.raises(
         InputError, match="unknown skill 'clubb'; expected a skill file or one of none"
     ):

@@ -1,4 +1,4 @@
-"""What teams take the ice and their stones for."""
+"""Teams' reading of the ice and of their stones."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def test_teams_that_are_never_wrong_read_the_known_ice_itself():
     assert NEVER_WRONG.sweepers_error(1, 0) == 0.0
 
 
-def test_ice_is_read_with_the_given_spread_anew_in_every_end_by_each_team():
+def test_each_team_reads_the_ice_again_in_every_end_with_the_given_spread():
     judgement = TeamJudgement(weight=0.02, curl=0.1)
     read = [
         judgement.ice_as_read(ICE, seed, team, end)
@@ -74,7 +74,7 @@ def test_sweepers_sweep_for_the_ice_of_the_call_and_as_they_misjudge():
     assert sweep_for(ICE, DRAW, light, Direction.AWAY, misjudged=3.0) == (0.0, 0.0)
 
 
-def test_the_spread_of_what_sweepers_expect():
+def test_the_spread_of_the_sweepers_expectation():
     judgement = TeamJudgement(sweep=0.5)
     errors = [judgement.sweepers_error(seed, throw) for seed in range(20) for throw in range(20)]
     assert np.std(errors) == pytest.approx(0.5, rel=0.12)

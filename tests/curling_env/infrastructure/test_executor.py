@@ -1,4 +1,4 @@
-"""Workers end with their parent, however that ends, and hold nothing that others wait for."""
+"""Workers end with their parent, however that ends, and block no other process."""
 
 from __future__ import annotations
 
@@ -62,6 +62,6 @@ def test_a_killed_parent_leaves_no_worker_and_no_open_pipe(tmp_path):
 
 
 @pytest.mark.parametrize("count", ["0", "-1", "two", "", "1.5", "1" * 5000, "\u0663", "ray:2"])
-def test_a_number_of_workers_that_is_none_is_refused(count):
+def test_an_invalid_number_of_workers_is_refused(count):
     with pytest.raises(InputError, match="workers must be"), executor(count):
         pass

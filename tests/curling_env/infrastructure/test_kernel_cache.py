@@ -1,4 +1,4 @@
-"""The first start says that it compiles; where nothing can be kept, every start is only slower."""
+"""The first start reports compilation; without a cache every start is only slower."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def start(cache: Path) -> subprocess.CompletedProcess[str]:
     )
 
 
-def test_the_first_start_says_that_it_compiles_and_the_second_does_not(tmp_path):
+def test_only_the_first_start_reports_compilation(tmp_path):
     first, second = start(tmp_path), start(tmp_path)
     assert first.stdout == second.stdout == "True\n"
     assert first.stderr.count("compiling the physics for this machine, once") == 1
@@ -38,7 +38,7 @@ def test_the_first_start_says_that_it_compiles_and_the_second_does_not(tmp_path)
     assert second.stderr == ""
 
 
-def test_where_nothing_can_be_kept_it_runs_all_the_same():
+def test_it_runs_without_a_writable_cache():
     found = start(Path("/dev/null/nowhere"))
     assert found.returncode == 0, found.stderr
     assert found.stdout == "True\n"

@@ -1,4 +1,4 @@
-"""Every room's public names load, and a name that it lacks is refused."""
+"""Every package's public names load, and an unknown name is refused."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Servers on this machine: they answer their own page, and nobody else for long."""
+"""Servers on this machine answer their own page, and close other connections soon."""
 
 from __future__ import annotations
 
@@ -74,7 +74,7 @@ def test_no_host_and_no_origin_but_its_own(server, method, headers):
     assert ask(server, method, body=b"x" if method == "POST" else None, **headers)[0] == 403
 
 
-def test_what_is_broken_or_too_long_is_refused(server):
+def test_broken_or_too_long_messages_are_refused(server):
     assert ask(server, path="/broken")[0] == 400
     for length in ("100001", "-1", "many", "9" * 5000, ""):
         assert ask(server, "POST", **{"Content-Length": length})[0] == 413
@@ -83,7 +83,7 @@ def test_what_is_broken_or_too_long_is_refused(server):
 
 
 def test_silent_connections_hold_no_threads(server, monkeypatch):
-    monkeypatch.setattr(local_server, "PATIENCE", 0.1)
+    monkeypatch.setattr(local_server, "IDLE_TIMEOUT", 0.1)
     monkeypatch.setattr(Handler, "timeout", 0.1)
     before = threading.active_count()
     silent = [socket.create_connection(server.server_address, timeout=5) for _ in range(24)]

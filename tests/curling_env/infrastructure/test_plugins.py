@@ -1,4 +1,4 @@
-"""Tasks and players that are not of this project are found by a declared name or module:Class."""
+"""Tasks and players of others are found by a declared name or module:Class."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ nothing = 7
 
 @pytest.fixture
 def club(tmp_path, monkeypatch):
-    """The current folder holds a club's module, which nobody installed."""
+    """Put a club's module, which is not installed, into the current folder."""
     (tmp_path / "our_club.py").write_text(MODULE)
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(sys, "path", [*sys.path])
@@ -58,7 +58,7 @@ def club(tmp_path, monkeypatch):
 
 @pytest.fixture
 def installed(club, monkeypatch):
-    """The club's module is a package that declares a task and a player."""
+    """Install the club's module as a package that declares a task and a player."""
     entries = {
         TASK_GROUP: [EntryPoint("out_the_back", "our_club:OutTheBack", TASK_GROUP)],
         PLAYER_GROUP: [EntryPoint("cautious", "our_club:Cautious", PLAYER_GROUP)],
@@ -86,7 +86,7 @@ def test_a_task_in_the_current_folder_needs_no_installation(club):
     assert "out_the_back" not in task_names()
 
 
-def test_declared_names_stand_beside_the_projects_own(installed):
+def test_declared_names_are_listed_with_the_projects_own(installed):
     assert task_names()[-1] == "out_the_back"
     assert player_names() == ["cautious", "draw", "rulebased"]
 
@@ -113,7 +113,7 @@ def test_players_of_others_are_found_and_take_their_option(installed):
         (player_named, "draw:500", "takes no option"),
     ],
 )
-def test_what_cannot_be_found_is_refused_with_the_names_that_can(club, find, name, complaint):
+def test_unknown_names_are_refused_with_the_known_ones(club, find, name, complaint):
     with pytest.raises(InputError) as refused:
         find(name)
     assert complaint in str(refused.value)

@@ -1,4 +1,4 @@
-"""Where results come from."""
+"""Provenance of results."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_presets_and_options_not_given_are_no_inputs(tracks):
         (["plan", "--target", "-0.5,17.4"], "curling plan --target -0.5,17.4"),
     ],
 )
-def test_the_command_is_what_was_typed_without_places(arguments, command):
+def test_the_command_is_recorded_as_typed_without_folders(arguments, command):
     with typed(arguments):
         assert provenance()["command"] == command
     assert "command" not in provenance()

@@ -8,7 +8,7 @@ import numpy as np
 from curling_env.infrastructure.qr_code import qr_code
 
 
-def test_a_camera_reads_what_the_terminal_shows():
+def test_a_camera_reads_the_code_in_the_terminal():
     address = "http://192.168.178.23:45671/abcdefghijklmnopqrstuv/"
     light = {"█": (1, 1), "▀": (1, 0), "▄": (0, 1), " ": (0, 0)}
     rows = [

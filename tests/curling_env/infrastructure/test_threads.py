@@ -1,4 +1,4 @@
-"""Workers take one core each, whatever the user's environment says."""
+"""Workers take one core each, in any environment of the user."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the engines are measured against, and ices and throws drawn to do it on.
+"""References for the engines, with random ices and throws.
 
 `slide_finely` integrates the public law plainly: fourth-order steps of a tenth of a millisecond,
 each cut in two where it crosses a line of the map or the edge of an effect. It shares no steps,
@@ -40,11 +40,13 @@ STEP = 1e-4
 COARSE_STEP = 1e-3
 """The same where several stones move [s]; halved until two only just touch."""
 AT_REST = 4e-5
-"""Speed of centre and band that is rest [m/s]: half a millisecond and ten nanometres before it."""
+"""Speed of centre and band that counts as rest [m/s]: half a millisecond and ten nanometres before
+it.
+"""
 
 
 class Rest(NamedTuple):
-    """Where and when a stone came to rest, and whether it did so inside the bounds."""
+    """Place and time of a stone's rest, and whether it is inside the bounds."""
 
     x: float
     y: float
@@ -156,7 +158,7 @@ def _slide(
 
 
 def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Rest:
-    """Where a lone stone comes to rest, or leaves the bounds."""
+    """Return the place of rest of a lone stone, or its crossing of the bounds."""
     motion = np.zeros(MOTION_SIZE)
     motion[ORDER], motion[STONE] = release.order, release.stone
     state = np.array([release.x, release.y, release.vx, release.vy, release.theta, release.omega])
@@ -181,7 +183,7 @@ def _slide_finely(ice: Ice, release: Release, bounds: NDArray[np.float64]) -> Re
 def _play(
     law: Law, motion: Any, push: Any, parts: Any, contact: Any, bounds: Any, stones: Any, work: Any
 ) -> bool:
-    """Step stones (n, 6) until none moves or each has left; whether that came to pass."""
+    """Step stones (n, 6) until none moves or each has left; return whether this happened."""
     reach, restitution, friction, turning = contact
     n = stones.shape[0]
     after = work[6:]

@@ -1,4 +1,4 @@
-"""The engine, whose contacts pymunk solves, and the batch, which solves its own, beside each other.
+"""The engine, whose contacts pymunk solves, compared with the batch, which solves its own.
 
 Both slide stones in the same way. `play_finely` of the conftest, which shares nothing with them but
 the law, checks the path of several stones that move at once.
@@ -39,7 +39,7 @@ def in_engine(ice: Ice, stones: np.ndarray, release: Release) -> Outcome:
 
 
 def ends(outcome: Outcome) -> np.ndarray:
-    """Where the stones lie or left."""
+    """Return the places where the stones rest or left."""
     return np.array([(s.x, s.y) for s in outcome.stones])
 
 

@@ -1,4 +1,4 @@
-"""Aiming lands where it was aimed, on even and uneven ice and at both ends."""
+"""Aimed throws reach their targets, on even and uneven ice and at both ends."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def test_the_draw_weight_follows_the_session():
     assert early < late
 
 
-def test_where_no_throw_reaches_the_tee_there_is_no_draw_weight():
+def test_no_draw_weight_if_no_throw_reaches_the_tee():
     assert Aim(Ice.uniform(0.5)).draw_weight() is None
 
 

@@ -86,7 +86,7 @@ def test_paths_end_where_the_stone_does(rng: np.random.Generator) -> None:
 
 
 def peak_memory(throws: int) -> int:
-    """Most bytes held at once by a table of slow releases, their throws and the results.
+    """Return the peak memory of a table of slow releases, their throws and the results [bytes].
 
     numpy reports its arrays to tracemalloc, and the compiled loops allocate nothing.
     """
@@ -108,7 +108,7 @@ def test_a_million_throws_fit_in_little_memory() -> None:
     assert few < 4e6
 
 
-def test_releases_that_are_none_are_refused() -> None:
+def test_invalid_releases_are_refused() -> None:
     table = release_table([Throw(speed=1, angle=0, spin=0).release()] * 3)
     table["vy"][1] = np.nan
     with pytest.raises(InputError, match="release 1"):
@@ -168,7 +168,7 @@ def test_a_throw_that_meets_nothing_is_a_lone_throw(rng: np.random.Generator) ->
     assert np.isnan(after.xy[0, 1]).all()
 
 
-def test_a_row_of_touching_stones_goes_on_together() -> None:
+def test_a_row_of_touching_stones_moves_on_together() -> None:
     ice = load_ice("paper")
     ice = replace(ice, stone=replace(ice.stone, radius=R))
     row = np.array([[[0.0, 2 * R * k] for k in range(5)]])
@@ -181,7 +181,7 @@ def test_a_row_of_touching_stones_goes_on_together() -> None:
 
 
 ROUNDING = 1e-9
-"""Distance beyond a line that is rounding [m]."""
+"""Distance beyond a line that counts as rounding [m]."""
 CREEPING_OUT = (  # velocity and spin of stones that come to rest 40 and 11 µm past a line
     ((0.01909538582548148, 2.1637225522045886, 0.4245847929376072), True),
     ((0.11249791688802013, 1.7302909933092934, -1.1469223796361812), False),
@@ -268,7 +268,7 @@ TABLED = {
 
 
 @pytest.mark.parametrize("name", TABLED)
-def test_throws_by_a_table_of_the_law_end_where_small_steps_say(name):
+def test_throws_by_a_table_of_the_law_agree_with_small_steps(name):
     rng = np.random.default_rng(3)
     n, ice = 250, TABLED[name]
     bounds = play_bounds(ice, Direction.AWAY)

@@ -1,4 +1,4 @@
-"""What is compiled when: nothing at import, nothing a second time."""
+"""Time of compilation: nothing at import, nothing a second time."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ print(json.dumps({"loaded": sorted(sys.modules)}))
 
 
 def run(program: str, cache: Path | None = None) -> Any:
-    """What a program in a process of its own prints; compiled code is kept in `cache`."""
+    """Return the output of a program in a separate process; compiled code is cached in `cache`."""
     own = {} if cache is None else {"NUMBA_CACHE_DIR": str(cache)}
     done = subprocess.run(
         [sys.executable, "-c", program],
@@ -95,10 +95,10 @@ print(json.dumps({"answer": kernel.ask(1.0)}))
 def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Path) -> None:
     (tmp_path / "kernel.py").write_text(
         "from curling_env.physics.compiled import compiled\n"
-        "from neighbour import told\n"
+        "from neighbour import doubled\n"
         "@compiled\n"
         "def ask(x):\n"
-        "    return told(x)\n"
+        "    return doubled(x)\n"
     )
     (tmp_path / "cache").mkdir(mode=0o700)
     answers: list[float] = []
@@ -106,7 +106,7 @@ def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Pa
         (tmp_path / "neighbour.py").write_text(
             "from curling_env.physics.compiled import compiled\n"
             "@compiled\n"
-            "def told(x):\n"
+            "def doubled(x):\n"
             f"    return x + {constant}\n"
         )
         program = OTHER.replace("sys.argv[1]", repr(str(tmp_path)))
@@ -139,7 +139,7 @@ def cache(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def kernels(tmp_path: Path) -> str:
-    """A program that runs kernels which stand in a file."""
+    """Return a program that runs kernels in a file."""
     file = tmp_path / "kernels.py"
     file.write_text(KERNELS)
     return f"exec(compile(open({str(file)!r}).read(), {str(file)!r}, 'exec'))"
@@ -160,7 +160,7 @@ def test_damaged_machine_code_is_compiled_again(kernels: str, cache: Path) -> No
     assert run(kernels, cache)["hits"] > 0  # what was damaged has been replaced
 
 
-def test_a_cache_that_cannot_be_written_stops_nobody(kernels: str, cache: Path) -> None:
+def test_an_unwritable_cache_is_not_fatal(kernels: str, cache: Path) -> None:
     first = run(kernels, cache)
     for index in cache.rglob("*.nbi"):
         index.unlink()
@@ -237,7 +237,7 @@ print(json.dumps(found))
 """
 
 
-def test_a_first_step_compiles_only_what_it_needs() -> None:
+def test_a_first_step_compiles_only_the_needed_kernels() -> None:
     """One sheet, one end, many sheets, many ends: each after those before it."""
     found = run(FIRST_STEPS)
     assert [one["kernels"] for one in found] == [

@@ -1,4 +1,4 @@
-"""Contacts that happen together: conserved quantities, symmetries, known cases, both engines."""
+"""Simultaneous contacts: conserved quantities, symmetries, known cases, both engines."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def groups(seed: int, stones: int) -> np.ndarray:
 
 
 def together(states: np.ndarray, stone: Stone) -> np.ndarray:
-    """The states after all contacts, solved by sweeps, until no two close."""
+    """Return the states after all contacts, solved by sweeps, until no two approach."""
     law, contacts = contact_law(stone), new_contacts(len(states))
     status = np.zeros(len(states), dtype=np.int64)
     for _ in range(200):

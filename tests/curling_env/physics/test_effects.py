@@ -47,7 +47,7 @@ MOTION = {"heading": 1.0, "t": 5.0, "clock": 900.0, "order": 12, "stone": 3, "sw
 
 
 def typical(card: EffectCard) -> dict[str, float]:
-    """Parameters at which the effect shows, within its bounds."""
+    """Return parameters at which the effect shows, within its bounds."""
     chosen = {
         "speed_dependent_friction": {"exponent": 0.3, "speed_offset": 0.02, "share": 0.7},
         "curl": {"strength": 0.008, "spin_exponent": 0.1},
@@ -73,13 +73,13 @@ def with_only(card: EffectCard, parameters: dict[str, float]) -> Ice:
     return Ice.uniform(0.009, effects=(ActiveEffect(name=card.name, parameters=parameters),))
 
 
-def test_the_catalogue_holds_what_ice_files_may_name() -> None:
+def test_the_catalogue_has_every_effect_of_ice_files() -> None:
     assert set(NAMES) <= set(catalogue())
 
 
 @pytest.mark.parametrize("card", CARDS, ids=lambda card: card.name)
 class TestEveryCard:
-    def test_says_what_it_is(self, card: EffectCard) -> None:
+    def test_card_has_all_texts(self, card: EffectCard) -> None:
         for text in (card.title, card.formula, card.source, card.validity, card.evidence):
             assert text
         names = [parameter.name for parameter in card.parameters]
@@ -102,7 +102,7 @@ class TestEveryCard:
         with pytest.raises(InputError, match="no parameter"):
             card.theta(given | {"colour": 1.0})
 
-    def test_says_how_it_is_sought_and_shown(self, card: EffectCard) -> None:
+    def test_card_has_a_search_and_a_variable_for_figures(self, card: EffectCard) -> None:
         assert set(card.first) <= set(card.neutral)
         assert not set(card.first) & set(card.shape)
         assert card.pushes
@@ -121,7 +121,7 @@ class TestEveryCard:
 
 @pytest.mark.parametrize("card", PHYSICAL, ids=lambda card: card.name)
 class TestEveryEffectThatAStoneFeels:
-    def test_pushes_where_it_says(self, card: EffectCard) -> None:
+    def test_pushes_in_the_declared_directions(self, card: EffectCard) -> None:
         """Straight along, to the left of or across a path that is fixed in the sheet."""
         for travel in (0.4, 2.9):
             states = np.array([[0.5, 3.0, 2 * np.sin(travel), 2 * np.cos(travel), 1.5]])
@@ -136,9 +136,7 @@ class TestEveryEffectThatAStoneFeels:
             if card.acts == "motion" and "turn" not in card.pushes:
                 assert change[2] == pytest.approx(0.0, abs=1e-12)
 
-    def test_depends_on_speed_and_spin_alone_if_and_only_if_it_says_so(
-        self, card: EffectCard
-    ) -> None:
+    def test_depends_on_speed_and_spin_alone_exactly_if_declared(self, card: EffectCard) -> None:
         """A law of speed and spin alone may be read from a table."""
         felt = []
         for place, travel, motion in (
@@ -166,7 +164,7 @@ class TestEveryEffectThatAStoneFeels:
             off = acceleration(with_only(card, typical(card) | neutral), STATES, **MOTION)
             assert off == pytest.approx(plain, abs=1e-15)
 
-    def test_makes_no_energy_if_and_only_if_it_says_so(self, card: EffectCard) -> None:
+    def test_is_dissipative_exactly_if_declared(self, card: EffectCard) -> None:
         ice = with_only(card, typical(card))
         frictionless = replace(ice, friction=replace(ice.friction, mu=1e-9 * ice.friction.mu))
 
@@ -228,7 +226,7 @@ def test_residual_is_the_table_it_was_given() -> None:
 
 
 @pytest.mark.parametrize("card", NOT_FELT, ids=lambda card: card.name)
-def test_what_a_stone_does_not_feel_stays_in_the_ice_file(card: EffectCard, tmp_path: Path) -> None:
+def test_effects_of_the_measurement_stay_in_the_ice_file(card: EffectCard, tmp_path: Path) -> None:
     plain, ice = Ice.uniform(0.009), with_only(card, typical(card))
     assert (acceleration(ice, STATES, **MOTION) == acceleration(plain, STATES, **MOTION)).all()
     save_ice(ice, tmp_path / "ice.json")
@@ -242,9 +240,9 @@ def test_what_a_stone_does_not_feel_stays_in_the_ice_file(card: EffectCard, tmp_
 
 def test_a_card_that_contradicts_itself_is_refused() -> None:
     card = catalogue()["air_drag"]
-    with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
+    with pytest.raises(InputError, match="names 'speed', which is not one"):
         replace(card, observed={"speed": 1.0})
-    with pytest.raises(InputError, match="speaks of 'speed', no parameter"):
+    with pytest.raises(InputError, match="names 'speed', which is not one"):
         replace(card, parameters=(replace(card.parameters[0], told_with="speed"),))
     with pytest.raises(InputError, match="wants a kernel"):
         replace(card, kernel=None)
@@ -338,7 +336,7 @@ if __name__ == "__main__":
 
 
 def test_a_declared_effect_is_known_to_workers_without_an_import(tmp_path: Path) -> None:
-    """A package is a folder with its entry points, as an installer would leave it."""
+    """A package is a folder with its entry points, as made by an installer."""
     code = OUTSIDE + "\n\ndef card():\n    return CARD\n"
     (tmp_path / "eddy_brake.py").write_text(code.replace("register(", "("), encoding="utf-8")
     declared = tmp_path / "eddy_brake-1.0.dist-info"

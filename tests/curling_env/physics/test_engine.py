@@ -34,7 +34,7 @@ R = RULE_BOOK_STONE.radius
 
 
 def patchy(seed: int = 0) -> Ice:
-    """Standard ice whose friction varies by some per cent from cell to cell."""
+    """Return standard ice whose friction varies by some per cent from cell to cell."""
     rng = np.random.default_rng(seed)
     mu = 0.0082 * (1 + 0.05 * rng.standard_normal(PAPER_SHEET.shape))
     return replace(
@@ -44,7 +44,7 @@ def patchy(seed: int = 0) -> Ice:
 
 
 def coulomb(mu: float = 0.01) -> Ice:
-    """Constant friction under a point contact: straight paths with closed forms."""
+    """Return constant friction under a point contact: straight paths with closed forms."""
     return Ice.uniform(mu, stone=replace(RULE_BOOK_STONE, band_radius=0.0))
 
 
@@ -146,7 +146,7 @@ def test_a_graze_between_two_moving_stones_is_seen(gap):
     assert bool(outcome.contacts) is (gap < 0)
 
 
-def test_a_line_of_touching_stones_goes_on_together():
+def test_a_line_of_touching_stones_moves_on_together():
     ice = coulomb()
     line = [StoneState(x=0.0, y=TEE_Y - 1 + 2 * R * k) for k in range(3)]
     outcome = Engine(ice).play(Throw(speed=2.35).release(), line)
@@ -237,7 +237,7 @@ def test_playing_leaves_nothing_behind_in_the_engine():
         (Throw(speed=1.7), Status.HOGGED),
     ],
 )
-def test_what_becomes_of_a_throw(throw, status, direction):
+def test_outcome_of_a_throw(throw, status, direction):
     outcome = Engine(load_ice("standard")).play(throw.release(direction))
     assert outcome.delivered_status is status
     assert (len(outcome.in_play) == 1) is (status is Status.REST)

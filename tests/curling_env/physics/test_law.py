@@ -21,13 +21,13 @@ RING = RULE_BOOK_STONE.band_radius
 
 
 def powered(exponent: float, mu: float = MU) -> Ice:
-    """Friction mu·s^(-exponent)."""
+    """Return friction mu·s^(-exponent)."""
     effect = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": exponent})
     return Ice.uniform(mu, effects=(effect,))
 
 
 def band(ratio: float, ice: Ice | None = None, spin: float = 1.5) -> tuple[float, float]:
-    """F/(μmg) and τ/(μmgr) at ε = v/(r|ω|), as the law gives them."""
+    """Return F/(μmg) and τ/(μmgr) at ε = v/(r|ω|), by the law."""
     ice = ice or Ice.uniform(MU)
     stone = ice.stone
     speed = ratio * stone.band_radius * abs(spin)
@@ -47,7 +47,9 @@ def thin_ring(ratio: float) -> tuple[float, float]:
 
 
 def quadrature(ratio: float) -> float:
-    """What the sum over contacts may be off by: most where the rim nearly stands on the ice."""
+    """Return the possible error of the sum over contacts: largest where the rim is nearly at rest
+    on the ice.
+    """
     return 7e-5 if min(ratio, 1 / ratio) > 0.85 else 2e-6
 
 
@@ -162,7 +164,7 @@ def random_map(rng: np.random.Generator, interpolation: Interpolation) -> Ice:
 
 
 @pytest.mark.parametrize("interpolation", ["bilinear", "cell"])
-def test_map_is_read_as_the_ice_says(
+def test_the_map_is_interpolated_as_declared_in_the_ice(
     rng: np.random.Generator, interpolation: Interpolation
 ) -> None:
     ice = replace(random_map(rng, interpolation), effects=())

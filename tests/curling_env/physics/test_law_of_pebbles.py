@@ -32,7 +32,7 @@ def friction_of_pebbles(
     friction: Callable[[Floats], Floats],
     pebbles: int,
 ) -> tuple[Floats, float]:
-    """Force and torque of friction on a stone that stands on J pebbles, evenly round its band.
+    """Return force and torque of friction on a stone on J pebbles, evenly round its band.
 
     Parameters
     ----------
@@ -64,7 +64,9 @@ def friction_of_pebbles(
 def error(
     exponent: float, velocity: tuple[float, float], spin: float, pebbles: int
 ) -> tuple[float, float]:
-    """How far the sum over so many pebbles is from the compiled law, over μmg and μmgr."""
+    """Return the difference of the sum over a number of pebbles from the compiled law, over μmg and
+    μmgr.
+    """
     effect = ActiveEffect(name="speed_dependent_friction", parameters={"exponent": exponent})
     ice = Ice.uniform(MU, stone=STONE, effects=(effect,))
     ax, ay, turn = acceleration(ice, np.array([[0, 0, *velocity, spin]]))[0]

@@ -1,4 +1,4 @@
-"""The running band where stones have worn tracks, beside a sum over very many contacts."""
+"""The running band on worn tracks, compared with a sum over very many contacts."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ ICE = Ice.uniform(
     MU, effects=(ActiveEffect(name="pebble_wear", parameters={"under_contacts": WEAR}),)
 )
 LANES = ((0.0, 0.004), (0.05, 0.0), (-0.1, -0.006))
-"""Tracks of earlier stones: x in mid-sheet [m], and how x changes with y."""
+"""Tracks of earlier stones: x in mid-sheet [m], and the change of x with y."""
 HEAVY = np.array([0.0, -11.0, 0.0, 2.1, 0.0, 1.6])
 
 
@@ -62,7 +62,7 @@ def by_small_steps(state, step: float = 0.01):
 
 
 @pytest.mark.parametrize("spin", [1.5, -1.5, 20.0, 0.0])
-def test_each_contact_has_the_friction_that_lies_under_it(spin):
+def test_each_contact_has_the_friction_under_it(spin):
     x = np.linspace(-0.3, 0.3, 61)
     states = np.column_stack([x, np.full(61, 3.0), np.full(61, 0.02), np.full(61, 0.9)])
     states = np.column_stack([states, np.full(61, spin)])

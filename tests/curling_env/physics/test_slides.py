@@ -71,7 +71,7 @@ def test_rest_on_rough_ice_is_that_of_plain_small_steps(
         assert path.theta == pytest.approx(expected.theta, abs=10 * tolerance)
 
 
-def test_samples_lie_on_the_path_and_do_not_change_it() -> None:
+def test_samples_are_on_the_path_and_do_not_change_it() -> None:
     release = Throw(speed=2.05, angle=0.01, spin=1.2).release()
     path, sampled = (
         slide(load_ice("standard"), release),
@@ -140,7 +140,7 @@ def test_a_patch_slows_the_stone_exactly_while_it_is_inside() -> None:
     assert path.y + HOG_LINE_Y == pytest.approx(energy / (mu * G) + 3.0, abs=5e-5)
 
 
-def test_sweeping_carries_the_stone_as_far_as_its_factor_says() -> None:
+def test_sweeping_carries_the_stone_by_its_factor() -> None:
     mu, speed = 0.009, 1.9
     ice = Ice.uniform(mu).with_effect(ActiveEffect(name="sweeping"))
     release = replace(Throw(speed=speed, angle=0, spin=0).release(), sweep_start=3.0, sweep_end=9.0)

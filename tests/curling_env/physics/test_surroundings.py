@@ -1,4 +1,4 @@
-"""What a sliding stone runs into: nothing is passed, however slightly it is touched."""
+"""Obstacles of a sliding stone: even the slightest contact is found."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.throw import Throw
 
 
 @pytest.mark.parametrize(("gap", "touched"), [(-5e-5, True), (5e-5, False)])
-def test_a_stone_beside_the_way_is_touched_or_not_to_a_twentieth_of_a_millimetre(
+def test_contact_with_a_stone_near_the_path_is_exact_to_a_twentieth_of_a_millimetre(
     rng, gap, touched
 ) -> None:
     ice = load_ice("standard")

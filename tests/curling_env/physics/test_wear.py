@@ -1,4 +1,4 @@
-"""The ice's memory: what is worn, where, and that games and sessions remember alike."""
+"""Memory of the ice: amount and place of wear, the same in games and sessions."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ def session(n: int):
 
 
 @pytest.mark.parametrize("cell_size", [0.5, 0.25, 0.1, 0.05])
-def test_what_is_worn_is_the_area_that_the_band_covered_whatever_the_cells(cell_size):
+def test_the_worn_area_is_that_covered_by_the_band_on_any_cells(cell_size):
     ice = wearing(cell_size)
     path = np.array([[0.21, -9.0], [0.21, 3.0], [0.86, 7.0]])
     wear = wear_of(ice, [path])
@@ -96,7 +96,7 @@ def test_a_session_remembers_where_its_stones_went():
     assert last.y == pytest.approx(alone.y, abs=1e-6)
 
 
-def test_what_a_session_remembers_does_not_depend_on_how_often_it_is_asked():
+def test_the_state_of_a_session_does_not_depend_on_the_number_of_queries():
     seldom = [(run.x, run.y) for run in slides_in_turn(WEARING, session(6), fps=1)]
     often = [(run.x, run.y) for run in slides_in_turn(WEARING, session(6), fps=240)]
     assert seldom == often

@@ -12,7 +12,7 @@ from curling_env.render import save_figure
     ("name", "begins"),
     [("a.png", b"\x89PNG"), ("plan", b"\x89PNG"), ("a.b", b"\x89PNG"), ("a.PDF", b"%PDF")],
 )
-def test_a_figure_lies_under_its_very_name(tmp_path, name, begins):
+def test_a_figure_has_exactly_its_name(tmp_path, name, begins):
     save_figure(Figure(figsize=(1, 1)), tmp_path / name)
     assert [path.name for path in tmp_path.iterdir()] == [name]
     assert (tmp_path / name).read_bytes().startswith(begins)

@@ -1,4 +1,4 @@
-"""Pictures of the sheet show rings, lines, stones and friction where they should be."""
+"""Pictures of the sheet show rings, lines, stones and friction at their places."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from curling_env.throw import Throw
 
 
 def at(image, renderer, x, y):
-    """Colour of a point (delivery frame) in the close-up."""
+    """Return the colour of a point (delivery frame) in the close-up."""
     column, row = np.round(renderer.close_up_pixel((x, y))).astype(int)
     return image[row, column].astype(int)
 

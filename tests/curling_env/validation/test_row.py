@@ -1,4 +1,4 @@
-"""How a value stands to a published one."""
+"""Agreement of a value with a published one."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ def test_a_row_that_agrees_gives_no_reason() -> None:
     assert found.as_dict()["verdict"] == "agrees"
 
 
-def test_what_nobody_has_measured_has_a_value_and_no_verdict_on_it() -> None:
+def test_unmeasured_rows_have_a_value_and_no_verdict() -> None:
     row = a_row(2.0, low=None, high=None)
     assert row.compared(SHOTS).verdict is Verdict.NOT_MEASURED
     with pytest.raises(InputError, match="no uncertainty"):
@@ -64,6 +64,6 @@ def test_residuals_are_in_halves_of_the_bounds() -> None:
 
 
 @pytest.mark.parametrize("bounds", [{"low": None}, {"high": None}, {"low": 4.0}])
-def test_bounds_that_are_none_are_refused(bounds) -> None:
+def test_invalid_bounds_are_refused(bounds) -> None:
     with pytest.raises(InputError, match="a draw"):
         a_row(1.0, **bounds)

@@ -19,7 +19,7 @@ def shots() -> Shots:
     return Shots(Ice.uniform(MU, stone=Stone(band_radius=0.0)))
 
 
-def test_a_throw_carries_as_far_and_as_long_as_coulomb_says(shots: Shots) -> None:
+def test_distance_and_time_of_a_throw_agree_with_coulomb(shots: Shots) -> None:
     assert shots.carry(2.0) == pytest.approx(4.0 / (2 * MU * G), abs=1e-4)
     run = shots.run(2.0)
     assert run is not None

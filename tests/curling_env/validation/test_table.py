@@ -1,4 +1,4 @@
-"""The rows that pass keep passing, and every other one is explained."""
+"""Rows that agree keep agreeing, and every other one is explained."""
 
 from __future__ import annotations
 
@@ -71,7 +71,7 @@ def test_rows_of_no_ice_agree() -> None:
         assert comparison.verdict in (Verdict.AGREES, Verdict.NOT_MEASURED), comparison.row.name
 
 
-def test_every_row_has_a_name_of_its_own_and_a_source() -> None:
+def test_every_row_has_a_unique_name_and_a_source() -> None:
     names = [row.name for row in ROWS]
     assert len(set(names)) == len(names)
     assert all(row.source and row.unit and row.said for row in ROWS)
@@ -82,7 +82,7 @@ def test_an_explanation_is_of_a_preset_that_exists() -> None:
         assert all(name == "any" or preset_of(name) for name in row.why), row.name
 
 
-def test_ice_that_is_no_ice_of_a_rink_is_told_apart() -> None:
+def test_ice_unlike_any_rink_is_distinguished() -> None:
     found = compare(load_ice("paper"), "paper")
     number = counts(found)
     assert sum(number.values()) == len(ICE_ROWS)

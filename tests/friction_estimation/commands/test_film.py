@@ -1,4 +1,4 @@
-"""The command `film`."""
+"""`curling film`."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from friction_estimation import load_scene
 RELEASES = "throw,x,y,vx,vy,theta,omega\n0,0,-10.9725,0,0.5,0,1.0\n"
 
 
-def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
+def test_the_command_films_releases_and_lists_its_files(curling, tmp_path):
     (tmp_path / "r.csv").write_text(RELEASES)
     result = curling(
         *("film", "--ice", "standard", "--releases", tmp_path / "r.csv", "--camera", "side"),
@@ -27,7 +27,7 @@ def test_the_command_films_releases_and_says_what_it_wrote(curling, tmp_path):
 @pytest.mark.parametrize(
     ("arguments", "releases", "message"),
     [
-        (["--camera", "drone"], RELEASES, "no camera is called 'drone'"),
+        (["--camera", "drone"], RELEASES, "unknown camera 'drone'"),
         (["--size", "large"], RELEASES, "WIDTHxHEIGHT"),
         (["--fps", "-3"], RELEASES, "frames per second"),
         (["--ice", "slush"], RELEASES, "slush"),

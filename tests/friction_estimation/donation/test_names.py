@@ -16,7 +16,7 @@ CALL_WORDS = {
     *("corner", "in", "out", "broom", "normal", "firm", "hack", "board", "control", "turn"),
     *("turns", "short", "past", "m", "cm", "ft", "inch", "inches", "s"),
 }
-"""No name is among them."""
+"""None of them is a name."""
 
 
 def test_athletes_become_numbers_in_the_order_of_their_first_throw() -> None:
@@ -37,7 +37,7 @@ def test_athletes_become_numbers_in_the_order_of_their_first_throw() -> None:
 
 
 def called(text: str) -> str:
-    """The called shot that is kept of a note."""
+    """Return the called shot that is kept from a note."""
     ((kept,), _) = without_names({0: ThrowNote(called=text)}, {})
     return kept.called
 

@@ -1,4 +1,4 @@
-"""A donated session: read as written, closed to what strangers may send."""
+"""A donated session: read as written, robust against untrusted files."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def session() -> Session:
     )
 
 
-def test_what_is_read_is_what_was_written(session: Session, tmp_path: Path) -> None:
+def test_the_read_session_equals_the_written_one(session: Session, tmp_path: Path) -> None:
     path = tmp_path / "s.json"
     write_session(session, path)
     found = read_session(path)
@@ -63,7 +63,7 @@ def test_the_same_session_gives_the_same_bytes(session: Session, tmp_path: Path)
 
 
 @pytest.mark.parametrize("consent", ["yes", "x" * 1001, "All who threw\nagree to publication."])
-def test_a_consent_that_says_nothing_is_refused(consent: str) -> None:
+def test_an_empty_consent_is_refused(consent: str) -> None:
     with pytest.raises(InputError, match="consent"):
         Session(consent=consent, scene=SCENE, tracks=[a_track(0, 0.0)])
 
@@ -85,7 +85,7 @@ def test_a_consent_that_says_nothing_is_refused(consent: str) -> None:
         (lambda d: d["tracks"].update({k: [] for k in d["tracks"]}), "no rows"),
     ],
 )
-def test_what_is_no_session_is_refused_with_its_place(
+def test_an_invalid_session_is_refused_with_the_place(
     session: Session, tmp_path: Path, change, said: str
 ) -> None:
     path = tmp_path / "s.json"

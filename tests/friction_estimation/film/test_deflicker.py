@@ -1,4 +1,4 @@
-"""Brightness that changes from frame to frame and from row to row is put back."""
+"""Brightness that changes from frame to frame and from row to row is corrected."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ def scene(seed=0):
 
 
 def filmed(light):
-    """Frames under light (rows,) as a function of the frame's number; somebody walks by."""
+    """Make frames under light (rows,) as a function of the frame's number; a person walks by."""
     frames = []
     for i in range(12):
         frame = scene(i) * light(i)[:, None, None]
@@ -28,7 +28,9 @@ def filmed(light):
 
 
 def off(lighting, frames):
-    """Largest mean difference of a row from the first frame's, people and noise left aside."""
+    """Return the largest mean difference of a row from the first frame's, without people and
+    noise.
+    """
     first = frames[0][1].astype(float)
     worst = 0.0
     for _, frame in frames[1:]:

@@ -73,11 +73,11 @@ def test_a_sample_is_taken_near_key_frames_where_these_are_few(tmp_path, monkeyp
 
 
 @pytest.mark.parametrize("content", [None, b"", b"this is no film" * 100])
-def test_what_is_no_film_is_refused_in_one_line(tmp_path, content):
+def test_an_invalid_film_is_refused_in_one_line(tmp_path, content):
     path = tmp_path / "film.mp4"
     if content is not None:
         path.write_bytes(content)
-    with pytest.raises(InputError, match=r"film\.mp4: (no such film|not a film)"):
+    with pytest.raises(InputError, match=r"film\.mp4: (no such film|cannot be decoded)"):
         Film.open(path)
 
 
@@ -103,7 +103,7 @@ def test_a_suffix_that_is_no_film_is_refused(tmp_path):
 
 
 def stored(path, pictures, moments=None, codec="libx264", pixels="yuv420p", turned=0, every=12):
-    """A film as other programs write them: at any times [ms], stored in any way."""
+    """Make a film like those of other programs: at any times [ms], in any format."""
     with av.open(str(path), "w") as container:
         stream = container.add_stream(codec, rate=25)
         stream.height, stream.width = pictures[0].shape[:2]
@@ -209,8 +209,8 @@ def test_a_damaged_part_costs_only_its_own_frames(tmp_path):
     assert 60 < len(times) <= 120
 
 
-def test_no_frame_shows_what_was_before_a_damaged_part(tmp_path):
-    """What is stored as changes to a picture that was lost is not what the camera saw."""
+def test_no_frame_shows_a_stale_picture_after_a_damaged_part(tmp_path):
+    """Changes to a lost picture do not show the camera's view."""
     still = np.random.default_rng(2).integers(90, 130, (240, 320, 3), dtype=np.uint8)
     frames = []
     for k in range(90):
@@ -256,8 +256,8 @@ def test_a_part_of_a_film_is_a_film_of_the_same_pictures(tmp_path, codec, suffix
         assert np.array_equal(frame, whole[first + round(25 * t)][1])
 
 
-def test_a_part_of_a_stream_is_found_however_far_its_whole_picture_lies_before_it(tmp_path):
-    """A transport stream has no table of its pictures: a seek goes somewhere near."""
+def test_a_part_of_a_stream_is_found_at_any_distance_from_its_key_frame(tmp_path):
+    """A transport stream has no index of its pictures: a seek is approximate."""
     film = Film.open(stored(tmp_path / "a.ts", speckled(150), every=150))
     whole, part = list(film.frames()), film.part(4.6, 5.8)
     frames = list(part.frames())
@@ -293,5 +293,5 @@ def test_films_of_a_folder_come_in_the_order_of_their_numbers(tmp_path):
     found = films_in([first, str(evening)])
     assert found == [first, evening / "throw 9.mov", evening / "throw 10.MP4"]
     (tmp_path / "empty").mkdir()
-    with pytest.raises(InputError, match=r"empty: a folder without films \(\.mp4, "):
+    with pytest.raises(InputError, match=r"empty: contains no films \(\.mp4, "):
         films_in([tmp_path / "empty"])

@@ -1,4 +1,4 @@
-"""Films that are written play where people watch them."""
+"""Written films play in browsers and players."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_an_odd_size_loses_a_row_and_a_column(tmp_path):
 
 
 @pytest.mark.parametrize("suffix", FILM_SUFFIXES)
-def test_a_film_of_ones_own_is_told_from_one_that_is_made(tmp_path, suffix):
+def test_a_users_film_is_distinguished_from_a_made_one(tmp_path, suffix):
     made = written(tmp_path / f"made{suffix}")
     assert kind_of(made) == "made film"
     check_writable(made, kinds=("made film",))
@@ -83,8 +83,8 @@ def test_an_avi_film_can_be_cut_anywhere(tmp_path):
         assert all(frame.key_frame for frame in film.decode(video=0))
 
 
-def test_a_full_disk_is_told_and_leaves_nothing(tmp_path):
-    """A limit on the size of files stands for the disk."""
+def test_a_full_disk_is_reported_and_leaves_nothing(tmp_path):
+    """A limit on the size of files simulates the disk."""
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     noise = np.random.default_rng(0).integers(0, 256, (60, 240, 320, 3), dtype=np.uint8)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, before[1]))

@@ -1,4 +1,4 @@
-"""Light and a camera with which it is known what is seen where."""
+"""Light and a camera with a known view."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from friction_estimation.camera import Camera
 from friction_estimation.synthetic import Light
 
 EVEN = Light(vignette=0, gradient=0, gloss=0, pebble=0, shadow=0, flicker=0)
-"""Light that leaves every colour as it is painted."""
+"""Light that leaves every colour unchanged."""
 PLACES_SEEN = {"ceiling_middle": (0.5, 9.0), "ceiling_home": (-16.9, -11.3)}
 """Along the sheet [m], for cameras that do not see the away house."""
 

@@ -1,4 +1,4 @@
-"""A stone covers the pixels that it is seen in, and its handle points where it is turned."""
+"""A stone covers its pixels, and its handle points in its direction."""
 
 from __future__ import annotations
 
@@ -102,7 +102,7 @@ def test_a_stone_covers_its_true_outline(name, y):
     np.testing.assert_allclose(centroid, centre, atol=0.02)
 
 
-def test_the_top_of_a_stone_stands_where_its_height_puts_it():
+def test_the_top_of_a_stone_is_shifted_by_its_height():
     """A low cylinder's top disc, in granite, from straight above: no side is seen."""
     camera = above(0.3, 2.0, height=6.0, focal_px=1500.0)
     shape = StoneShape(radius=0.14, height=0.11, profile=((0.8, 0.0), (1.0, 1.0)))

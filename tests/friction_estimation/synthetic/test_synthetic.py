@@ -1,4 +1,4 @@
-"""Films of known ice: what is drawn stands where the geometry says, and the truth is it."""
+"""Films of known ice agree with the geometry and the truth."""
 
 from __future__ import annotations
 
@@ -66,12 +66,12 @@ def painted(camera: Camera, sheet=PAPER_SHEET) -> np.ndarray:
 
 
 def darkness(picture: np.ndarray) -> np.ndarray:
-    """How much green the paint takes away, as a share of what bare ice shows."""
+    """Return the share of bare ice's green that the paint removes."""
     return 1.0 - picture[..., 1] / Palette().ice[1]
 
 
 @pytest.mark.parametrize(("side", "offset"), [(1, 0.0), (-1, 0.0037), (1, -0.0161)])
-def test_hog_lines_lie_at_their_pixels_and_are_as_wide_as_painted(side, offset):
+def test_hog_lines_have_their_painted_place_and_width(side, offset):
     width, colour = HOG_LINE_WIDTH, Palette().hog_line
     y = side * (HOG_LINE_Y + width / 2)
     camera = above(1.0, y + offset)
@@ -156,7 +156,7 @@ def test_the_truth_is_the_path_at_the_frames_times():
     assert len(truth) == 663  # the last at 26.48 s of 26.5
 
 
-def test_a_held_stone_stands_until_it_is_released():
+def test_a_held_stone_stays_until_it_is_released():
     spec = FilmSpec(camera=small_camera(), held=True, lead_in=1.0)
     truth = on_film(braked(), spec)
     assert (truth.xy[truth.t < 0.99] == truth.xy[0]).all()
@@ -173,7 +173,7 @@ def test_a_heading_that_is_not_known_is_bridged():
     assert (unknown.theta == 0).all()
 
 
-def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path, must_fit):
+def test_a_film_has_its_truth_and_its_scene_in_its_folder(tmp_path, must_fit):
     spec = FilmSpec(camera="gantry", size=(192, 108), fps=15, seed=3)
     throws = [braked(speed=1.0, stop=1.5, throw=k) for k in range(2)]
     films = render_films(tmp_path / "new" / "films", throws, spec, notes={"mu": 0.008})
@@ -196,10 +196,10 @@ def test_a_film_has_its_truth_and_its_scene_beside_it(tmp_path, must_fit):
     assert reader.get(cv2.CAP_PROP_FPS) == 15
     must_fit(folder / "gantry.truth.json", "truth-1")
     must_fit(folder / "gantry.scene.json", "scene-1")
-    told = json.loads((folder / "gantry.truth.json").read_text())
-    assert told["mu"] == 0.008
-    assert told["throws"][1]["released_at_s"] == 0.5
-    assert told["throws"][1]["rested_at_s"] == 2.0
+    reported = json.loads((folder / "gantry.truth.json").read_text())
+    assert reported["mu"] == 0.008
+    assert reported["throws"][1]["released_at_s"] == 0.5
+    assert reported["throws"][1]["rested_at_s"] == 2.0
 
 
 @pytest.mark.parametrize("name", list(CAMERAS))
@@ -241,7 +241,7 @@ def test_the_same_seed_gives_the_same_frames():
     assert (first != film(6)).any()
 
 
-def test_noise_has_the_strength_asked_for():
+def test_noise_has_the_requested_strength():
     spec = FilmSpec(camera=small_camera(), people=False, noise=3.0, light=EVEN, tail=0)
     renderer = FilmRenderer(spec)
     first, second = list(renderer.frames(braked(stop=0.1)))[:2]
@@ -250,7 +250,7 @@ def test_noise_has_the_strength_asked_for():
     assert np.std(first[floor] - second[floor].astype(float)) == pytest.approx(3 * 2**0.5, abs=0.2)
 
 
-def test_only_what_moves_changes_and_leaves_no_trace():
+def test_only_moving_parts_change_and_leave_no_trace():
     beside = StoneOnIce(x=0.6, y=-10.0)
     spec = FilmSpec(
         camera=named_camera("gantry", (640, 360)),
@@ -280,7 +280,7 @@ def test_a_stone_out_of_sight_is_not_drawn():
 
 
 @pytest.mark.parametrize("side", [1, -1])
-def test_people_keep_beside_the_sheet_or_ahead_of_the_stone(side):
+def test_people_stay_beside_the_sheet_or_ahead_of_the_stone(side):
     path = braked()
     swept = ((path.t > 4) & (path.t < 10)).astype(float)
     path = Trajectory(t=path.t, xy=side * path.xy, theta=path.theta, swept=swept)
@@ -315,7 +315,7 @@ def test_people_are_seen():
 @pytest.mark.parametrize(
     ("given", "message"),
     [
-        ({"camera": "drone"}, "no camera is called 'drone'; there are end, gantry, side, ceiling"),
+        ({"camera": "drone"}, "unknown camera 'drone'; expected one of end, gantry, side, ceiling"),
         ({"fps": 0.0}, "frames per second"),
         ({"noise": -1.0}, "noise"),
         ({"tail": float("nan")}, "tail"),

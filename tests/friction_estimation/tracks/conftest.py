@@ -1,4 +1,4 @@
-"""What the tests of tracks share."""
+"""Fixtures for the tests of tracks."""
 
 from __future__ import annotations
 
@@ -30,5 +30,5 @@ def stone_on_film(
 
 @pytest.fixture(scope="session")
 def filmed():
-    """A function that makes the track of a filmed stone, and says when it was released."""
+    """Return a function that makes the track of a filmed stone, and the time of its release."""
     return stone_on_film

@@ -11,7 +11,7 @@ from friction_estimation.tracks import join_cameras
 from friction_estimation.tracks.other_stones import other_stones
 
 BIAS = 0.002
-"""How far a camera is off in its own way, standard deviation of each coordinate [m]."""
+"""Standard deviation of a camera's systematic error in each coordinate [m]."""
 OVERLAPPING = ((-22.0, -3.0), (-5.0, 8.0), (6.0, 22.0))
 APART = ((-22.0, -5.0), (8.0, 22.0))
 
@@ -39,7 +39,7 @@ def throw(throws):
 
 
 def seen(throw, stretch, rng, clock=0.0, turns=0):
-    """What one camera makes of a stretch of the sheet, on its own clock."""
+    """Return one camera's view of a stretch of the sheet, on its own clock."""
     rows = (throw.xy[:, 1] > stretch[0]) & (throw.xy[:, 1] < stretch[1])
     xy = throw.xy[rows] + rng.normal(0, BIAS, 2) + rng.normal(0, 0.001, (rows.sum(), 2))
     return Trajectory(
@@ -55,7 +55,7 @@ def truth_at(throw, t):
     return np.column_stack([np.interp(t, throw.t, throw.xy[:, k]) for k in range(2)])
 
 
-def test_overlapping_cameras_tell_their_clocks_to_milliseconds(throw):
+def test_overlapping_cameras_synchronise_their_clocks_to_milliseconds(throw):
     rng = np.random.default_rng(1)
     clocks = (0.0, 11.37, -4.21)
     tracks = [
@@ -99,7 +99,7 @@ def test_clocks_that_agree_are_left_alone(throw):
     assert np.abs(joined.offset / np.maximum(joined.offset_sigma, 1e-3)).max() < 3
 
 
-def test_rows_of_a_camera_whose_clock_is_uncertain_say_so(throw):
+def test_rows_of_a_camera_include_the_uncertainty_of_its_clock(throw):
     rng = np.random.default_rng(4)
     track = join_cameras([seen(throw, stretch, rng, 2.0) for stretch in APART]).trajectory
     early, late = track.xy[:, 1] < 0, (track.xy[:, 1] > 8) & (track.xy[:, 1] < 10)
@@ -113,12 +113,12 @@ def test_films_of_different_throws_are_refused(throw, sliding):
     with pytest.raises(InputError, match="not of one throw"):
         join_cameras([seen(throw, APART[0], rng), seen(faster, APART[1], rng)])
     aside = Trajectory(t=throw.t, xy=throw.xy + np.array([0.6, 0.0]), theta=throw.theta)
-    with pytest.raises(InputError, match="does not fit to the others"):
+    with pytest.raises(InputError, match="does not fit the others"):
         join_cameras([seen(throw, (-22, 5), rng), seen(aside, (-2, 22), rng)])
 
 
 def test_one_camera_is_not_joined(throw):
-    with pytest.raises(InputError, match="two cameras or more"):
+    with pytest.raises(InputError, match="two or more cameras"):
         join_cameras([throw])
 
 
@@ -140,7 +140,7 @@ def test_films_and_scenes_that_do_not_fit_are_refused(options, message, tmp_path
     assert message in curling("join-cameras", film, "--scene", scene, *options).complaint
 
 
-def test_the_command_joins_films_and_says_how_their_clocks_differ(
+def test_the_command_joins_films_and_reports_the_offset_of_their_clocks(
     throw, tmp_path, curling, monkeypatch
 ):
     """Following the stone is tested elsewhere: here the films' tracks are given."""
@@ -172,12 +172,12 @@ def test_the_command_joins_films_and_says_how_their_clocks_differ(
 
 
 def lying(xy, stretch, clock=0.0, sigma=0.004):
-    """A stone that nobody touches, as a film shows it in its first and in its last frame."""
+    """Return an untouched stone in the first and in the last frame of a film."""
     xy = np.array([xy, xy])
     return Trajectory(t=np.array(stretch) - clock, xy=xy, sigma_xy=np.full(2, sigma))
 
 
-def test_stones_that_lie_still_are_joined_too_each_of_them_once(throw):
+def test_resting_stones_are_joined_too_each_of_them_once(throw):
     rng = np.random.default_rng(9)
     end = throw.t[-1] + 1
     views = [seen(throw, (-22.0, 3.0), rng), seen(throw, (-1.0, 22.0), rng, 7.5)]

@@ -32,7 +32,9 @@ def noisy(path, rng, *, fps=30, noise=0.004, **columns):
 
 
 def hit(speed, *stones):
-    """The path of a thrown stone that hits others, those of the others, and when it hits them."""
+    """Return the path of a thrown stone that hits others, those of the others, and the times of the
+    hits.
+    """
     lying = [StoneState(x=x, y=y, stone=k) for k, (x, y) in enumerate(stones, start=1)]
     outcome = Engine(Ice.uniform(MU)).play(Throw(speed=speed, spin=1.2).release(), lying, fps=240)
     *others, thrown = outcome.trajectories
@@ -121,7 +123,7 @@ def test_stones_that_pass_each_other_do_not_touch():
 
 @pytest.mark.parametrize("noise", [0.002, 0.01])
 @pytest.mark.parametrize("fps", [10, 30])
-def test_no_contact_is_seen_where_there_is_none(sliding, rng, noise, fps):
+def test_no_contact_is_found_without_one(sliding, rng, noise, fps):
     """Rough ice, strong curl and friction that follows the speed change no velocity suddenly."""
     field = sliding.random_field(rng, mu=0.009, spread=0.15, length=1.5)
     starts = sliding.varied_starts(rng, 24)
@@ -142,7 +144,7 @@ def test_a_stone_that_is_moved_after_it_rested_was_not_hit_on_its_way(filmed, rn
 
 
 def test_a_stone_that_a_hand_slows_is_no_free_slide(filmed, rng):
-    """Two metres of a hand's brake between two kicks are not slid on ice alone."""
+    """Two metres of braking by hand between two kicks are not a slide on ice alone."""
     track, _ = filmed(rng, rest=0.0)
     cut = int(np.argmax(track.t >= 8.0))
     speed = 2.0 - 0.09 * 8.0

@@ -18,8 +18,8 @@ def free_slide(track):
     return slide
 
 
-def test_lead_in_and_rest_are_left_out(filmed, rng):
-    """Held still, then slid at constant speed by a player who lets go after the hog line."""
+def test_lead_in_and_rest_are_excluded(filmed, rng):
+    """Held still, then slid at constant speed by a player who releases after the hog line."""
     track, released = filmed(rng, held=1.5, pushed=3.0, y0=-HOG + 2.0)
     part = free_slide(track)
     assert part.released_at == pytest.approx(released, abs=0.5)

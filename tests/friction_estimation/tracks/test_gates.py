@@ -1,4 +1,5 @@
-"""Logs of light gates: throws found among people, faulty rows, and what the times show of the ice.
+"""Logs of light gates: throws found among people, faulty rows, and the evidence of times on the
+ice.
 
 The logs are written by the tests from throws that the engine slides, with gates that stand a little
 off their lines, beams of several heights, and noise.
@@ -24,7 +25,7 @@ EFFECT = "speed_dependent_friction"
 
 
 def people(rng, throws):
-    """Sensor, start and end of beams that people and stones that are pushed back break."""
+    """Return sensor, start and end of beams broken by people and by stones that are pushed back."""
     rows = []
     for k in range(throws):
         at = 1e3 + 60 * k + 32
@@ -36,7 +37,7 @@ def people(rng, throws):
 
 @pytest.fixture(scope="module")
 def session(gates, tmp_path_factory):
-    """Two dozen throws on the standard ice, as tracks, and the file that they come from."""
+    """Return two dozen throws on the standard ice, as tracks, and their file."""
     rng = np.random.default_rng(5)
     path = tmp_path_factory.mktemp("gates") / "gates.csv"
     gates.write(path, gates.log(load_ice("standard"), rng))
@@ -158,7 +159,7 @@ def test_splits_are_those_of_the_gates(session):
     assert found.hog_to_hog.sigma == pytest.approx(SIGMA)
     assert found.tee_to_hog is not None
     assert found.speed is None
-    with pytest.raises(TrackTooShortError, match="light gates, which show no path"):
+    with pytest.raises(TrackTooShortError, match="light gates, which measure no path"):
         free_slides([first])
 
 
@@ -170,7 +171,7 @@ def without(ice: Ice, name: str) -> Ice:
 def test_friction_and_how_it_follows_the_speed_are_found_within_their_errors(
     gates, tmp_path, follows_speed
 ):
-    """Beams of another height than is taken for granted do not count as friction."""
+    """Beams of another height than assumed do not count as friction."""
     ice = load_ice("standard") if follows_speed else without(load_ice("standard"), EFFECT)
     exponent = 0.25 if follows_speed else 0.0
     off = []
@@ -193,7 +194,7 @@ def test_friction_and_how_it_follows_the_speed_are_found_within_their_errors(
     assert (np.sqrt(np.mean(np.square(off), axis=0)) < 1.7).all()
 
 
-def test_what_the_gates_do_not_show_is_believed(session):
+def test_effects_that_gates_do_not_show_are_assumed(session):
     _, tracks = session
     found = estimate_ice(tracks)
     curl = found.ice.effect("curl")
@@ -295,7 +296,7 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
         (("--method", "paper"), "light gates do not measure"),
     ],
 )
-def test_what_needs_paths_is_refused(session, tmp_path, curling, options, problem):
+def test_options_that_need_paths_are_refused(session, tmp_path, curling, options, problem):
     _, tracks = session
     throws = tmp_path / "tracks.csv"
     write_tracks(throws, tracks)

@@ -1,4 +1,4 @@
-"""Tracks that other programs exported, in the forms in which they write them."""
+"""Tracks exported by other programs, in their formats."""
 
 from __future__ import annotations
 
@@ -100,7 +100,7 @@ def test_axes_are_turned_never_mirrored(tmp_path, along, expected):
 @pytest.mark.parametrize(
     ("text", "words"),
     [
-        ("", "holds no rows"),
+        ("", "contains no rows"),
         ("a,b\n1,2\n", "row 1: not a table of Kinovea or Tracker"),
         ("#multi:\n", "row 1: not a table of Kinovea or Tracker"),
         ("#multi:\nt,x,y\n", "0 positions"),
@@ -110,7 +110,7 @@ def test_axes_are_turned_never_mirrored(tmp_path, along, expected):
         ("mass A\nt\tx\ty\n0\t1\t1\n", "'mass A' has 1 positions"),
     ],
 )
-def test_what_is_neither_is_refused_with_its_place(tmp_path, text, words):
+def test_other_files_are_refused_with_the_place(tmp_path, text, words):
     (tmp_path / "bad.txt").write_text(text)
     with pytest.raises(InputError) as refused:
         read_export(tmp_path / "bad.txt")

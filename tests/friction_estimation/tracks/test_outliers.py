@@ -1,4 +1,4 @@
-"""Wild rows of a track."""
+"""Outliers of a track."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def test_good_rows_are_never_called_wild(filmed, seed):
     assert noise == pytest.approx(0.004, rel=0.25)
 
 
-def test_wild_rows_and_bursts_are_left_out(filmed, rng):
+def test_outliers_and_bursts_are_excluded(filmed, rng):
     track, _ = filmed(rng)
     xy = track.xy.copy()
     singles = rng.choice(len(xy), 25, replace=False)

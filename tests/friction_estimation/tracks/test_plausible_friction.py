@@ -1,4 +1,4 @@
-"""Friction that no ice has is questioned."""
+"""Friction outside that of any ice is questioned."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from friction_estimation.tracks import question_about, rough_friction
 
 
 def slide(mu, slow=1.0, speed=2.0):
-    """A stone that slides to rest, in a film that plays some times slower than life."""
+    """Return a stone that slides to rest, in a film in slow motion."""
     brake = 9.80665 * mu
     t = np.arange(0, speed / brake + 1, 1 / 30)
     moving = np.minimum(t, speed / brake)
@@ -29,22 +29,22 @@ def test_friction_of_ice_is_not_questioned(mu):
 
 @pytest.mark.parametrize(
     ("slow", "asked"),
-    [(2.0, r"less .* 2 times slower .* --slow 2"), (4.0, "--slow 4"), (8.0, "--slow 8")],
+    [(2.0, r"below .* 2 times slower .* --slow 2"), (4.0, "--slow 4"), (8.0, "--slow 8")],
 )
-def test_slow_motion_is_asked_about(slow, asked):
+def test_slow_motion_is_questioned(slow, asked):
     question = question_about(rough_friction(slide(0.0095, slow)))
     assert question is not None
 
     assert re.search(asked, question)
 
 
-def test_what_no_speed_of_playing_explains_is_asked_about_in_general():
+def test_friction_without_a_likely_playback_speed_is_questioned_in_general():
     assert "are the times of the frames" in (question_about(0.00001) or "")
-    assert "more than curling ice has" in (question_about(0.2) or "")
+    assert "above that of curling ice" in (question_about(0.2) or "")
     assert "2 times faster" in (question_about(0.04) or "")
 
 
-def test_a_stone_that_hardly_moves_tells_nothing():
+def test_a_stone_that_hardly_moves_is_no_evidence():
     track = slide(0.009)
     short = Trajectory(t=track.t[:30], xy=track.xy[:30])
     assert np.isnan(rough_friction(short))

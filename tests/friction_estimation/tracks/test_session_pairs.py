@@ -1,4 +1,4 @@
-"""Throws in the films of several cameras are matched by when they were."""
+"""Throws in the films of several cameras are matched by their times."""
 
 from __future__ import annotations
 

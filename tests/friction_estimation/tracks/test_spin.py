@@ -59,7 +59,7 @@ def test_wild_headings_are_held_down(rng):
 
 
 @pytest.mark.parametrize(("count", "enough"), [(MIN_HEADINGS - 1, False), (MIN_HEADINGS, True)])
-def test_too_few_headings_say_nothing(count, enough):
+def test_too_few_headings_give_no_spin(count, enough):
     exact = turned(0.3, 1.2, 0.0)
 
     def rarely(t, ratio):

@@ -1,4 +1,4 @@
-"""What a coach notes beside the tracks."""
+"""A coach's notes in the folder of the tracks."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_rows_are_throws_in_order_of_play_and_need_not_have_every_column(tracks)
     assert numbers(tracks) == [(0, 0), (1, 0), (1, 4), (2, 1)]
 
 
-def test_noted_stones_replace_those_that_were_told_apart_by_colour(tracks):
+def test_noted_stones_replace_those_assigned_by_colour(tracks):
     write(tracks, "throw,stone,note\n2,7,\n1,4,hog line\n")
     # Throw 1 was the stone that was taken for another one beside it: the two change places.
     assert numbers(tracks) == [(0, 0), (1, 4), (1, 0), (2, 7)]
@@ -61,7 +61,7 @@ def test_stones_with_names_are_numbered_in_order_of_play(tracks):
 @pytest.mark.parametrize(
     ("text", "complaint"),
     [
-        ("throw,athlete\n0,a\n0,b\n", r"throws\.csv, row 3, column throw: throw 0 is given twice"),
+        ("throw,athlete\n0,a\n0,b\n", r"throws\.csv, row 3, column throw: throw 0 appears twice"),
         ("throw,weather\n0,a\n", r"throws\.csv, row 1: has none of the columns athlete, stone"),
         ("throw,athlete\nfirst,a\n", r"throws\.csv, row 2, column throw: expected a number"),
         ("athlet\nx\n", r"throws\.csv, row 1: unknown column .athlet.; did you mean athlete"),

@@ -1,4 +1,4 @@
-"""What a coach reads of throws, beside what the exact paths say."""
+"""A coach's table of throws, compared with the exact paths."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ def slid_in(track, speed):
 
 
 def when(track, line):
-    """When an exact path, seen along play, crosses a line; NaN where it does not."""
+    """Return the time at which an exact path, seen along play, crosses a line; NaN if it does
+    not.
+    """
     ahead = np.sign(track.xy[-1, 1] - track.xy[0, 1]) * track.xy[:, 1]
     return np.interp(line, ahead, track.t) if ahead[0] <= line <= ahead[-1] else np.nan
 
@@ -69,7 +71,7 @@ def seen(tracks, rng, noise=0.005):
 
 
 def deviations(found, name, true):
-    """Errors of a number in its standard errors, where both are known."""
+    """Return errors of a number in its standard errors, if both are known."""
     pairs = [(getattr(one, name), value) for one, value in zip(found, true, strict=True)]
     assert [got is None for got, _ in pairs] == [bool(np.isnan(v)) for _, v in pairs], name
     return np.array([(got.value - v) / got.sigma for got, v in pairs if got is not None])
@@ -137,7 +139,7 @@ def test_a_stone_that_is_pushed_aside_afterwards_came_to_rest_before(draws, rng)
             assert getattr(pushed, name).value == pytest.approx(true, abs=0.01), name
 
 
-def test_errors_that_last_are_within_what_is_said(draws, as_filmed):
+def test_persistent_errors_are_within_the_stated_ones(draws, as_filmed):
     exact, starts = draws
     found = throw_table(as_filmed(exact, 3))
     true = [when(track, HOG) - when(track, -HOG) for track in exact]
@@ -155,7 +157,7 @@ def test_both_ends_are_measured_alike(draws, rng):
         assert getattr(back, name).value == pytest.approx(getattr(there, name).value, abs=1e-9)
 
 
-def test_what_was_not_seen_is_not_told(draws, rng):
+def test_unseen_values_are_missing(draws, rng):
     (track, *_) = seen(draws[0], rng)
     hidden = (np.abs(track.xy[:, 1] + HOG) > 3) & (track.xy[:, 1] < 14)
     rows = np.flatnonzero(hidden)
@@ -168,8 +170,8 @@ def test_what_was_not_seen_is_not_told(draws, rng):
     assert not found.rests
 
 
-def test_a_throw_that_hits_tells_only_what_came_before(draws, rng):
-    """The times end with the contact; where the thrown stone came to rest is still told."""
+def test_a_throw_that_hits_is_measured_up_to_the_contact(draws, rng):
+    """The times end with the contact; the place of rest of the thrown stone is still reported."""
     exact = draws[0][0]
     at = when(exact, 15.0)
     hit = int(np.searchsorted(exact.t, at))
@@ -193,15 +195,15 @@ def test_a_throw_that_hits_tells_only_what_came_before(draws, rng):
     assert found.past.value == pytest.approx(15.0 - TEE, abs=0.1)
 
 
-def test_what_never_slides_has_no_row():
+def test_throws_that_never_slide_have_no_row():
     still = Trajectory(t=np.array([0.0, 9.0]), xy=np.zeros((2, 2)))
     assert throw_table([still]) == []
 
 
 def test_numbers_go_out_by_name_with_their_errors(draws, rng):
     (track, *_) = seen(draws[0], rng)
-    told = measure_throw(track).as_dict()
-    assert told["direction"] == "away"
-    assert told["hog_to_hog"] > 10
-    assert 0 < told["hog_to_hog_sigma"] < 0.1
-    assert "origin" not in told
+    shown = measure_throw(track).as_dict()
+    assert shown["direction"] == "away"
+    assert shown["hog_to_hog"] > 10
+    assert 0 < shown["hog_to_hog_sigma"] < 0.1
+    assert "origin" not in shown

@@ -88,7 +88,7 @@ def test_noise_with_a_memory_is_made_white():
     np.testing.assert_allclose(white @ covariance @ white.T, np.eye(5), atol=1e-9)
 
 
-def test_the_bound_lies_between_nothing_and_the_field_itself(session):
+def test_the_bound_is_between_zero_and_the_field_itself(session):
     sealed, tracks = session
     best = bound_of(sealed, tracks)
     fewer = bound_of(sealed, tracks[:3])

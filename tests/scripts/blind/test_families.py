@@ -1,4 +1,4 @@
-"""The families of blind sessions: what is hidden where, and that each session stands alone."""
+"""Families of blind sessions: their hidden effects, and the independence of each session."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def test_sessions_are_repeatable_and_differ():
     assert len(made[0]) != len(second.make(4)[0][0])
 
 
-def test_maps_stand_alone_and_beside_one_two_and_three_effects():
+def test_maps_occur_alone_and_with_one_two_and_three_effects():
     tasks = plan("map")
     assert [sum(len(t.hidden) == n for t in tasks) for n in range(1, 5)] == [4] * 4
     for task in tasks:
@@ -31,7 +31,7 @@ def test_maps_stand_alone_and_beside_one_two_and_three_effects():
         assert len({name.partition(":")[0] for name in task.hidden}) == len(task.hidden)
 
 
-def test_a_given_model_lacks_what_is_hidden():
+def test_a_given_model_lacks_the_hidden_effect():
     preset = {effect.name for effect in load_ice("standard").effects}
     assert preset == set(NAMES) - set(GIVEN)
     for task in plan("model given"):

@@ -1,4 +1,4 @@
-"""What counts as right in each family, and sizes and maps beside the truth."""
+"""Correct answers of each family, and sizes and maps compared with the truth."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def scored(kind, hidden, *effects, smallest=None, **more):
     return score(report, {"effects": hidden, **more.pop("truth", {})}, task)
 
 
-def test_a_name_beside_the_right_one_is_wrong():
+def test_an_extra_name_is_wrong():
     row = scored("one", CURL_TRUTH, CURL, effect("slope", x=(1e-4, 1e-5)))
     assert row["wrong_name"]
     assert not row["right"]
@@ -53,14 +53,14 @@ def test_an_unnamed_weak_effect_is_right_only_if_it_could_not_show():
     assert not scored("weak", CURL_TRUTH)["right"]
 
 
-def test_beside_something_unknown_the_effect_is_named_and_the_rest_is_said():
+def test_with_an_unknown_effect_the_known_one_is_named_and_the_rest_reported():
     hidden = {**CURL_TRUTH, "trough": {}}
     assert scored("known beside unknown", hidden, CURL, UNKNOWN)["right"]
     assert not scored("known beside unknown", hidden, CURL)["right"]
     assert not scored("known beside unknown", hidden, UNKNOWN)["right"]
 
 
-def test_beside_a_map_only_the_effects_count():
+def test_with_a_map_only_the_effects_count():
     hidden = {"friction_map": {"sd": 0.04, "length": 2.0}, **CURL_TRUTH}
     row = scored("map", hidden, CURL)
     assert row["right"]

@@ -1,4 +1,4 @@
-"""Blind sessions: the sealed truth is what the tracks were made of."""
+"""Blind sessions: the sealed truth is the origin of the tracks."""
 
 from __future__ import annotations
 

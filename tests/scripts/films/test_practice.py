@@ -1,4 +1,4 @@
-"""A practice film is joined in order, and its tracks are compared with what was thrown."""
+"""A practice film is joined in order, and its tracks are compared with the true throws."""
 
 from __future__ import annotations
 
@@ -17,7 +17,9 @@ THROWN = [
 
 
 def track_from(begin, end, *, throw=0, right=0.0, stone=0):
-    """What was seen of the throws from one time to another [s], so far off to the right [m]."""
+    """Return the track of the throws from one time to another [s], with an offset to the right
+    [m].
+    """
     t = np.arange(begin, end, 0.1)
     at = 10.0 if t[0] < 40 else 70.0
     y = np.interp(t - at, TRUE[:, 0], TRUE[:, 2])

@@ -1,4 +1,4 @@
-"""Tracks of a takeout are compared with the stones that they are nearest to."""
+"""Tracks of a takeout are compared with the nearest stones."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ CONTACT = 10.0
 
 
 def way(stone):
-    """The thrown stone stops where it hits another one, which goes on."""
+    """Return the path of a thrown stone that stops at a hit, with the other one moving on."""
     at = np.minimum(T, CONTACT) if stone == 0 else 10.3 + np.maximum(T - CONTACT, 0)
     return np.column_stack([np.zeros(len(T)), at])
 
@@ -42,7 +42,7 @@ def test_errors_are_reported_before_and_after_the_contact():
     assert found.turned == pytest.approx(0.2)
 
 
-def test_a_track_that_goes_on_with_the_stone_that_was_hit_is_wrong():
+def test_a_track_that_continues_with_the_struck_stone_is_wrong():
     assert not seen(np.where(T[:, None] < CONTACT, way(0), way(1))).right
     assert not seen(way(1)).right
     assert seen(way(1), stone=1).right

@@ -14,7 +14,7 @@ ROOT = Path(__file__).parents[3]
 
 
 @pytest.mark.slow
-def test_no_input_ends_uncleanly_and_the_run_goes_on(tmp_path: Path) -> None:
+def test_no_input_ends_uncleanly_and_the_run_continues(tmp_path: Path) -> None:
     # A process of its own: the fuzzer forks, and must hold nothing of the tests.
     words = [sys.executable, "-m", "fuzz", "--seed", "16", "--light", "--keep", tmp_path]
     for count in (10, 25):
@@ -31,9 +31,7 @@ def test_no_input_ends_uncleanly_and_the_run_goes_on(tmp_path: Path) -> None:
         assert report["unclean"] == 0
 
 
-def test_the_fuzzer_notices_what_is_unclean(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_the_fuzzer_notices_unclean_ends(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from fuzz import runs
 
     folder = tmp_path / "run"

@@ -16,7 +16,9 @@ from curling_env.errors import CurlingError
 
 
 def ends(give, message: bytes) -> str:
-    """What becomes of a message; in a thread, for other tests keep an event loop in the first."""
+    """Return the outcome of a message; in a thread, because other tests keep an event loop in the
+    first.
+    """
     with ThreadPoolExecutor(1) as aside:
         error = aside.submit(give, message).exception()
     if error is None:

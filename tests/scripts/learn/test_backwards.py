@@ -1,4 +1,4 @@
-"""Positions learnt backwards: what a good next stone leads to, on average over its error."""
+"""Values learned backwards: the outcome of a good next stone, on average over its error."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ USUAL = skill_feature(ELITE.sigma_angle)
 
 
 class AlwaysThree:
-    """Stands for a network that is sure of three points, and remembers what it was asked."""
+    """Network that is sure of three points, and records its queries."""
 
     def __init__(self) -> None:
         self.asked: list[int] = []
@@ -62,7 +62,7 @@ def test_the_last_stone_into_an_empty_house_nearly_always_counts_one(simulator) 
     assert unsure.shares[:24, one].mean() < 0.8
 
 
-def test_others_stand_beside_the_positions_that_were_played(simulator) -> None:
+def test_alternatives_are_listed_with_the_played_positions(simulator) -> None:
     known = lesson(simulator, 1, skill=USUAL)
     # Three for each that was played; the stone before the last may lie there, and no other.
     assert known.stones.shape == (4 * 24, 16, 2)
@@ -75,7 +75,7 @@ def test_others_stand_beside_the_positions_that_were_played(simulator) -> None:
     assert points[24:].mean() < points[:24].mean()
 
 
-def test_earlier_positions_are_worth_what_the_network_says_a_stone_later(simulator) -> None:
+def test_earlier_positions_have_the_networks_value_one_stone_later(simulator) -> None:
     network = AlwaysThree()
     known = lesson(simulator, 6, skill=USUAL, network=network)
     np.testing.assert_allclose(known.shares[:, SCORES == 3], 1, atol=1e-6)

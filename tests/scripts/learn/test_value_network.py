@@ -1,4 +1,4 @@
-"""Learning a value network: stopped runs go on, and other rules and ices are learnt as well."""
+"""Learning a value network: stopped runs resume, and other rules and ices are learned too."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from curling_env.errors import InputError
 
 @pytest.fixture(autouse=True)
 def few_ends(monkeypatch):
-    monkeypatch.setattr(train_value_network, "ENDS_SIDE_BY_SIDE", 2)
+    monkeypatch.setattr(train_value_network, "PARALLEL_ENDS", 2)
     monkeypatch.setattr(train_value_network, "HELD_OUT", 2)
 
 
@@ -52,7 +52,7 @@ def test_a_run_that_was_stopped_ends_as_one_that_was_not(tmp_path, capsys):
         learnt(tmp_path / "begun", replace(DIGITAL_CURLING, ice="standard"))
 
 
-def test_learning_backwards_goes_on_too_and_leaves_out_what_is_held_out(tmp_path, capsys):
+def test_learning_backwards_resumes_too_and_excludes_held_out_ends(tmp_path, capsys):
     begin = learnt(tmp_path)
     capsys.readouterr()
 
@@ -76,7 +76,7 @@ def test_learning_backwards_goes_on_too_and_leaves_out_what_is_held_out(tmp_path
 
 
 def test_mixed_doubles_begin_with_their_placed_stones(tmp_path, monkeypatch):
-    monkeypatch.setattr(train_value_network, "ENDS_SIDE_BY_SIDE", 24)
+    monkeypatch.setattr(train_value_network, "PARALLEL_ENDS", 24)
     doubles = replace(DIGITAL_CURLING, rules="mixed_doubles_2024", delivery="hog-line")
     path = tmp_path / "batch.npz"
     play_batch(load_network(), Batch(doubles, (1, 0, 0), path))

@@ -22,7 +22,7 @@ import curling_env
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory) -> Path:
-    """The wheel as setuptools makes it of a copy of what git knows."""
+    """Build the wheel with setuptools from a copy of the files in git."""
     folder = tmp_path_factory.mktemp("source")
     for name in [*tracked_files(), "pyproject.toml", "README.md", "LICENSE"]:
         (folder / name).parent.mkdir(parents=True, exist_ok=True)
@@ -35,7 +35,7 @@ def wheel(tmp_path_factory) -> Path:
     return folder / done.stdout.split()[-1]
 
 
-def test_the_wheel_has_what_git_has_and_nothing_else(wheel):
+def test_the_wheel_has_exactly_the_files_of_git(wheel):
     with zipfile.ZipFile(wheel) as archive:
         names = archive.namelist()
     assert wheel_faults(names, tracked_files()) == []
@@ -43,7 +43,7 @@ def test_the_wheel_has_what_git_has_and_nothing_else(wheel):
         assert name in names
 
 
-def test_what_is_missing_or_too_much_in_a_wheel_is_named():
+def test_missing_and_extra_files_of_a_wheel_are_listed():
     good = ["curling.py", *(f"{package}/py.typed" for package in smoke.PACKAGES)]
     licence = "curling_sheet-1.dist-info/licenses/LICENSE"
     assert wheel_faults([*good, licence], good) == []
@@ -55,7 +55,7 @@ def test_what_is_missing_or_too_much_in_a_wheel_is_named():
     ]
 
 
-def test_every_extra_is_tried_by_something_of_its_own():
+def test_every_extra_has_a_separate_trial():
     tried = smoke.IMPORTED.keys() | smoke.TRIED.keys()
     assert set(check.PROJECT["optional-dependencies"]) - set(check.NOT_TRIED) <= tried
     requires = check.PROJECT["requires-python"].removeprefix(">=")
@@ -109,7 +109,7 @@ def test_bundled_libraries_are_known_by_their_names(path, name, version):
     assert bill.licence_of_library({"name": name, "version": "", "says": ""})
 
 
-def test_the_films_libraries_say_that_x264_is_in_them():
+def test_the_film_libraries_declare_x264():
     bundled = {entry["name"]: entry for entry in bill.bundled_in(metadata.distribution("av"))}
     if not bundled:
         pytest.skip("this PyAV was built against the system's FFmpeg")
@@ -117,7 +117,7 @@ def test_the_films_libraries_say_that_x264_is_in_them():
     assert bill.licence_of_library(bundled["libx264"]) == "GPL-2.0-or-later"
 
 
-def test_what_requirements_bring_is_followed_through_extras_and_markers():
+def test_requirements_are_followed_through_extras_and_markers():
     def row(name, *requires):
         return {"name": name, "requires": list(requires)}
 
@@ -161,7 +161,7 @@ def test_a_built_wheel_and_sdist_are_read(wheel, tmp_path):
     assert faults_of(wheel, tmp_path / "a.tar.gz") == ["the sdist lacks PKG-INFO"]
 
 
-def test_the_version_is_the_same_wherever_it_stands():
+def test_the_version_is_the_same_everywhere():
     version = check.PROJECT["version"]
     assert curling_env.__version__ == version
     citation = (ROOT / "CITATION.cff").read_text(encoding="utf-8")

@@ -1,4 +1,4 @@
-"""Published schemas: as the program has them, true of what it writes, closed to what is broken."""
+"""Published schemas agree with the program, accept its files, and reject broken ones."""
 
 from __future__ import annotations
 
@@ -28,11 +28,11 @@ SCHEMAS = {
     for path in sorted(FOLDER.glob("*.json"))
 }
 SPECIMENS = Path(__file__).parent / "specimens"
-"""One file of every number of every format that was released; they are never edited."""
+"""One file of every released number of every format; they are never edited."""
 
 
 def documents(name: str) -> list[Any]:
-    """The specimen of a kind of file, line by line where its lines are documents."""
+    """Return the specimen of a kind of file, line by line if its lines are documents."""
     (path,) = SPECIMENS.glob(f"{name}.json*")
     text = path.read_text(encoding="utf-8")
     return [json.loads(k) for k in (text.splitlines() if path.suffix == ".jsonl" else [text])]
@@ -55,7 +55,7 @@ def broken(document: Any, part: dict[str, Any]) -> Iterator[Any]:
 
 
 @pytest.mark.parametrize("name", FILES)
-def test_the_published_schema_is_what_the_program_reads(name):
+def test_the_published_schema_agrees_with_the_program(name):
     made = json.loads(json.dumps(FILES[name].schema(name)))
     assert SCHEMAS[name] == made, "run `make schemas`"
 

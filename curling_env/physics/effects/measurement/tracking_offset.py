@@ -5,7 +5,7 @@ import numpy as np
 from curling_env.physics.effects.card import EffectCard, Parameter, Search, Values
 from curling_env.typing import Floats
 
-FURTHEST = 0.2
+MAX_OFFSET_OF_POINT = 0.2
 """Maximum offset that is tried [m]: a stone's radius is 0.15 m."""
 
 
@@ -16,7 +16,9 @@ def _displacement(_xy: Floats, theta: Floats, values: Values) -> Floats:
 
 
 def _offset(name: str, symbol: str, meaning: str) -> Parameter:
-    return Parameter(name, "m", meaning, symbol).within(-FURTHEST, FURTHEST, neutral=0.0)
+    return Parameter(name, "m", meaning, symbol).within(
+        -MAX_OFFSET_OF_POINT, MAX_OFFSET_OF_POINT, neutral=0.0
+    )
 
 
 CARD = EffectCard(

@@ -1,4 +1,4 @@
-"""The throw that was meant does what was called, on the ice that was believed in."""
+"""The intended throw reaches its call on the ice that was believed in."""
 
 from __future__ import annotations
 
@@ -58,14 +58,14 @@ def test_a_hit_runs_over_its_target_with_the_speed_that_is_usual():
     assert found.outcome == pytest.approx([0.4, 0.3], abs=0.005)
 
 
-def test_its_change_with_what_is_not_called_is_told():
+def test_its_derivatives_by_uncalled_quantities_are_returned():
     found, _, _ = meant("draw button")
     other, _, _ = meant("draw button", spin=-1.4, x=0.15)
     foretold = found.throw + found.slopes @ [-0.1, 0.05]
     assert other.throw == pytest.approx(foretold, abs=2e-3)
 
 
-def test_what_no_throw_does():
+def test_calls_that_no_throw_reaches():
     with pytest.raises(InputError, match="no throw"):
         meant("draw button 29.9 s")
     with pytest.raises(InputError, match="names no target"):

@@ -1,4 +1,4 @@
-"""What all throws show of an ice corrects what is said of each."""
+"""All throws together correct the ice of each."""
 
 from __future__ import annotations
 
@@ -8,11 +8,13 @@ import pytest
 from agents.coaching.misses.shared_ice import Parts, agree
 
 SIGMA = 0.3
-"""How far off the ice may be [m]."""
+"""Standard deviation of the ice's error [m]."""
 
 
 def throws(rng, count, *, off, own=0.1):
-    """Throws with a part of the ice's and an unexplained one, on an ice that is `off` short."""
+    """Return throws with a part of the ice's and an unexplained one, on an ice that is `off`
+    short.
+    """
     ices = SIGMA * rng.standard_normal(200)
     ices -= ices.mean()
     found = []
@@ -51,7 +53,7 @@ def test_few_throws_correct_nothing():
     assert agree(before, rng).parts == before
 
 
-def test_an_ice_that_is_off_by_more_than_it_says_is_told():
+def test_an_ice_off_by_more_than_its_errors_is_reported():
     rng = np.random.default_rng(4)
     found = agree(throws(rng, 16, off=3.0), rng)
     assert "3.0" in found.remark

@@ -48,11 +48,11 @@ ORDERS = ((0, 1, 2, 3), (0, 1, 2, 3))
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
 
 class Leading(RuleBasedPlayer):
-    """Throws first where it may choose, and has its power play in the second end."""
+    """Throws first if it may choose, and has its power play in the second end."""
 
     name = "leading"
 
@@ -63,7 +63,7 @@ class Leading(RuleBasedPlayer):
         return True
 
 
-def told_by(state: dict) -> State4:
+def update_of(state: dict) -> State4:
     return checked(json.loads(json.dumps(state)), State4)
 
 
@@ -71,8 +71,8 @@ def told_by(state: dict) -> State4:
 
 
 def server_state(**changes) -> State4:
-    """The first state of mixed doubles, as the competition's server tells it."""
-    return told_by(
+    """Return the first state of mixed doubles, as sent by the competition's server."""
+    return update_of(
         {
             "winner_team": None,
             "first_team_name": "a",
@@ -122,7 +122,7 @@ def test_an_end_waits_for_its_placement_and_then_begins():
     assert lying == [(Team.HOME, 5, 0.0, -3.97), (Team.AWAY, 5, 0.0, 0.465)]
 
 
-def test_the_state_after_the_last_shot_is_none_that_waits():
+def test_the_state_after_the_last_shot_does_not_wait_for_a_placement():
     """It too has neither a number of shots nor a team, but a last move."""
     reader = Reader4()
     reader.read(server_state(**{**STARTED, "total_shot_number": 9, "next_shot_team": "team1"}))
@@ -165,15 +165,15 @@ def test_a_hosted_game_reads_in_version_4_as_it_is():
     while not game.is_over:
         last = shot_of(DRAW) if game.shots and game.update["state"]["shot"] else None
         more = {"last_move": last, "clocks": game.clocks, "doubles": doubles_of(game)}
-        told = told_by(state_of(game.update, game.names, **more))
-        update = reader.read(told)
+        reported = update_of(state_of(game.update, game.names, **more))
+        update = reader.read(reported)
         assert update is not None
         seen = game_of(update.state, game.setting.rules, game.game.lines)
         assert seen.line_score == game.game.line_score
         assert seen.last_stone is game.game.last_stone
         assert sorted(seen.power_plays) == sorted(game.game.power_plays)
         if game.awaits_placement:
-            assert told.awaits_placement
+            assert reported.awaits_placement
             assert seen.end is None
             game.place(*wishes.pop(0))
             continue
@@ -215,7 +215,7 @@ def test_two_players_throw_in_the_order_of_mixed_doubles():
 
 @pytest.mark.parametrize("side", [None, "left", "right"])
 @pytest.mark.parametrize("first", [False, True])
-def test_a_wish_says_what_is_wanted(side, first):
+def test_a_request_is_read_and_written(side, first):
     wanted = side, first and side is None
     assert placement_of(request_of(*wanted)) == wanted
 
@@ -291,7 +291,7 @@ def test_the_conversation_is_that_of_the_competitions_server():
         stream.close()
 
 
-def test_who_decides_asks_and_is_answered():
+def test_the_deciding_team_asks_and_is_answered():
     with WebHost(DrawPlayer(), None, rule_name=RULES, ends=1) as host:
         setup = f"/matches/{host.hosting.game_id}/end-setup"
         assert host.take_seat(team="team1") == (200, "team1")
@@ -313,7 +313,7 @@ def test_who_decides_asks_and_is_answered():
     assert host.game.game.hammers == (Team.AWAY,)
 
 
-def test_who_never_decides_has_lost():
+def test_a_team_that_never_decides_loses():
     with WebHost(DrawPlayer(), None, rule_name=RULES, thinking_time=0.3) as host:
         host.take_seat(team="team1")
         stream = Stream(host)

@@ -1,4 +1,4 @@
-"""Version 4 over https: certificates that are trusted, and those that are not."""
+"""Version 4 over https: trusted and untrusted certificates."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ def openssl(*words: str | Path) -> None:
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Certificates that nobody vouches for: of this machine, and of another one."""
+    """Make self-signed certificates: of this machine, and of another one."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl makes the certificates")
     made = tmp_path_factory.mktemp("certificates")
@@ -57,12 +57,12 @@ def certificate(folder: Path, name: str = "localhost", key: str | None = None) -
         (".", None, "cannot be read"),
     ],
 )
-def test_what_is_no_certificate_is_refused(folder, name, key, says):
+def test_an_invalid_certificate_is_refused(folder, name, key, says):
     with pytest.raises(InputError, match=says):
         Certificate(certificate=folder / name, key=None if key is None else folder / key)
 
 
-def test_certificate_and_key_may_stand_in_one_file(folder):
+def test_certificate_and_key_may_be_in_one_file(folder):
     assert Certificate(certificate=folder / "both.pem").key is None
 
 
@@ -70,7 +70,7 @@ def test_certificate_and_key_may_stand_in_one_file(folder):
 def join(curling, monkeypatch):
     """Run `curling join` for anna's team in a host's match."""
     monkeypatch.setenv("CURLING_PASSWORD", PASSWORDS["anna"])
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
     def run(host: WebHost, *words: str | Path, url: str | None = None):
         options = ["--match", host.hosting.game_id, "--user", "anna", "--player", "draw"]
@@ -117,5 +117,5 @@ def test_a_host_without_https_is_no_host_with_it(join):
         (["--certificate", "c.pem", "--http", "0"], "c.pem: cannot be read"),
     ],
 )
-def test_a_host_says_which_options_do_not_fit(words, says, curling):
+def test_a_host_reports_options_that_do_not_fit(words, says, curling):
     assert says in curling("host", "--team0", "draw", "--team1", "draw", *words).complaint

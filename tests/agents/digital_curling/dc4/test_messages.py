@@ -1,4 +1,4 @@
-"""Version 4 in the words of version 3, and back."""
+"""Conversion of version 4 to version 3, and back."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ THROUGH = ShotMessage(velocity=Point(0.4, 3.9), rotation="cw")
 
 
 def state(**changes) -> State4:
-    """The first state of a game, as its server tells it."""
+    """Return the first state of a game, as sent by its server."""
     nowhere = [{"x": 0, "y": 0}] * 8
-    told = {
+    reported = {
         "winner_team": None,
         "end_number": 0,
         "team_shot_number": 0,
@@ -51,7 +51,7 @@ def state(**changes) -> State4:
         "score": {"team0": [0, 0, 0], "team1": [0, 0, 0]},
         **changes,
     }
-    return checked(told, State4)
+    return checked(reported, State4)
 
 
 def shot(speed=2.4, angle=math.pi / 2, spin=math.pi / 2):
@@ -69,7 +69,7 @@ def test_the_first_state_is_a_game_that_begins():
     assert now.stones.team0 == [None] * 8
 
 
-def test_a_stone_at_the_origin_is_none():
+def test_a_stone_at_the_origin_is_absent():
     places = [{"x": 0.1, "y": 38.0}, {"x": 0.0, "y": 0.0}, {"x": 0.0, "y": 36.2}]
     update = Reader4().read(
         state(stone_coordinate={"data": {"team0": places, "team1": []}}, total_shot_number=4)
@@ -93,7 +93,7 @@ def test_two_states_after_an_end_are_one_update():
     assert (update.state.end, update.state.hammer, update.next_team) == (1, "team0", "team1")
 
 
-def test_what_was_told_before_says_nothing_new():
+def test_repeated_states_give_no_update():
     reader = Reader4()
     assert reader.read(state()) is not None
     assert reader.read(state(total_shot_number=1, next_shot_team="team1")) is not None
@@ -152,7 +152,7 @@ def test_a_move_is_the_same_after_its_way_through_version_4(x, y, rotation):
 
 
 def test_a_whole_game_reads_in_version_4_as_in_version_3():
-    """Every position of a hosted game, told by version 4 and read again, is the game."""
+    """Every position of a hosted game, sent in version 4 and read back, is the game."""
     game = HostedGame(
         HostSetting(ice=load_ice("fcv1"), ends=2, rule_name="dc4_server", seed=3),
         ("a", "b"),
@@ -161,9 +161,9 @@ def test_a_whole_game_reads_in_version_4_as_in_version_3():
     reader = Reader4()
     while not game.is_over:
         last = None if not game.shots else shot_of(DRAW)
-        told = state_of(game.update, game.names, last_move=last, clocks=game.clocks)
-        assert told["shot_number"] == told["team_shot_number"]
-        update = reader.read(checked(json.loads(json.dumps(told)), State4))
+        reported = state_of(game.update, game.names, last_move=last, clocks=game.clocks)
+        assert reported["shot_number"] == reported["team_shot_number"]
+        update = reader.read(checked(json.loads(json.dumps(reported)), State4))
         assert update is not None
         seen = game_of(update.state, game.setting.rules, game.game.lines)
         assert seen.line_score == game.game.line_score
@@ -172,8 +172,8 @@ def test_a_whole_game_reads_in_version_4_as_in_version_3():
         assert seen.end.hammer is game.game.end.hammer
         assert [s[:2] for s in seen.end.stones] == [s[:2] for s in game.game.end.stones]
         game.shoot(DRAW if len(game.shots) % 2 else THROUGH, 1.0)
-    told = state_of(game.update, game.names, last_move=None, clocks=game.clocks)
-    assert told["winner_team"] == game.result["winner"]
+    reported = state_of(game.update, game.names, last_move=None, clocks=game.clocks)
+    assert reported["winner_team"] == game.result["winner"]
 
 
 JSON = st.recursive(
@@ -186,9 +186,9 @@ JSON = st.recursive(
 @given(st.lists(st.tuples(st.sampled_from(sorted(State4.__struct_fields__)), JSON), max_size=3))
 def test_a_damaged_state_is_read_or_refused(damage):
     problem, reader = "", Reader4()
-    told = msgspec.to_builtins(state()) | dict(damage)
+    reported = msgspec.to_builtins(state()) | dict(damage)
     try:
-        reader.read(checked(told, State4))
+        reader.read(checked(reported, State4))
     except InputError as error:
         problem = str(error)
     assert "\n" not in problem

@@ -1,4 +1,6 @@
-"""Version 4 over HTTP: our client against our host, strange requests, and the page to watch on."""
+"""Version 4 over HTTP: our client against our host, strange requests, and the page for
+spectators.
+"""
 
 from __future__ import annotations
 
@@ -27,8 +29,8 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    """Nobody watches the end of these games, but one page, which asks each second."""
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.05)
+    """Skip the wait at the end: only one page watches these games, and it asks each second."""
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.05)
 
 
 # --- whole games ----------------------------------------------------------------------------------
@@ -92,7 +94,7 @@ def test_states_come_as_the_protocol_has_them():
     assert thrown["shot_angle"] == pytest.approx(SHOT["shot_angle"], abs=0.02)
 
 
-def test_who_comes_back_is_told_of_the_end_so_far():
+def test_a_returning_client_gets_the_end_up_to_now():
     with WebHost(None, DrawPlayer()) as host:
         host.take_seat()
         first = Stream(host)
@@ -102,11 +104,11 @@ def test_who_comes_back_is_told_of_the_end_so_far():
                 host.ask("/shots", SHOT, **host.match)
         first.close()
         again = Stream(host)
-        told = again.events()
-        kinds = [next(told) for _ in range(5)]
+        reported = again.events()
+        kinds = [next(reported) for _ in range(5)]
         assert [kind for kind, _ in kinds] == [*["state_update"] * 4, "latest_state_update"]
         assert [state["total_shot_number"] for _, state in kinds] == [0, 1, 2, 3, 4]
-        finish(host, told)
+        finish(host, reported)
         again.close()
 
 
@@ -118,7 +120,7 @@ def finish(host: WebHost, events) -> None:
             host.ask("/shots", SHOT, **host.match)
 
 
-def test_what_is_none_of_a_clients_business_is_refused():
+def test_requests_that_a_client_may_not_make_are_refused():
     with WebHost(None, DrawPlayer()) as host:
         seat = {**host.match, "expected_match_team_name": "team0"}
         assert host.ask("/store-team-config", TEAM, None, **seat)[0] == 401
@@ -162,7 +164,7 @@ def test_a_shot_out_of_turn_is_refused():
             assert host.ask("/shots", SHOT, user, **host.match)[0] == 200
 
 
-def test_whose_time_is_up_has_lost():
+def test_a_team_whose_time_is_up_loses():
     with WebHost(None, DrawPlayer(), thinking_time=0.3) as host:
         host.take_seat()
         stream = Stream(host)
@@ -245,7 +247,7 @@ def test_a_url_needs_a_match_and_a_user(words, says, curling, monkeypatch):
     assert says in curling("join", "http://127.0.0.1:9", "--player", "draw", *words).complaint
 
 
-def test_a_password_that_is_refused_is_said(curling, monkeypatch):
+def test_a_refused_password_is_reported(curling, monkeypatch):
     monkeypatch.setenv("CURLING_PASSWORD", "wrong")
     with WebHost(None, DrawPlayer(), thinking_time=1.0) as host:
         options = ["--match", host.hosting.game_id, "--user", "anna", "--player", "draw"]
@@ -260,9 +262,9 @@ def test_a_password_that_is_refused_is_said(curling, monkeypatch):
 
 def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
     # Every break lasts longer than the other team thinks, so that all its shots fall into one.
-    monkeypatch.setattr("agents.digital_curling.dc4.join.PAUSE", 0.3)
+    monkeypatch.setattr("agents.digital_curling.dc4.join.RETRY_DELAY", 0.3)
     # The last break may come with the end of the game; the host must still be there then.
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 2.0)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 2.0)
     real = Connection4.states
 
     def until_own_shot(self):
@@ -283,7 +285,7 @@ def test_a_stream_that_breaks_off_is_taken_up_again(monkeypatch):
 
 
 def test_the_page_follows_the_game(page, monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 3.0)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 3.0)
     with WebHost(None, DrawPlayer()) as host:
         page.goto(host.url)
         assert "when both teams are connected" in page.inner_text("body")

@@ -23,7 +23,7 @@ SHOT = {"translational_velocity": 2.39, "shot_angle": 1.5167, "angular_velocity"
 
 @pytest.fixture(autouse=True)
 def no_farewell(monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.dc4.web_host.FAREWELL", 0.3)
+    monkeypatch.setattr("agents.digital_curling.dc4.web_host.RESULT_SECONDS", 0.3)
 
 
 @pytest.fixture
@@ -44,7 +44,7 @@ def socket():
 
 
 def told(connection: ClientConnection):
-    """The messages until the host hangs up."""
+    """Return the messages until the host closes the connection."""
     try:
         while True:
             yield json.loads(connection.recv(timeout=120))
@@ -52,7 +52,7 @@ def told(connection: ClientConnection):
         return
 
 
-def test_a_game_over_websockets_is_told_as_by_server_sent_events(socket):
+def test_a_game_over_websockets_has_the_same_events_as_server_sent_events(socket):
     with WebHost(None, DrawPlayer(), rule_name=RULES, ends=1) as host:
         host.take_seat()
         # Its stream is what makes the team ready, as the stream of events does.
@@ -74,7 +74,7 @@ def test_a_game_over_websockets_is_told_as_by_server_sent_events(socket):
     assert seen[-1]["payload"]["winner_team"] == host.game.result["winner"]
 
 
-def test_who_may_not_listen_is_refused_before_the_connection_is_made(socket):
+def test_unauthorised_listeners_are_refused_before_the_connection(socket):
     with WebHost(None, DrawPlayer(), thinking_time=0.5) as host:
         host.take_seat()
         for team, user, match, status in [

@@ -33,7 +33,7 @@ TEAM = {"use_default_config": True, "team_name": "by hand", "player1": {}, "play
 
 
 class WebHost(HostThread):
-    """A host of version 4 in a thread of its own."""
+    """Host of version 4 in a separate thread."""
 
     def __init__(
         self, *players: Player | None, certificate: Certificate | None = None, **changes: Any

@@ -1,4 +1,4 @@
-"""A client's seat without a network: whatever comes, in whatever pieces."""
+"""A client's seat without a network: any input, in any pieces."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ BAD = [
 
 
 class Deaf:
-    """Takes whatever is written."""
+    """Writer that accepts anything."""
 
     def __init__(self) -> None:
         self.written = b""
@@ -60,7 +60,7 @@ class Deaf:
 
 
 def decided(pieces: list[bytes], *, left: float = 30.0, hangs_up: bool = True) -> Turn | str:
-    """The turn of a client that sends these pieces, or why it lost its seat or its time."""
+    """Return the turn of a client that sends these pieces, or why it lost its seat or its time."""
 
     async def run() -> Turn | str:
         reader = asyncio.StreamReader(limit=65536)

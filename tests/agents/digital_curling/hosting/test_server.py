@@ -44,7 +44,7 @@ def setting(**changes: Any) -> HostSetting:
 
 
 class Host(HostThread):
-    """A host in a thread of its own; clients are in the others.
+    """Host in a separate thread; clients are in the others.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class Host(HostThread):
 
 
 class Wire:
-    """A client by hand."""
+    """Client by hand."""
 
     def __init__(self, port: int, *, ready: bool = True) -> None:
         self.socket = socket.create_connection(("127.0.0.1", port), timeout=120)
@@ -94,7 +94,7 @@ class Wire:
         return json.loads(line) if line else {"cmd": "gone"}
 
     def until(self, cmd: str, **wanted: Any) -> dict[str, Any]:
-        """The next message of that kind with these fields."""
+        """Return the next message of that kind with these fields."""
         while True:
             message = self.hear()
             assert cmd == "gone" or message["cmd"] != "gone", "the host hung up"
@@ -112,7 +112,7 @@ def joined(port: int, player: Player, **settings: Any) -> tuple[Client, threadin
 
 
 def played_here(players, *, ends: int, seed: int, ice="fcv1"):
-    """The game as `curling play` plays it: the match itself, without any wire."""
+    """Play the game as `curling play` does: the match itself, without any network."""
     simulator = GameSimulator(
         ice,
         rules=rule_set("digital_curling", ends=ends),
@@ -166,7 +166,7 @@ def test_a_search_that_joins_plays_as_it_does_here():
 
 
 def test_join_and_host_are_two_commands(tmp_path):
-    """Two processes: the host says its port on stderr, and the client goes there."""
+    """Two processes: the host prints its port on stderr, and the client connects to it."""
     curling = [sys.executable, "-m", "curling_env.commands.cli"]
     words = ["host", "--team0", "draw", "--port", "0", "--ends", "1", "--seed", "3"]
     host = subprocess.Popen(
@@ -202,7 +202,7 @@ def test_join_and_host_are_two_commands(tmp_path):
 
 
 def check_logs(folder: Path, deliveries) -> None:
-    """The logs have what Digital Curling's viewers read."""
+    """Check that the logs have the fields that Digital Curling's viewers read."""
     entries = [json.loads(line) for line in (folder / "game.dcl2").read_text().splitlines()]
     assert {entry["tag"] for entry in entries} == {"gam"}
     assert [entry["id"] for entry in entries] == list(range(len(entries)))
@@ -223,7 +223,7 @@ def check_logs(folder: Path, deliveries) -> None:
 
 
 def check_trajectory(trajectory, played, before, after) -> None:
-    """A path begins at the hack and ends where the stones lie."""
+    """Check that a path begins at the hack and ends at the stones' places."""
     team, slot = f"team{played.shot.team.value}", played.shot.number // 2
     thrown = trajectory["start"][team][slot]
     assert thrown["position"] == pytest.approx({"x": 0.0, "y": 0.0}, abs=1e-9)
@@ -253,7 +253,7 @@ def play_on(wire: Wire, team: str) -> dict[str, Any]:
     return last
 
 
-def test_bad_lines_are_dropped_and_the_game_goes_on():
+def test_bad_lines_are_dropped_and_the_game_continues():
     with Host(None, DrawPlayer()) as host, Wire(host.ports[0]) as wire:
         wire.until("update", next_team="team0")
         for line in (
@@ -280,7 +280,7 @@ def test_too_many_bad_lines_lose_the_game_for_who_sends_them():
     assert "too many bad lines" in host.remarks[-1]
 
 
-def test_a_flood_out_of_turn_costs_nobody_else_the_game():
+def test_a_flood_out_of_turn_does_not_stop_the_game():
     with Host(None, None) as host, Wire(host.ports[0]) as calm, Wire(host.ports[1]) as flood:
         calm.until("update", next_team="team0")
         flood.say(b'{"cmd":"move","move":{"type":"concede"}}\n' * 2000)
@@ -290,7 +290,7 @@ def test_a_flood_out_of_turn_costs_nobody_else_the_game():
 
 
 @pytest.mark.parametrize("when", ["its turn", "the other's turn"])
-def test_who_hangs_up_loses(when):
+def test_a_client_that_disconnects_loses(when):
     with Host(None, None) as host, Wire(host.ports[0]) as leaving, Wire(host.ports[1]) as staying:
         leaving.until("update", next_team="team0")
         if when == "the other's turn":
@@ -314,7 +314,7 @@ def test_a_line_without_end_loses_the_seat():
     assert host.game.result == {"winner": "team1", "reason": "concede"}
 
 
-def test_whose_time_is_up_has_lost():
+def test_a_team_whose_time_is_up_loses():
     with Host(None, DrawPlayer(), thinking_time=0.3) as host, Wire(host.ports[0]) as wire:
         wire.until("update", next_team="team0")
         begin = time.perf_counter()
@@ -342,8 +342,8 @@ def test_a_clock_runs_only_for_the_team_to_throw():
         assert over["state"]["game_result"] == {"winner": "team0", "reason": "concede"}
 
 
-def test_a_client_that_is_none_makes_room(monkeypatch):
-    monkeypatch.setattr("agents.digital_curling.hosting.seats.GREETING_PATIENCE", 0.2)
+def test_a_client_that_is_refused_makes_room(monkeypatch):
+    monkeypatch.setattr("agents.digital_curling.hosting.seats.GREETING_TIMEOUT", 0.2)
     with Host(None, DrawPlayer()) as host:
         for words in (b"GET / HTTP/1.1\r\n\r\n", b"", b'{"cmd":"ready_ok"}\n'):
             with Wire(host.ports[0], ready=False) as stranger:
@@ -387,7 +387,7 @@ def test_an_order_names_each_player_once(order):
                 break
 
 
-def test_a_port_that_is_taken_is_said(curling):
+def test_a_port_in_use_is_reported(curling):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
         # In a thread: the browser of other tests leaves an event loop running in this one.

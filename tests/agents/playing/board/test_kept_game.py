@@ -1,4 +1,4 @@
-"""A game between a person and a player, kept as its throws."""
+"""A game between a person and a player, stored as its throws."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ def test_an_end_against_greedy_is_the_same_when_it_is_played_again():
         list(table(replace(game, throws=(*game.throws, DRAW))).played())
 
 
-def test_what_is_kept_is_what_was_played():
+def test_the_stored_throws_are_the_played_ones():
     kept, (first, *_) = through(KeptGame(seed=1, person=Team.HOME))
     thrown = first.shot.call.throw
     assert thrown == kept.throws[0]
@@ -62,7 +62,7 @@ def test_what_is_kept_is_what_was_played():
     assert first.shot.thrown != first.shot.call.throw  # club players scatter
 
 
-def test_whoever_has_no_hammer_throws_first():
+def test_the_team_without_the_hammer_throws_first():
     for seed in (0, 1):
         game = KeptGame(seed=seed, person=Team.HOME)
         here = table(game)

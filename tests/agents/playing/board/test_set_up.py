@@ -1,4 +1,4 @@
-"""Positions laid out by hand."""
+"""Positions placed by hand."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def game_of(position: Position):
 
 
 @pytest.mark.parametrize("direction", list(Direction))
-def test_a_position_goes_on_as_it_lies(direction):
+def test_a_position_continues_unchanged(direction):
     d = int(direction)
     stones = laid((d * 0.3, d * TEE_Y, "home"), (0.0, d * (TEE_Y - 3), "away"))
     position = Position(stones=stones, direction=direction, delivered=9, ends_left=3, score=(2, 4))
@@ -50,7 +50,7 @@ def test_a_position_goes_on_as_it_lies(direction):
         (Position(delivered=16), "expected 0 to 15 delivered stones, got 16"),
     ],
 )
-def test_what_cannot_lie_there_is_refused(position, complaint):
+def test_impossible_positions_are_refused(position, complaint):
     with pytest.raises(InputError, match=complaint):
         game_of(position)
 

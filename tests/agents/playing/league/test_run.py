@@ -1,4 +1,4 @@
-"""A league: ends between generations, what they learn, and the file that plays."""
+"""A league: ends between generations, their learning, and the file of the player."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_a_league_taken_up_again_ends_as_one_that_was_not_stopped(
         run_league(tmp_path, replace(TINY, seed=1))
 
 
-def test_it_says_how_a_generation_did_against_past_selves(tmp_path: Path) -> None:
+def test_it_reports_the_result_of_a_generation_against_earlier_ones(tmp_path: Path) -> None:
     said: list[str] = []
     settings = replace(TINY, generations=(1, 1), past=1.0, epochs=1, tried=6)
     run_league(tmp_path, settings, report=said.append)
@@ -70,7 +70,9 @@ def test_it_says_how_a_generation_did_against_past_selves(tmp_path: Path) -> Non
 
 
 def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
-    """Minus the log of what was said of the scores that came, over the last third of an end."""
+    """Return minus the log of the predicted probability of the actual scores, over the last third
+    of an end.
+    """
     score = np.clip(ends.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
     said = [
         network.score_probabilities(
@@ -82,7 +84,7 @@ def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
 
 
 def scattered(n: int, rng: np.random.Generator) -> PlayedEnds:
-    """PlayedEnds of stones that come to lie by chance, and are not moved again."""
+    """Return PlayedEnds of stones at random places that do not move again."""
     stones, seen = np.full((n, SLOTS, 2), np.nan), []
     for delivered in range(SLOTS):
         stones[:, SLOTS // 2 * (1 - delivered % 2) + delivered // 2] = rng.normal(0, 1, (n, 2))
@@ -99,7 +101,7 @@ def taught(ends: PlayedEnds) -> ValueNetwork:
     return fit_value_network(Lines(), lessons_of(ends), rng, layers=TINY.layers, epochs=12)
 
 
-def test_positions_tell_how_ends_will_be_scored_and_chance_does_not() -> None:
+def test_positions_predict_the_score_of_ends_better_than_chance() -> None:
     rng = np.random.default_rng(0)
     known, unseen = scattered(512, rng), scattered(256, rng)
     shuffled = known._replace(score=rng.permutation(known.score))

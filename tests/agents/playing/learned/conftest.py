@@ -14,7 +14,7 @@ from agents.playing.learned.network import SIZES
 
 
 class Called(NamedTuple):
-    """What was seen, which shots there were, which was called, and its throw."""
+    """Observations, possible shots, the called one, and its throw."""
 
     observations: np.ndarray
     masks: np.ndarray
@@ -42,7 +42,7 @@ def called() -> Called:
 
 @pytest.fixture(scope="package")
 def network() -> ShotNetwork:
-    """A network that has learnt nothing."""
+    """Return an untrained network."""
     rng = np.random.default_rng(1)
     layers = {
         name: (

@@ -1,4 +1,4 @@
-"""Lessons hold what every shot is worth, left and right may change, and a network copies them."""
+"""Lessons have the value of every shot, may be mirrored, and a network learns them."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_mirror_exchanges_left_and_right(lessons):
         np.testing.assert_array_equal(other.expected[:, right], lessons.expected[:, left])
 
 
-def test_what_is_seen_tells_whose_stones_count_and_which_shots_there_are(lessons, called):
+def test_the_input_has_counting_stones_and_existing_shots(lessons, called):
     seen = features_of(called.observations, lessons.once)
     assert all(np.isfinite(part).all() for part in seen)
     lying = np.isfinite(positions_of(called.observations)[..., 0])

@@ -1,4 +1,4 @@
-"""The network that calls shots: its file, what it may call, and what it learns."""
+"""The network that calls shots: its file, its possible calls, and its learning."""
 
 from __future__ import annotations
 
@@ -70,7 +70,7 @@ def test_a_file_gives_the_network_back_and_others_are_refused(network, called, t
         ShotNetwork.load(tmp_path / "nan.npz")
 
 
-def test_a_player_calls_what_the_network_calls_in_the_environment(network):
+def test_a_player_makes_the_same_calls_as_the_network_in_the_environment(network):
     env = gymnasium.make("CurlingEnd-v0", opponent="rulebased", actions="shots").unwrapped
     player = LearnedPlayer(network)
     observation, info = env.reset(seed=3)

@@ -1,4 +1,4 @@
-"""What shots are worth by simulation agrees with the rules and with playing on."""
+"""Values of shots by simulation agree with the rules and with further play."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def test_the_hand_of_the_environment_counts(env):
     np.testing.assert_array_equal(unsure.once, sure.once)
 
 
-def test_what_is_kept_of_an_ice_does_not_go_with_a_copy(env):
+def test_the_cache_of_an_ice_is_not_copied(env):
     values, views = ShotValues(), views_of(before_the_last_stone(env, ONE_IN_THE_HOUSE))
     found = values.once(views)
     np.testing.assert_array_equal(pickle.loads(pickle.dumps(values)).once(views), found)

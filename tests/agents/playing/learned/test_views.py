@@ -1,4 +1,4 @@
-"""The positions of observations are those that were observed, and their ice is as slow as told."""
+"""Views have the observed positions and the observed friction."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from curling_env.errors import InputError
 from curling_env.ice import load_ice
 
 
-def test_a_view_has_the_stones_and_the_order_of_what_was_observed():
+def test_a_view_has_the_observed_stones_in_order():
     env = gymnasium.make("CurlingEnd-v0", opponent="rulebased", actions="shots").unwrapped
     rng = np.random.default_rng(2)
     observation, info = env.reset(seed=5)
@@ -34,7 +34,7 @@ def test_a_view_has_the_stones_and_the_order_of_what_was_observed():
     assert met > 10
 
 
-def test_the_ice_of_a_view_is_as_slow_as_the_observation_tells():
+def test_the_ice_of_a_view_has_the_observed_friction():
     env = gymnasium.make("CurlingEnd-v0", actions="shots", ice="club")
     observation, _ = env.reset(seed=1)
     (view,) = views_of(observation[None])

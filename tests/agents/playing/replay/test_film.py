@@ -1,4 +1,4 @@
-"""A recorded game as a film: every stone where the record says, at its heading, and complete."""
+"""A recorded game as a film: every stone at its recorded place and heading, and complete."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def record(tmp_path_factory):
 
 
 def nearest(scene, stone):
-    """The stone of a scene that lies where the record has one; paths are kept to a millimetre."""
+    """Return the stone of a scene at a recorded place; paths are stored to a millimetre."""
     gap, drawn = min(
         ((np.hypot(s.x - stone["x"], s.y - stone["y"]), s) for s in scene.stones),
         key=lambda pair: pair[0],
@@ -108,7 +108,7 @@ def test_the_command_writes_the_page_too(record, curling, tmp_path):
         (("-o", "game.mp4", "--ice", "no-such-ice"), "no-such-ice"),
     ],
 )
-def test_what_makes_no_sense_is_refused_and_leaves_no_file(
+def test_invalid_values_are_refused_and_leave_no_file(
     record, curling, tmp_path, monkeypatch, arguments, word
 ):
     monkeypatch.chdir(tmp_path)

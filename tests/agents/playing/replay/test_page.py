@@ -1,4 +1,4 @@
-"""The replay page in a real browser: what a person sees is what the record says."""
+"""The replay page in a real browser shows the record."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def scrub(page, place: float) -> None:
 
 
 def colours_at(page, places, direction: int) -> np.ndarray:
-    """Colours of the picture of the house a third of a radius beside points of the sheet, RGB."""
+    """Return colours of the picture of the house a third of a radius beside points of the sheet,
+    RGB.
+    """
     # Beside the middle, where the handle's bar is not, in four directions: one is free of it.
     return np.array(
         page.evaluate(
@@ -67,7 +69,7 @@ def pictured(page) -> str:
     return page.eval_on_selector("#house", "canvas => canvas.toDataURL()")
 
 
-def test_every_stone_lies_where_the_record_has_it_in_its_teams_colour(opened):
+def test_every_stone_is_at_its_recorded_place_in_its_teams_colour(opened):
     page, lines = opened
     throws = lines[1:-1]
     looked_at = 0
@@ -126,7 +128,7 @@ def test_scrubbing_and_keys_move_the_stones(opened):
     assert 9.0 < float(split.removesuffix(" s")) < 20.0
 
 
-def test_it_plays_by_itself_and_stands_still_when_stopped(opened):
+def test_it_plays_automatically_and_freezes_when_stopped(opened):
     page, _ = opened
     scrub(page, 2.0)
     before = float(page.input_value("#place"))

@@ -8,7 +8,7 @@ from agents.playing import SLOTS
 
 
 def positions(rng, n, delivered):
-    """Positions in which stones lie anywhere in play, none upon another."""
+    """Return positions with stones anywhere in play, without overlaps."""
     stones = np.full((n, SLOTS, 2), np.nan)
     for position in stones:
         for slot in [8 + k for k in range((delivered + 1) // 2)] + list(range(delivered // 2)):

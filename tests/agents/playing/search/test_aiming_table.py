@@ -46,7 +46,7 @@ def test_the_table_finds_draws_and_hits(ice, direction, delivery):
                 assert abs(hits[k, 1] - there.angle) * -delivery.start_y < 0.03
 
 
-def test_what_cannot_be_reached_is_no_shot():
+def test_unreachable_targets_give_no_shot():
     table = AimingTable(load_ice("standard"), Direction.AWAY)
     far = table.draws(np.array([0.0, 9.0, 0.0]), np.array([12.0, 0.0, 0.0]), 1.5)
     assert np.isnan(far[:2]).all()

@@ -1,4 +1,4 @@
-"""What positions are worth, by the network and the ends to come."""
+"""Values of positions, by the network and the ends to come."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_chances_to_win_are_those_of_curling(evaluator):
     assert evaluator.game_odds.with_hammer(-3, 1) < 0.1
 
 
-def test_the_network_knows_what_counts(evaluator):
+def test_the_network_values_counting_stones(evaluator):
     """Before the last stone, of a stone alone on the button and of one that is the opponent's."""
     worth = evaluator.game_odds.by_score(0, 4)
     stones = np.full((3, SLOTS, 2), np.nan)
@@ -40,7 +40,7 @@ def test_the_network_knows_what_counts(evaluator):
     assert points[0] - points[1] > early[0] - early[1]
 
 
-def test_what_the_network_sees_does_not_depend_on_the_order_of_stones(evaluator):
+def test_the_networks_input_does_not_depend_on_the_order_of_stones(evaluator):
     rng = np.random.default_rng(2)
     stones = positions(rng, 20, 12)
     shuffled = stones.copy()
@@ -55,8 +55,9 @@ def test_what_the_network_sees_does_not_depend_on_the_order_of_stones(evaluator)
 
 
 def test_stones_that_the_opponent_piled_up_are_bad_news(evaluator):
-    """Four counting stones of the opponent's and one to come: no team of the network's own kind
-    leaves that, and a network that has not seen it takes it for a good house."""
+    """Four counting stones of the opponent's and one to come: a position that no team like the
+    network leaves, and that an untrained network takes for a good house.
+    """
     stones = np.full((1, SLOTS, 2), np.nan)
     stones[0, 8:12] = [(0.0, -0.1), (0.15, 0.35), (0.13, -0.45), (-0.55, 0.2)]
     stones[0, :4] = [(0.8, 0.3), (-0.8, -1.0), (1.2, -0.9), (-0.6, -2.3)]

@@ -1,4 +1,4 @@
-"""How sure a search is of its ice."""
+"""Uncertainty of the ice in a search."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from agents.playing.search.ice_error import curl_error, friction_error, ice_error
-from agents.playing.search.tuning import CHANGING_ICE_ERROR, LEAST_ERROR
+from agents.playing.search.tuning import CHANGING_ICE_ERROR, MIN_ERROR
 from curling_env.game import TYPICAL_EVOLUTION, GameSimulator
 from curling_env.ice import load_ice
 
@@ -21,7 +21,7 @@ def view_of(**settings):
 
 
 def measured(sigma: float, *, curl: float = 0.0, observed: slice = slice(None)):
-    """The standard ice, as if it had been measured with these relative errors."""
+    """Return the standard ice, as if it had been measured with these relative errors."""
     friction = STANDARD.friction
     seen = np.zeros_like(friction.observed)
     seen[:, observed] = True
@@ -38,7 +38,7 @@ def measured(sigma: float, *, curl: float = 0.0, observed: slice = slice(None)):
 
 
 def test_on_ice_that_is_known_and_stays_there_is_next_to_none():
-    np.testing.assert_allclose(ice_error(view_of(), 2.0), LEAST_ERROR)
+    np.testing.assert_allclose(ice_error(view_of(), 2.0), MIN_ERROR)
 
 
 def test_ice_that_changes_is_less_sure():
@@ -46,20 +46,20 @@ def test_ice_that_changes_is_less_sure():
     assert (changing >= CHANGING_ICE_ERROR).all()
 
 
-def test_measured_ice_is_as_sure_as_its_map_says():
+def test_the_uncertainty_of_measured_ice_is_that_of_its_map():
     error = ice_error(view_of(known_ice=measured(0.01, curl=0.01)), 2.0)
     # 1 % of the friction of a stretch are 0.46 % on the whole way, and that 0.23 % of the speed; a
     # hundredth of 1.2 m of curl over 28.3 m.
-    assert error[0] == pytest.approx(np.hypot(0.0046, LEAST_ERROR[0]), rel=0.01)
-    assert error[1] == pytest.approx(np.hypot(0.012 / 28.35, LEAST_ERROR[1]), rel=0.01)
-    assert error[2] == LEAST_ERROR[2]
+    assert error[0] == pytest.approx(np.hypot(0.0046, MIN_ERROR[0]), rel=0.01)
+    assert error[1] == pytest.approx(np.hypot(0.012 / 28.35, MIN_ERROR[1]), rel=0.01)
+    assert error[2] == MIN_ERROR[2]
     surer = ice_error(view_of(known_ice=measured(0.002)), 2.0)
     assert surer[0] < error[0] / 3.5
 
 
 def test_a_poor_map_counts_no_more_than_changing_ice():
     poor = ice_error(view_of(known_ice=measured(0.2, curl=0.9)), 2.0)
-    np.testing.assert_allclose(poor[:2], np.hypot(CHANGING_ICE_ERROR, LEAST_ERROR)[:2])
+    np.testing.assert_allclose(poor[:2], np.hypot(CHANGING_ICE_ERROR, MIN_ERROR)[:2])
 
 
 def test_cells_that_no_stone_crossed_do_not_count_where_others_were_measured():
@@ -68,6 +68,6 @@ def test_cells_that_no_stone_crossed_do_not_count_where_others_were_measured():
     assert friction_error(measured(0.02, observed=slice(0, 0))) == pytest.approx(25 * one)
 
 
-def test_a_curl_whose_error_is_not_told_counts_none():
+def test_a_curl_without_sigma_has_no_error():
     assert curl_error(STANDARD) == 0.0
     assert curl_error(load_ice("paper")) == 0.0

@@ -1,4 +1,4 @@
-"""The worth of a throw, from all simulations near it."""
+"""Value of a throw, from all simulations near it."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def test_kernel_regression_finds_the_mean_of_a_known_worth():
 
 
 @pytest.mark.parametrize("tails", [3.0, np.inf])
-def test_throws_nearby_tell_of_a_throw_also_with_tails_and_a_correlation(tails):
+def test_nearby_throws_are_evidence_on_a_throw_also_with_tails_and_a_correlation(tails):
     skill = Skill(name="own", sigma_speed=0.02, sigma_angle=0.003, sigma_spin=0.1, tails=tails,
                   correlation=0.7)  # fmt: skip
     sigma = np.array([0.02, 0.003, 0.1])
@@ -51,7 +51,7 @@ def test_throws_nearby_tell_of_a_throw_also_with_tails_and_a_correlation(tails):
     assert np.all(np.abs(mean - truth) < 4 * error)
 
 
-def test_handles_tell_nothing_of_each_other():
+def test_handles_are_independent():
     tried = np.array([[2.0, 0.0, 1.5], [2.0, 0.0, -1.5]])
     executed = np.repeat(tried, 10, axis=0)
     worth = np.repeat([0.2, 0.8], 10)

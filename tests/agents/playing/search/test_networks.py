@@ -1,4 +1,4 @@
-"""Which of the package's networks values which games."""
+"""Choice of the package's network for a game."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from curling_env.ice import load_ice
 
 
 def learnt_for(rules: str, ice: str) -> str:
-    """The name of the network that values these games."""
+    """Return the name of the network for these games."""
     chosen = network_for(rule_set(rules), load_ice(ice))
     return next(
         known.name
@@ -49,7 +49,7 @@ def test_a_player_may_bring_its_own():
 
 
 @pytest.mark.parametrize("known", NETWORKS, ids=[known.name for known in NETWORKS])
-def test_every_network_knows_what_counts_with_one_stone_to_come(known):
+def test_every_network_values_counting_stones_with_one_stone_to_come(known):
     rules, ice = rule_set(known.rules), load_ice(known.ice)
     lines = rules.lines(width=ice.sheet.width, stone_radius=ice.stone.radius)
     stones = np.full((2, SLOTS, 2), np.nan)

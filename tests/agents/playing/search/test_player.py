@@ -1,4 +1,4 @@
-"""The player that searches: what it judges by, what it thinks of, and what it chooses."""
+"""The player that searches: its values, its candidates, and its choices."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def view_of(stones, *, delivered=15, lead=0, ends_left=4, skill="elite", seed=1)
 
 
 def played(view: PlayerView, call, trials=40):
-    """Games after the call, with other luck each time."""
+    """Return games after the call, with other random errors each time."""
     simulator = GameSimulator(rules=FOURS, skills=view.skill, ice_evolution=NO_EVOLUTION)
     return [simulator.play(GameState(game=view.game, seed=900 + k), call) for k in range(trials)]
 
@@ -83,7 +83,7 @@ def away(number, x, y):
 
 
 def test_an_open_hit_for_three_is_taken_instead_of_a_draw_for_one(player):
-    """Two own stones lie second and third behind one of the opponent's that stands open."""
+    """Two own stones are second and third behind an open one of the opponent's."""
     stones = [home(0, 0.7, 0.5), home(1, -0.7, 0.6), away(6, 0.0, 0.3)]
     view = view_of(stones, lead=0, ends_left=2)
     points = [after.game.line_score[-1][0] for after, _ in played(view, player.call(view))]
@@ -133,7 +133,7 @@ def test_the_same_seed_is_the_same_choice_and_another_player_object_changes_noth
 
 
 def test_it_does_not_know_its_own_luck(player):
-    """The error that the game will give the throw is none of those that the search tries."""
+    """The error that the game will give the throw is not among those that the search tries."""
     view = view_of([], delivered=15, seed=5)
     simulator = GameSimulator(rules=FOURS, skills="elite", ice_evolution=NO_EVOLUTION)
     luck = simulator.with_execution_error(
@@ -262,7 +262,7 @@ def test_a_team_that_wants_to_score_plays_no_blank(player):
         (CallingStyle(blank_cost=0.1, single_cost=0.1), 0, 3, [0, 1]),
     ],
 )
-def test_a_style_takes_from_blanks_and_single_points_what_it_says(calls, lead, ends_left, cheaper):
+def test_a_style_reduces_blanks_and_single_points_by_its_costs(calls, lead, ends_left, cheaper):
     odds = np.linspace(0, 1, len(SCORES))
     seen = calls.worth(odds, lead, ends_left, with_hammer=True)
     assert calls.worth(odds, lead, ends_left, with_hammer=False) is odds

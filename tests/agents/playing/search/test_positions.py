@@ -1,4 +1,4 @@
-"""Very many positions are ruled on and counted as one is."""
+"""Batches of positions are ruled on and counted like single ones."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a position is worth after the opponent's reply, and shots chosen by that."""
+"""Value of a position after the opponent's reply, and shots chosen by it."""
 
 from __future__ import annotations
 
@@ -11,13 +11,13 @@ import pytest
 from agents.playing import SearchPlayer, throws_before
 from agents.playing.search.player import _Search
 from agents.playing.search.reply import values_after_reply
-from agents.playing.search.tuning import REPLIES_ALWAYS, REPLY_FACTOR, REPLY_LEAST
+from agents.playing.search.tuning import MIN_REPLY_THROWS, REPLIES_ALWAYS, REPLY_FACTOR
 from curling_env.game import End, GameSimulator, GameState, PlayerView, RestingStone, Team, rule_set
 
 RULES = rule_set("world_curling_2024", ends=1)
 SIMULATOR = GameSimulator(rules=RULES, skills="elite")
 AWAY_SHOT = RestingStone(Team.AWAY, 6, 0.1, 0.2)
-"""A stone of the team without the hammer that counts and lies open."""
+"""Open counting stone of the team without the hammer."""
 BURIED = (
     RestingStone(Team.AWAY, 6, 0.0, 0.25),
     *(RestingStone(Team.AWAY, k, x, -1.1) for k, x in enumerate((-0.16, 0.16))),
@@ -66,7 +66,7 @@ def wins_of_away(stones, trials=20) -> float:
     return float(np.mean([state.game.line_score[-1][Team.AWAY] > 0 for state in after]))
 
 
-def test_a_position_is_worth_what_the_reply_leaves_of_it():
+def test_the_value_of_a_position_is_that_after_the_reply():
     assert value_for_away((AWAY_SHOT,)) == pytest.approx(wins_of_away((AWAY_SHOT,)), abs=0.2)
 
 
@@ -82,9 +82,9 @@ def test_replies_are_looked_up_before_the_last_stone_but_one():
     }
     assert looked_up[13] == looked_up[15] == 0
     assert 1000 < looked_up[14] < REPLY_FACTOR * 1000
-    few = search_at(SIMULATOR.view(state_of(stones, 14)), REPLY_LEAST // REPLY_FACTOR - 1)
+    few = search_at(SIMULATOR.view(state_of(stones, 14)), MIN_REPLY_THROWS // REPLY_FACTOR - 1)
     assert few.looked_up == 0
-    assert few.simulated < REPLY_LEAST // REPLY_FACTOR
+    assert few.simulated < MIN_REPLY_THROWS // REPLY_FACTOR
 
 
 def test_a_long_search_looks_up_replies_before_every_delivery_but_the_last():

@@ -367,7 +367,7 @@ def test_a_potential_pays_on_the_way_and_takes_back_at_the_end():
         assert reward == pytest.approx(parts["points"] + parts["potential"])
         total += parts["potential"]
     assert total == pytest.approx(-0.5)
-    assert told["reward_parts"]["potential"][0] == pytest.approx(parts["potential"], abs=0.05)
+    assert told["reward_potential"][0] == pytest.approx(parts["potential"], abs=0.05)
     half = make(potential={"of": nearest, "discount": 0.5}, hammer="opponent")
     half.reset(seed=0)
     rise = half.potential.rise(0.5, half.state.game, AGENT)

@@ -24,7 +24,7 @@ AIM = Aim(load_ice("standard"), Direction.AWAY)
 
 
 def make(**options):
-    return gymnasium.make("CurlingSheet-v0", **options).unwrapped
+    return gymnasium.make("CurlingSheet-v0", details=True, **options).unwrapped
 
 
 def throw(env, shot: Throw):

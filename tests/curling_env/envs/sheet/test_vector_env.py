@@ -138,6 +138,28 @@ def test_hits_end_as_on_single_sheets(rng):
     assert met > 10
 
 
+@pytest.mark.parametrize("knows", ["map", "mean", "nothing"])
+@pytest.mark.parametrize("stones", [0, 3])
+def test_drawn_ices_are_thrown_on_together_as_on_single_sheets(knows, stones):
+    options = {"ices": {"knows": knows}, "stones": stones, "direction": "random", "throws": 2}
+    many = make(40, autoreset_mode="SameStep", **options)
+    seen, _ = many.reset(seed=7)
+    single = gymnasium.make("CurlingSheet-v0", **options).unwrapped
+    actions = some_actions(np.random.default_rng(0), 40)
+    after, rewards, *_, info = many.step(actions)
+    same = 0
+    for k in range(40):
+        np.testing.assert_allclose(single.reset(seed=7 + k)[0], seen[k], atol=1e-12)
+        # What is known of the ice is what its file would say.
+        alike = single.ices.known_as(single.known_ice).features(single.direction)
+        np.testing.assert_allclose(single.ice_features(single.direction), alike, atol=2e-6)
+        one, reward, _, _, told = single.step(actions[k])
+        same += np.allclose(one, after[k], atol=HIT) and told["status"] == info["status"][k]
+        if not stones:
+            assert reward == pytest.approx(rewards[k], abs=1e-2)
+    assert same >= (36 if stones else 40)
+
+
 def test_a_stone_with_a_friction_of_its_own_keeps_it():
     bias = load_ice("standard").with_effect(
         ActiveEffect(name="stone_bias", parameters={"stone": 101, "factor": 1.2})

@@ -27,7 +27,7 @@ def table() -> tuple[list[str], dict[str, list[str]]]:
 
 
 def said_of(rules: RuleSet) -> dict[str, str]:
-    """What the page must say, by the beginning of its row."""
+    """Return the expected text of the page, by the beginning of its row."""
     whom = "opposition guards"
     whom += " on the centre line" if rules.centre_guards_only else ""
     whom = "every stone" if rules.no_takeout_until else whom

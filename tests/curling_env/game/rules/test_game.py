@@ -1,4 +1,4 @@
-"""A game from end to end: whose turn it is, when it is over, what is refused."""
+"""A game from end to end: turns, its end, refusals."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ def test_an_end_cannot_begin_twice_or_after_the_game():
         deliver(new_game(FOURS), Result((None,), False))
 
 
-def test_who_decides_in_mixed_doubles_may_throw_first():
+def test_the_deciding_team_of_mixed_doubles_may_throw_first():
     decides = new_game(DOUBLES, last_stone=Team.HOME)
     first, last = begin_end(decides, throw_first=True), begin_end(decides)
     assert (first.end.hammer, last.end.hammer) == (Team.AWAY, Team.HOME)
@@ -91,7 +91,7 @@ def test_a_power_play_is_the_deciding_teams_once_and_between_ends():
 @pytest.mark.parametrize(
     ("guard", "y"), [("middle", -4.115), ("near_house", -3.2), ("near_hog_line", -5.03)]
 )
-def test_the_guard_of_mixed_doubles_lies_at_one_of_three_places(guard, y):
+def test_the_guard_of_mixed_doubles_is_at_one_of_three_places(guard, y):
     stones = begin_end(new_game(DOUBLES), guard=guard).end.stones
     assert stones[0].y == pytest.approx(y)
     assert [stone.number for stone in stones] == [5, 5]
@@ -102,7 +102,7 @@ def test_the_guard_of_mixed_doubles_lies_at_one_of_three_places(guard, y):
     # The places that the server itself has, from its hack at 38.405 m before the tee.
     [(0, 35.350, 1.093), (1, 35.060, 1.087), (3, 34.145, 1.067), (5, 33.230, 1.047)],
 )
-def test_digital_curling_has_six_arrangements_of_its_own(arrangement, guard, beside):
+def test_digital_curling_has_six_arrangements(arrangement, guard, beside):
     rules = rule_set("dc4_server_mixed_doubles", arrangement=arrangement)
     game = new_game(rules, last_stone=Team.HOME)
     lying = begin_end(game).end.stones
@@ -113,7 +113,7 @@ def test_digital_curling_has_six_arrangements_of_its_own(arrangement, guard, bes
     assert [s.y + 38.405 for s in aside] == pytest.approx([guard, 38.260], abs=1e-3)
 
 
-def test_an_arrangement_that_is_none_is_refused():
+def test_an_invalid_arrangement_is_refused():
     with pytest.raises(InputError, match="0 to 5, got 6"):
         rule_set("dc4_server_mixed_doubles", arrangement=6)
 

@@ -1,4 +1,4 @@
-"""What holds for every position and every delivery, whatever the rules."""
+"""Invariants of every position and every delivery, under all rules."""
 
 from __future__ import annotations
 
@@ -133,7 +133,7 @@ def test_a_game_ends_and_every_stone_is_thrown_in_turn(rules, ends, last_stone, 
         assert len(game.line_score) == rules.ends + 2
 
 
-def test_the_last_end_stops_once_nobody_can_catch_up():
+def test_the_last_end_stops_once_no_team_can_catch_up():
     rules = rule_set("world_curling_2024", ends=1)
     game = begin_end(new_game(rules))
     # Tied before it, so all sixteen stones are thrown whatever lies there.

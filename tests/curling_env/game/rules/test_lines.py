@@ -1,4 +1,4 @@
-"""Whether a stone touches a line, to the edge of the stone."""
+"""Contact of a stone with lines, to the edge of the stone."""
 
 from __future__ import annotations
 

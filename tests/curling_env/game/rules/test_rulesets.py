@@ -1,4 +1,4 @@
-"""The sets of rules say what their books say; rules by which nobody can play are refused."""
+"""The sets of rules agree with their books; unplayable rules are refused."""
 
 from __future__ import annotations
 

@@ -12,7 +12,7 @@ LINES = Lines()
 
 
 def counted_one_by_one(places, own):
-    """Points of the own team, going outwards from the tee until a stone of the other team lies."""
+    """Count points of the own team outwards from the tee up to a stone of the other team."""
     distances = [
         (float(np.hypot(x, y)), bool(mine))
         for (x, y), mine in zip(places, own, strict=True)
@@ -52,6 +52,6 @@ def test_a_position_is_counted_for_the_team_that_scores(rng):
 
 
 @given(st.floats(0.0, 1.9), st.floats(0.0, 6.28), st.floats(0.0, 6.28))
-def test_stones_that_lie_equally_far_do_not_count(distance, turn, other):
+def test_stones_at_equal_distances_do_not_count(distance, turn, other):
     places = distance * np.array([[np.cos(turn), np.sin(turn)], [np.cos(other), np.sin(other)]])
     assert points_of(places, np.array([True, False]), LINES.reach, measure=1e-6) == 0

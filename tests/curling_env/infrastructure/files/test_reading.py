@@ -1,4 +1,4 @@
-"""Files of strangers: whatever they hold, they are refused with their place and cost little."""
+"""Untrusted files are refused with their place at little cost, whatever their content."""
 
 from __future__ import annotations
 
@@ -54,9 +54,7 @@ def test_a_pipe_is_read_to_its_end(tmp_path: Path) -> None:
     writer.join()
 
 
-def test_a_pipe_into_which_nobody_writes_is_given_up(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_pipe_without_a_writer_times_out(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     os.mkfifo(tmp_path / "pipe")
     monkeypatch.setattr(limits, "ORPHAN_PIPE_TIMEOUT", 0.1)
     with pytest.raises(InputError, match="this pipe sends nothing"):
@@ -76,7 +74,7 @@ def test_a_file_larger_than_its_limit_is_refused_unread(tmp_path: Path) -> None:
         read_text(tmp_path / "huge")
 
 
-def test_files_named_in_files_lie_below_their_folder(tmp_path: Path) -> None:
+def test_files_named_in_files_are_below_their_folder(tmp_path: Path) -> None:
     (tmp_path / "game").mkdir()
     (tmp_path / "ice.json").touch()
     (tmp_path / "game" / "ice.json").touch()
@@ -238,7 +236,7 @@ HEADER = npy(np.zeros(3))
         (packed("a.npy", b"x"), "cannot be read"),
     ],
 )
-def test_arrays_that_are_none(tmp_path: Path, content: bytes, complaint: str) -> None:
+def test_invalid_arrays_are_refused(tmp_path: Path, content: bytes, complaint: str) -> None:
     (tmp_path / "a.npz").write_bytes(content)
     with pytest.raises(InputError, match=complaint):
         read_arrays(tmp_path / "a.npz", what="a model")
@@ -314,7 +312,7 @@ def test_aliases_are_read(tmp_path: Path) -> None:
         (limits.MAX_MEMBERS, "10000 arrays"),
     ],
 )
-def test_the_limits_stand_in_the_documentation(limit: float, stated: str) -> None:
+def test_the_limits_are_in_the_documentation(limit: float, stated: str) -> None:
     text = (Path(__file__).parents[4] / "docs" / "files.md").read_text(encoding="utf-8")
     assert stated in text
     assert float(stated.split()[0]) == limit

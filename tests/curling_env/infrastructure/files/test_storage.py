@@ -1,4 +1,4 @@
-"""Results are whole or absent; every fault in an input has its place named."""
+"""Results are complete or absent; every error in an input has its place."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_full_device_is_reported_and_not_replaced() -> None:
 
 
 def test_a_full_disk_leaves_nothing(tmp_path: Path) -> None:
-    """A limit on the size of files stands in for the disk: writing fails half-way."""
+    """A limit on the size of files simulates the disk: writing fails half-way."""
     program = (
         "import resource, sys\n"
         "from curling_env.errors import OutputError\n"
@@ -139,7 +139,7 @@ def test_a_link_is_followed(tmp_path: Path) -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/stdout").exists(), reason="this system has no /dev/stdout")
-def test_what_stands_for_a_stream_is_added_to_and_never_replaced(tmp_path: Path) -> None:
+def test_names_of_streams_are_appended_to_and_never_replaced(tmp_path: Path) -> None:
     module = "curling_env.infrastructure.files.storage"
     program = f"from {module} import write_text; write_text('/dev/stdout', 'new')"
     with (tmp_path / "log").open("w") as log:
@@ -176,7 +176,7 @@ plain = st.recursive(
 
 
 @given(document=plain)
-def test_json_says_what_it_was_given(document: object) -> None:
+def test_json_contains_the_inputs(document: object) -> None:
     assert json.loads(format_json(document)) == document
 
 
@@ -230,7 +230,7 @@ def test_bad_json(tmp_path: Path, content: bytes, complaint: str) -> None:
     assert "\n" not in str(caught.value)
 
 
-def test_reading_what_is_not_there(tmp_path: Path) -> None:
+def test_reading_a_missing_file(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="no such file"):
         read_text(tmp_path / "a")
     with pytest.raises(InputError, match="is a directory"):
@@ -314,7 +314,7 @@ def test_the_same_table_as_parquet(tmp_path: Path) -> None:
     assert names(tmp_path) == ["a.parquet"]
 
 
-def test_a_column_that_is_asked_for_is_never_taken_for_another_misspelt(tmp_path: Path) -> None:
+def test_a_requested_column_is_never_taken_for_a_misspelt_one(tmp_path: Path) -> None:
     path = table_of(tmp_path, "throw,clocks\n1,2\n")
     table = read_table(path, required=["clocks"], optional=["clock", "throw"])
     assert table.numbers("clocks").tolist() == [2.0]
@@ -348,7 +348,7 @@ def test_columns_of_different_length_or_without_end_are_refused(tmp_path: Path) 
 
 
 @pytest.mark.parametrize("cell", ["", "nan", "inf", "-inf", "1,5", "fast", "1e999"])
-def test_what_is_no_number_is_found(tmp_path: Path, cell: str) -> None:
+def test_cells_that_are_not_numbers_are_found(tmp_path: Path, cell: str) -> None:
     path = table_of(tmp_path, f'throw,t\n0,1.0\n0,"{cell}"\n')
     table = read_table(path, required=["throw", "t"])
     with pytest.raises(InputError, match="a.csv, row 3, column t: expected a number"):
@@ -356,7 +356,7 @@ def test_what_is_no_number_is_found(tmp_path: Path, cell: str) -> None:
 
 
 @pytest.mark.parametrize("cell", ["1.5", "", "1e30", "one"])
-def test_what_is_no_whole_number_is_found(tmp_path: Path, cell: str) -> None:
+def test_cells_that_are_not_whole_numbers_are_found(tmp_path: Path, cell: str) -> None:
     table = read_table(table_of(tmp_path, f"throw,t\n{cell},0\n"), required=["throw"])
     with pytest.raises(InputError, match="row 2, column throw: expected a"):
         table.integers("throw")

@@ -1,4 +1,4 @@
-"""Files of one result appear together or not at all, and nothing that was read is written over."""
+"""Files of one result appear together or not at all, and no input is overwritten."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def names(folder: Path) -> list[str]:
 
 
 def left_over(folder: Path, name: str) -> list[str]:
-    """What a process left that was killed while it wrote a file of this name, and a result."""
+    """Return the remains of a process that was killed while it wrote a file, and a result."""
     program = (
         "import os, signal, sys\n"
         "from pathlib import Path\n"
@@ -99,7 +99,7 @@ def test_a_name_that_cannot_be_given_undoes_the_others(
     assert {(tmp_path / name).read_text() for name in names(tmp_path)} == {"old"}
 
 
-def test_what_is_kept_for_a_repetition_appears_at_once(tmp_path: Path) -> None:
+def test_files_kept_for_a_repetition_appear_immediately(tmp_path: Path) -> None:
     with pytest.raises(KeyboardInterrupt), together():
         write_text(tmp_path / "result", "half")
         with at_once():
@@ -109,7 +109,7 @@ def test_what_is_kept_for_a_repetition_appears_at_once(tmp_path: Path) -> None:
     assert [path.name for path in tmp_path.iterdir()] == ["kept"]
 
 
-def test_what_killed_processes_left_is_no_result_and_goes_with_the_next_one(
+def test_leftovers_of_killed_processes_are_removed_with_the_next_result(
     tmp_path: Path,
 ) -> None:
     (tmp_path / "tracks.csv").write_text("throw,t,x,y,theta\n0,0,0,0,0\n")
@@ -119,7 +119,7 @@ def test_what_killed_processes_left_is_no_result_and_goes_with_the_next_one(
     assert names(tmp_path) == ["other.csv", "tracks.csv"]
 
 
-def test_what_others_are_writing_stays(tmp_path: Path) -> None:
+def test_files_that_others_are_writing_stay(tmp_path: Path) -> None:
     theirs = tmp_path / "theirs.csv"
     with atomic_path(theirs) as draft:
         for name in (".x~.csv", "x~1234-1-0123abcd.csv", draft.name.replace("~", "~ffff", 1)):
@@ -172,7 +172,7 @@ def test_an_error_names_the_place_of_the_result(tmp_path: Path) -> None:
 # --- where may be written
 
 
-def test_what_was_read_is_not_written_over_by_any_name(tmp_path: Path) -> None:
+def test_inputs_are_not_overwritten_under_any_name(tmp_path: Path) -> None:
     (tmp_path / "r.csv").write_text("a,b\n1,2\n")
     (tmp_path / "link.csv").symlink_to("r.csv")
     os.link(tmp_path / "r.csv", tmp_path / "hard.csv")

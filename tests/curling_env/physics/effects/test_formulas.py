@@ -15,7 +15,7 @@ from curling_env.sheet import RULE_BOOK_STONE
 G, MU = 9.80665, 0.009
 SPIN = 1.2
 POINT = replace(RULE_BOOK_STONE, band_radius=0.0)
-"""A stone that stands on a point: friction acts against its velocity, whatever its spin."""
+"""Stone on a point contact: friction acts against its velocity, for any spin."""
 PLACES = np.array([[x, y] for x in (-1.5, -1.0, 0.2, 1.0, 1.4) for y in (-3.0, 0.0, 2.5, 6.0, 9.0)])
 SPEEDS = (0.004, 0.05, 0.6, 2.3)
 
@@ -23,7 +23,9 @@ SPEEDS = (0.004, 0.05, 0.6, 2.3)
 def felt(name: str, xy: Any = (0.0, 0.0), speed: float = 2.0, spin: float = SPIN,
          others: tuple[ActiveEffect, ...] = (), motion: dict[str, Any] | None = None,
          **parameters: float) -> np.ndarray:  # fmt: skip
-    """Acceleration of a stone that travels along +y: to the right, along, of its spin."""
+    """Return the acceleration of a stone that travels along +y: to the right, along, of its
+    spin.
+    """
     effects = (ActiveEffect(name=name, parameters=parameters), *others)
     ice = Ice.uniform(MU, stone=POINT, effects=effects)
     state = np.array([[*xy, 0.0, speed, spin]])
@@ -36,7 +38,7 @@ def side_of(spin: float) -> float:
 
 
 def factor(name: str, **given: Any) -> float:
-    """What an effect multiplies friction by."""
+    """Return the factor of an effect on friction."""
     return -felt(name, **given)[1] / (MU * G)
 
 
@@ -68,7 +70,7 @@ def test_wear_drift_and_bias_multiply_friction():
         assert factor("stone_bias", stone=3, factor=1.1, motion={"stone": other}) == 1.0
 
 
-def test_a_stone_of_its_own_curls_more_or_less_whatever_its_friction():
+def test_a_biased_stone_curls_more_or_less_for_any_friction():
     curl = ActiveEffect(name="curl", parameters={"strength": 0.01, "speed_exponent": 0.0})
     for stone, friction, sideways in ((3, 0.9, 0.016), (2, 1.0, 0.01)):
         pushed = felt("stone_bias", stone=3, factor=0.9, curl_factor=1.6, others=(curl,),
@@ -161,7 +163,7 @@ def test_the_residual_runs_over_one_variable(variable, state):
     assert breaks["y_breaks"] == (places if variable == 2 else ())
 
 
-def test_a_patch_says_where_it_begins_and_ends():
+def test_a_patch_reports_its_edges():
     card = catalogue()["friction_patch"]
     values = {"x_min": -1.0, "x_max": 1.0, "y_min": 0.0, "y_max": 6.0, "factor": 1.5}
     assert card.x_breaks(values) == (-1.0, 1.0)
@@ -214,12 +216,12 @@ FORMAT = {
     "sweeping": {"friction_factor": (0.3, 1.5, 0.912), "curl_factor": (0.0, 2.0, 1.0)},
     "time_drift": {"rate": (-1e-3, 1e-3, None)},
 }
-"""Effect -> parameter -> least value, greatest value, and value where an ice file leaves it out."""
+"""Effect -> parameter -> least value, greatest value, and default in an ice file."""
 
 
 @pytest.mark.parametrize("name", FORMAT)
 def test_ice_files_keep_their_meaning(name):
-    """A bound or default that changes makes an ice file say something else, or be refused."""
+    """A changed bound or default would change the meaning of an ice file, or refuse it."""
     card = catalogue()[name]
     assert {p.name: (p.low, p.high, p.default) for p in card.parameters} == FORMAT[name]
 
@@ -241,7 +243,7 @@ NEUTRAL = {
     "scale_error": {"factor": 1.0},
     "frame_rate_error": {"factor": 1.0},
 }
-"""Effect -> values at which it does nothing; discovery begins there."""
+"""Effect -> values at which it does nothing; discovery starts there."""
 
 
 def test_every_effect_has_values_at_which_it_does_nothing():
@@ -252,7 +254,7 @@ def test_every_effect_has_values_at_which_it_does_nothing():
     assert found == {**NEUTRAL, "unknown": {}}
 
 
-def test_what_a_fit_may_change_and_what_turns_with_the_sheet():
+def test_parameters_that_a_fit_may_change_and_that_turn_with_the_sheet():
     held, axes, scales = ({}, {}, {})
     for name, card in catalogue().items():
         for parameter in card.parameters:

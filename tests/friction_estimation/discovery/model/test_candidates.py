@@ -100,8 +100,6 @@ def test_a_variant_has_a_name_a_scope_and_evidence_of_its_own(tracks):
     assert both["pebble_wear"].between_throws
     along = both["pebble_wear[along_path]"]
     assert not along.between_throws
-    assert along.wears_map
-    assert not both["pebble_wear[under_contacts]"].wears_map
     assert effect_of(along.label) == along.label
     assert way_of(along.label) is along.variant
     assert along.variant is not None

@@ -1,4 +1,4 @@
-"""Errors of the measurement: what a camera reports, by the formulas of their cards."""
+"""Errors of the measurement: the camera's report, by the formulas of their cards."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from curling_env.physics import acceleration, catalogue
 XY = np.array([[0.0, 0.0], [1.0, -20.0], [-0.5, 15.0]])
 
 
-def test_a_point_beside_the_centre_turns_with_the_stone():
+def test_a_point_off_the_centre_turns_with_the_stone():
     theta = np.array([0.0, np.pi / 2, np.pi])
     moved = catalogue()["tracking_offset"].displacement(XY, theta, {"forward": 0.05, "left": 0.02})
     assert moved == pytest.approx(np.array([[0.05, 0.02], [-0.02, 0.05], [-0.05, -0.02]]))

@@ -1,0 +1,174 @@
+"""Calls of teams in real positions, beside those of `search`.
+
+Calls are compared by families, because a table names tasks and a search names shots. A call of
+another family costs the difference between the probabilities of winning that the search gives to
+its best shot and to its best one of the called family. It paid if the position that the team came
+to is worth at least as much as the search expected of its call.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from agents.playing.board.recorded import state_before
+from agents.playing.search import SearchPlayer
+from agents.playing.search.evaluator import PositionEvaluator
+from agents.playing.search.positions import position_of
+from agents.playing.search.value_network import skill_feature
+from agents.shots.inversion import Inversion
+from agents.shots.records import record_of
+from agents.shots.table import RULES, Shot, ShotTable, TableEnd, TableGame
+from curling_env.game import GameSimulator
+from curling_env.throw import Skill
+from curling_env.typing import Progress, no_progress
+
+FAMILIES = {
+    "draw": ("draw", "come-around"),
+    "front": ("guard", "cover"),
+    "guard": ("guard", "cover"),
+    "raise": ("tap",),
+    "freeze": ("freeze",),
+    "takeout": ("control-weight hit", "hit", "firm hit"),
+    "hit and roll": ("control-weight hit", "hit", "firm hit"),
+    "double takeout": ("control-weight hit", "hit", "firm hit", "peel"),
+    "promotion takeout": ("hit", "firm hit", "peel"),
+    "clearing": ("firm hit", "peel"),
+    "through": ("through the house",),
+}
+"""The shots of a search that a task of the table may stand for."""
+BUDGET = 500
+"""Simulated throws of the search before each delivery."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Decision:
+    """One call beside the search's.
+
+    Parameters
+    ----------
+    row : row of the table
+    situation : hammer, and whether the end has a power play
+    called, search : the team's task, and the shot that the search calls
+    agrees : whether the search's shot belongs to the called family
+    cost : win probability that the call gives away, by the search; None where it has no such shot
+    expected, reached : win probability that the search expects of its call, and that of the
+        position which the team came to
+    """
+
+    row: int
+    situation: str
+    called: str
+    search: str
+    agrees: bool
+    cost: float | None
+    expected: float
+    reached: float
+
+    @property
+    def paid(self) -> bool:
+        """True where the team came to a position that is worth as much as the search expected."""
+        return self.reached >= self.expected
+
+
+def decisions_of(
+    table: ShotTable,
+    skill: Skill,
+    *,
+    shots: int = 150,
+    budget: int = BUDGET,
+    seed: int = 0,
+    progress: Progress = no_progress,
+) -> list[Decision]:
+    """Compare calls in a random choice of real positions.
+
+    Parameters
+    ----------
+    table : the table
+    skill : hands with which the search reckons
+    shots : number of positions
+    budget : simulated throws of the search before each delivery
+    seed : seed of the choice
+    progress : called after every position
+    """
+    every = [
+        (game, end, shot)
+        for game in table.games
+        if game.ends and all(one.shots for one in game.ends)
+        for end in game.ends
+        for shot in end.shots
+        if shot.task in FAMILIES and not end.stopped
+    ]
+    chosen = np.random.default_rng(seed).permutation(len(every))[:shots]
+    simulator = GameSimulator("standard", rules=RULES, skills=skill)
+    player, inversion = SearchPlayer(budget), Inversion(simulator.ice)
+    found: list[Decision] = []
+    for k, i in enumerate(sorted(chosen.tolist())):
+        game, end, shot = every[i]
+        found.append(_decision(game, end, shot, simulator, player, inversion))
+        progress("deciding", k + 1, len(chosen))
+    return found
+
+
+def _decision(
+    game: TableGame,
+    end: TableEnd,
+    shot: Shot,
+    simulator: GameSimulator,
+    player: SearchPlayer,
+    inversion: Inversion,
+) -> Decision:
+    state = state_before(record_of(game), simulator, end.number + 1, shot.number + 1)
+    view = simulator.view(state)
+    ranked = player.shots_by_kind(view)
+    best = player.ranked_shots(view)[0]
+    family = FAMILIES[shot.task]
+    own = next((one for one in ranked if one.shot in family), None)
+    agrees = best.shot in family
+    cost = None if own is None else max(best.win_probability - own.win_probability, 0.0)
+    after = inversion.end_after(shot)
+    evaluator = PositionEvaluator(
+        player.network(simulator.rules, view.ice),
+        simulator.rules,
+        simulator.lines,
+        skill_feature(view.skill.sigma_angle),
+    )
+    reached = evaluator.win_probabilities(view, position_of(after)[None], after.delivered)[0]
+    hammer = "with hammer" if shot.team is end.hammer else "without hammer"
+    return Decision(
+        row=shot.row,
+        situation=hammer + (", power play" if end.power_play else ""),
+        called=shot.task,
+        search=best.shot,
+        agrees=agrees,
+        cost=0.0 if agrees else cost,
+        expected=best.win_probability,
+        reached=float(reached),
+    )
+
+
+def summary_of(decisions: Sequence[Decision]) -> dict[str, dict[str, Any]]:
+    """Number, agreement, cost and pay of calls by situation, and in all."""
+    situations = ["all", *sorted({one.situation for one in decisions})]
+    found: dict[str, dict[str, Any]] = {}
+    for situation in situations:
+        own = [one for one in decisions if situation in ("all", one.situation)]
+        other = [one for one in own if not one.agrees]
+        same = [one for one in own if one.agrees]
+        costs = [one.cost for one in other if one.cost is not None]
+        found[situation] = {
+            "calls": len(own),
+            "others": len(other),
+            "agree": _share([one.agrees for one in own]),
+            "cost_of_others": float(np.mean(costs)) if costs else None,
+            "others_paid": _share([one.paid for one in other]),
+            "same_paid": _share([one.paid for one in same]),
+        }
+    return found
+
+
+def _share(flags: Sequence[bool]) -> float | None:
+    return float(np.mean(flags)) if flags else None
