@@ -105,7 +105,7 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
     _score_pairs(
         first, second, into, frame, t, xy, variance, score, still, leaves, math.log(clutter),
         value, came, np.empty((len(first), 2)), np.empty((len(first), 4)),
-        np.empty((len(first), 2, 2)),
+        np.zeros(len(first), dtype=np.bool_),
     )  # fmt: skip
     flat = value.ravel()
     ends = np.flatnonzero(flat > numbers.SURE)
@@ -138,7 +138,11 @@ def _traced(
         gained.append(float(value[edge, mode]))
     modes.append(mode)
     gained.append(0.0)
-    return np.array(nodes[::-1]), np.array(modes[::-1]), np.array(gained[::-1])
+    # People who stand about rest too: that tells where a path goes on, not whose it is.
+    steps = np.diff(gained[::-1], prepend=0.0)
+    mode_of = np.array(modes[::-1])
+    most = np.where(mode_of == RESTING, numbers.STILL_THERE, np.inf)
+    return np.array(nodes[::-1]), mode_of, np.cumsum(np.minimum(steps, most))
 
 
 def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[Integers, Integers]:
@@ -169,14 +173,6 @@ def _gauss(dx, dy, vx, vy):
 
 
 @compiled
-def _misses(dx, dy, vx, vy):
-    """Log of how much less likely such a miss is than one of two standard errors; 0 below that."""
-    chi2 = dx * dx / vx + dy * dy / vy
-    nu = numbers.STUDENT_FREEDOM
-    return min(-0.5 * (nu + 2) * (math.log1p(chi2 / nu) - math.log1p(4 / nu)), 0.0)
-
-
-@compiled
 def _aim(vx, vy):
     """Log of how much likelier a throw has this direction than anything else."""
     angle = math.atan2(vx, abs(vy)) / _AIM_SIGMA
@@ -186,7 +182,7 @@ def _aim(vx, vy):
 @compiled
 def _score_pairs(
     first, second, into, frame, t, xy, variance, score, still, leaves, clutter, value, came,
-    slowing, rests, counted,
+    slowing, rests, slid,
 ):  # fmt: skip
     """Fill in the log odds of the best path that ends with each pair, in each mode.
 
@@ -195,8 +191,7 @@ def _score_pairs(
     slowing : (n, 2) deceleration of that path while it slides, and its variance; filled in
     rests : (n, 4) place of that path while it rests, and the variances of its coordinates; filled
         in
-    counted : (n, 2, 2) place at which that path, carried and sliding, last showed something new:
-        frames in between, in which it hardly moves, say no more of it; filled in
+    slid : (n,) whether that path slid before it came to rest; filled in
     """
     for e in range(len(first)):
         j, k = first[e], second[e]
@@ -217,7 +212,6 @@ def _score_pairs(
         if frame[j] < numbers.END_FRAMES:
             value[e, RESTING] += numbers.LIES - numbers.BIRTH
         for a in range(2):
-            counted[e, CARRIED, a] = counted[e, SLIDING, a] = xy[k, a]
             rests[e, a] = (xy[j, a] + xy[k, a]) / 2
             rests[e, 2 + a] = (variance[j, a] + variance[k, a]) / 4
         for m in range(_MODES):
@@ -237,38 +231,23 @@ def _score_pairs(
             # carried on, or let go
             held = (numbers.CARRIED_ACCELERATION * lever) ** 2
             moved = gain + _gauss(x - vx * dt, y - vy * dt, ex + held, ey + held)
-            cx, cy = xy[k, 0] - counted[d, CARRIED, 0], xy[k, 1] - counted[d, CARRIED, 1]
-            new = cx * cx / sx + cy * cy / sy > _MOVES
-            if not new:
-                moved = min(moved, _misses(x - vx * dt, y - vy * dt, ex + held, ey + held))
             if not moves:
                 moved = -np.inf
             v = value[d, CARRIED] + _STAYS + moved
             if v > value[e, CARRIED]:
                 value[e, CARRIED], came[e, CARRIED] = v, d * _MODES + CARRIED
-                for a in range(2):
-                    counted[e, CARRIED, a] = xy[k, a] if new else counted[d, CARRIED, a]
             v = value[d, CARRIED] + numbers.RELEASED + moved + _aim(x / dt, y / dt)
             if v > value[e, SLIDING]:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + CARRIED
-                for a in range(2):
-                    counted[e, SLIDING, a] = xy[k, a] if new else counted[d, CARRIED, a]
                 slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
             # slides on
             lost = min(slowing[d, 0] * lever, 0.9 * pace * dt)
             dx, dy = x - vx * dt + ux * lost, y - vy * dt + uy * lost
             along, aside = math.sqrt(slowing[d, 1]) * lever, numbers.CURL_SIGMA * lever
             qx, qy = (along * ux) ** 2 + (aside * uy) ** 2, (along * uy) ** 2 + (aside * ux) ** 2
-            slid = gain + _gauss(dx, dy, ex + qx, ey + qy)
-            cx, cy = xy[k, 0] - counted[d, SLIDING, 0], xy[k, 1] - counted[d, SLIDING, 1]
-            new = cx * cx / sx + cy * cy / sy > _MOVES
-            if not new:
-                slid = min(slid, _misses(dx, dy, ex + qx, ey + qy))
-            v = value[d, SLIDING] + _STAYS + slid
+            v = value[d, SLIDING] + _STAYS + gain + _gauss(dx, dy, ex + qx, ey + qy)
             if v > value[e, SLIDING] and moves:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + SLIDING
-                for a in range(2):
-                    counted[e, SLIDING, a] = xy[k, a] if new else counted[d, SLIDING, a]
                 share = slowing[d, 1] * lever
                 share /= along * along + (ex * ux * ux + ey * uy * uy)
                 slowing[e, 0] = slowing[d, 0] - share * (dx * ux + dy * uy)
@@ -286,8 +265,6 @@ def _score_pairs(
                 free = left if m == SLIDING else gone and (leaves[j] or not still[j])
                 if v > value[e, SLIDING] and free:
                     value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + m
-                    for a in range(2):
-                        counted[e, SLIDING, a] = xy[k, a]
                     slowing[e, 0] = numbers.DECELERATION
                     slowing[e, 1] = numbers.ICE_SIGMA**2
             # stops between j and k
@@ -298,14 +275,17 @@ def _score_pairs(
             v = value[d, SLIDING] + numbers.STOPS + gain + stop
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + SLIDING
+                slid[e] = True
                 for a in range(2):
                     rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
-            # the same picture again says hardly anything new
-            again = numbers.STILL_THERE + _misses(ax, ay, avx, avy)
-            again = missed + min(_gauss(ax, ay, avx, avy) - clutter, again)
+            # of what never moved, the same picture again says hardly anything new
+            again = gain + _gauss(ax, ay, avx, avy)
+            if not slid[d] or still[k]:
+                again = min(again - score[k], missed + numbers.STILL_THERE)
             v = value[d, RESTING] + again
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + RESTING
+                slid[e] = slid[d]
                 for a in range(2):
                     known, own = rests[d, 2 + a], variance[k, a]
                     rests[e, a] = rests[d, a] + known / (known + own) * (xy[k, a] - rests[d, a])

@@ -236,12 +236,14 @@ def fit_heading_curve(
     independent = numbers.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
+    if len(seen) >= 2 * numbers.MIN_HEADING_VIEWS:
+        by_others = _foretold(times, waves, t, speed, known)
+        seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
+        seen = seen[own]
     others = [seen.mean(axis=1)]  # any heading
     if known is None:
         others.append(seen[:, 0])  # turned round
     if not all(_is_clear(other, counts[own], independent) for other in others):
-        return None
-    if known is None and _another_rotation(times, waves, theta, counts, independent):
         return None
     near = np.abs(times[:, None] - times) <= numbers.HEADING_NEIGHBOURS
     excess_nearby = near @ excess
@@ -265,34 +267,28 @@ def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
     return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
 
 
-def _another_rotation(
+def _foretold(
     times: Floats,
     waves: NDArray[np.complex128],
-    theta: Floats,
-    counts: Floats,
-    independent: float,
-) -> bool:
-    """Return whether a stone that turns otherwise explains the pictures nearly as well.
+    t: Floats,
+    speed: Floats,
+    known: KnownHeading | None,
+) -> Floats:
+    """The heading at each picture by every other one without it, (n,) [rad].
 
-    Light that falls on a stone, or what is left of its granite, is a picture too, and one that does
-    not turn as the stone does. Each other spin may start at any heading, and drift as the curve
-    does.
+    A curve through pictures that show nothing fits them too; those left out it does not.
     """
-    since = times - times[0]
-    fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
-    turn = float(theta[-1] - theta[0]) / max(float(since[-1]), 1e-6)
-    for spin in turn + numbers.OTHER_SPINS:
-        turned = np.exp(1j * np.outer(spin * since, np.arange(numbers.HEADING_WAVES + 1)))
-        costs = ((waves * turned).sum(axis=0) @ fronts).real
-        other = _ANGLES[int(np.argmin(costs))] + spin * since
-        other = other + _drift(times, waves, other)
-        apart = np.abs(np.angle(np.exp(1j * (other - theta)))) > numbers.HEADING_MATCH / 2
-        if np.average(apart, weights=counts) < numbers.LEAST_APART:
-            continue
-        excess = _cost_at(waves, other) - _cost_at(waves, theta)
-        if not _is_clear(excess[apart], counts[apart], independent * float(apart.mean())):
-            return True
-    return False
+    found = np.empty(len(times))
+    for first in (0, 1):
+        own = np.arange(len(times)) % 2 == first
+        if known is not None:
+            own[0] = True
+        theta = _steady_rotation(times[own], waves[own], t, speed, known)
+        theta = theta + _drift(times[own], waves[own], theta)
+        found[~own] = HeadingCurve(times[own], theta).at(times[~own])
+        if known is not None:
+            found[0] = theta[0]
+    return found
 
 
 def likeliest_turn(views: HeadingViews, t: Floats, speed: Floats) -> tuple[Floats, float]:

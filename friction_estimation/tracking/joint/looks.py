@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.typing import Floats, Image
+from curling_env.typing import Floats, Image, Integers
 from friction_estimation.appearance import (
     CROPS_TO_LEARN_FROM,
     Appearance,
@@ -87,7 +87,7 @@ class SeenStone:
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
         if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may be another
             clear = before
-        clear = clear[:: max(1, -(-len(clear) // CROPS_TO_LEARN_FROM))]
+        clear = clear[_spread(self.path.xy[clear])]
         places = self.path.seen_by(self.found_by, camera, self.model).xy
         crops = crops_at(
             [self.sample[t] for t in self.path.t[clear].tolist()],
@@ -102,6 +102,19 @@ class SeenStone:
         for crop in crops if self.people else ():
             clear_surroundings(crop, camera, self.model)
         return crops
+
+
+def _spread(xy: Floats) -> Integers:
+    """Indices of as many of the places (n, 2) as teach a look, spread over the way and the time.
+
+    A stone far away fills few frames and one at rest fills many, which repeat each other's faults.
+    """
+    if not len(xy):
+        return np.arange(0)
+    way = np.concatenate([[0.0], np.cumsum(np.hypot(*np.diff(xy, axis=0).T))])
+    rank = way / max(float(way[-1]), 1e-9) + np.linspace(0.0, 1.0, len(way))
+    wanted = np.linspace(rank[0], rank[-1], min(CROPS_TO_LEARN_FROM, len(way)))
+    return np.unique(np.argmin(np.abs(rank[:, None] - wanted), axis=0))
 
 
 def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:

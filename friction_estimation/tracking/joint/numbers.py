@@ -272,10 +272,6 @@ MIN_INDEPENDENT_VIEWS = 3
 """Least number of independent views that is assumed."""
 CLEAR_HEADING = 3.0
 """Standard errors by which a heading must fit better than turned round, and than any other."""
-OTHER_SPINS = np.linspace(-0.6, 0.6, 13)
-"""Other spins with which the pictures are compared, less the stone's own [rad/s]."""
-LEAST_APART = 0.5
-"""Share of the pictures in which another rotation differs."""
 MAX_HEADING_GAP = 2.0
 """Whole revolutions are not counted across a longer time without a heading [s]."""
 

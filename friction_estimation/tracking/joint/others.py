@@ -235,8 +235,9 @@ def measured_at_rest(
     if rough is None or np.hypot(*(rough.xy - stone.xy)) > 2 * thrown.model.radius:
         return None
     crops = crops_at([whole], [0.0], [rough.xy], channels, origin, camera, thrown.model)
-    if not crops:
-        return None
+    if not crops:  # its rim is not wholly in the picture, and its colours cannot be learnt
+        seen = rough.visible >= numbers.LEAST_RESTING_VISIBLE
+        return OtherStone(rests=stone, look=body, fit=rough, heading=np.nan) if seen else None
     found = own_look(crops[0], thrown)
     start = np.array([*rough.xy, found.heading])
     fit = measure_occluded(whole, channels, origin, camera, found.look, start, beside)

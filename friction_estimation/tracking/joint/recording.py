@@ -90,8 +90,8 @@ def find_throws(
         detector = Detector(
             background, small, model, scene.sheet, finder, every=numbers.ASKED_EVERY
         )
-        found = detector.detect(frames)
-        seen = found if seen is None else seen.joined(found)
+        some_seen = detector.detect(frames)
+        seen = some_seen if seen is None else seen.joined(some_seen)
     if seen is None:
         return []
     area = scene.sheet.width * scene.sheet.length

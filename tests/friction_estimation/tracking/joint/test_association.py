@@ -68,16 +68,18 @@ def test_a_throw_is_found_among_other_things_and_in_gaps():
     assert is_throw(path, seen)
 
 
-@pytest.mark.parametrize(("step", "seen_at_least"), [(0.5, 0.85), (0.12, 0.8)])
-def test_a_stone_at_rest_stays_at_rest(step, seen_at_least):
+@pytest.mark.parametrize("step", [0.5, 0.12])
+@pytest.mark.parametrize("seed", range(3))
+def test_a_stone_at_rest_stays_at_rest(step, seed):
     times = np.arange(0.0, 34.0, step)
     true = slide(times, (0.0, -11.0), (0.03, 1.9))
-    seen = detections(times, [true], clutter=1)
-    path = likeliest_paths(seen, AREA)[0]
+    seen = detections(times, [true], clutter=1, seed=seed)
+    path, *others = likeliest_paths(seen, AREA)
+    assert not others
     t = seen.t[path.at]
     assert (path.mode[t > 19.8] == RESTING).all()
-    assert 17.0 < t[path.mode == RESTING].min() < 20.5
-    assert len(path.at) > seen_at_least * len(times)
+    assert 16.0 < t[path.mode == RESTING].min() < 20.0
+    assert len(path.at) > 0.95 * len(times)
 
 
 def test_nothing_is_found_among_what_is_no_stone():
