@@ -56,7 +56,7 @@ def test_a_heavy_side_asks_for_more_weight():
     for spin in (1.5, -1.5):
         left, right = away[LANES[0], spin], away[LANES[-1], spin]
         assert right.description.hog_to_hog_s < left.description.hog_to_hog_s - 0.1
-        # Who plays back has that side on the left.
+        # For a thrower in the other direction that side is on the left.
         left, right = home[LANES[0], spin], home[LANES[-1], spin]
         assert left.description.hog_to_hog_s < right.description.hog_to_hog_s - 0.1
 

@@ -36,7 +36,7 @@ def test_the_first_line_is_the_address_and_an_interrupt_is_an_orderly_end(tmp_pa
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
         text=True,
-        # Who runs the tests in the background may have them ignore interrupts.
+        # Tests that run in the background may ignore interrupts.
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
     )
     assert app.stdout is not None

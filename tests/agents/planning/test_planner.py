@@ -152,7 +152,7 @@ def test_a_plan_reports_effects_that_were_not_measured() -> None:
     )
     guessed = replace(ice, effects=(*believed, broom))
     found = plan(guessed, (0, TEE_Y), skill="none").as_dict()
-    # Nobody sweeps in this plan, so that it does not matter what sweeping does.
+    # This plan has no sweeping, so its effect does not matter.
     assert found["sweep"] is None
     assert found["believed"] == {"curl": ["strength"]}
     assert found["remarks"] == [
@@ -301,7 +301,7 @@ def test_score_draws_past_a_guard_or_takes_out_whichever_is_more_valuable() -> N
 
 
 def test_sweeping_is_planned_where_the_ice_knows_it() -> None:
-    # Nobody throws that hard by hand: only swept stones reach the tee.
+    # Such a throw is too hard by hand: only swept stones reach the tee.
     ice = load_ice("standard").with_effect(
         ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9, "curl_factor": 0.3})
     )

@@ -195,7 +195,7 @@ def test_ratings_and_intervals():
     high, low = ratings(wins)
     assert high + low == pytest.approx(0, abs=1e-6)
     assert high - low == pytest.approx(400 * np.log10(30.5 / 10.5), rel=1e-3)
-    # A third who played nobody, as may be in a bootstrap of few games, is rated as the mean.
+    # A third player without games, as in a bootstrap of few games, has the mean rating.
     third = ratings(np.pad(wins, (0, 1)))
     assert np.isfinite(third).all()
     assert third[2] == pytest.approx(0, abs=1e-6)

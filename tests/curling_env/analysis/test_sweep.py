@@ -45,7 +45,7 @@ from curling_env.analysis.sweep import throw_piece
 KNIFE = {knife!r}
 
 def throw_or_die(piece):
-    # Whoever finds the knife dies by it, in the middle of a piece and of the sweep.
+    # The worker that finds the file is killed, in the middle of a piece and of the sweep.
     if piece.place == 1 and piece.seeds == (8,):
         try:
             os.remove(KNIFE)
@@ -64,7 +64,7 @@ def knife(tmp_path, monkeypatch) -> Path:
     (tmp_path / "deadly.py").write_text(DEADLY.format(knife=str(path)))
     monkeypatch.syspath_prepend(tmp_path)
     monkeypatch.delitem(sys.modules, "deadly", raising=False)
-    # Here only: the workers import the module anew, and find what it always was.
+    # Here only: the workers import the module again, unpatched.
     monkeypatch.setattr(
         "curling_env.analysis.sweep.throw_piece", importlib.import_module("deadly").throw_or_die
     )

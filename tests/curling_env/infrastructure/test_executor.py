@@ -38,7 +38,7 @@ def is_there(process: int) -> bool:
         state = Path(f"/proc/{process}/stat").read_text().rsplit(")", 1)[1].split()[0]
     except FileNotFoundError:
         return False
-    return state != "Z"  # it has ended, and nobody has asked how
+    return state != "Z"  # it has ended, and its status was not read
 
 
 @pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="processes are looked up in /proc")

@@ -306,9 +306,9 @@ def test_a_law_of_the_contacts_that_depends_on_more_is_evaluated(monkeypatch) ->
     card = catalogue()["speed_dependent_friction"]
     cards = {**catalogue(), card.name: replace(card, of_speed_and_spin=False)}
     monkeypatch.setattr("curling_env.physics.law.catalogue", lambda: cards)
-    ice, nobody = load_ice("standard"), np.empty((1, 0, 2))
+    ice, no_stones = load_ice("standard"), np.empty((1, 0, 2))
     release = [Throw(speed=2.05, angle=0.03, spin=1.5).release()]
     tabled, exact = (
-        play_batch(ice, nobody, release, tolerance=1e-4, tabulated=t) for t in (True, False)
+        play_batch(ice, no_stones, release, tolerance=1e-4, tabulated=t) for t in (True, False)
     )
     np.testing.assert_array_equal(tabled.last, exact.last)

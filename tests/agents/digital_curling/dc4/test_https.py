@@ -83,7 +83,7 @@ def test_a_game_over_https(join, folder):
     with WebHost(
         None, DrawPlayer(), certificate=certificate(folder), ends=1, rule_name=RULES
     ) as host:
-        # First those who do not come in: nobody vouches for the certificate, it is another's, or
+        # First refused clients: the certificate is not trusted, it is another's, or
         # the words are not those of https.
         unknown = join(host).complaint
         assert unknown.startswith(f"{host.url}: the server's certificate is not trusted: self")

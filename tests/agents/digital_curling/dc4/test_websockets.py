@@ -43,7 +43,7 @@ def socket():
         yield opened
 
 
-def told(connection: ClientConnection):
+def received(connection: ClientConnection):
     """Return the messages until the host closes the connection."""
     try:
         while True:
@@ -59,14 +59,14 @@ def test_a_game_over_websockets_has_the_same_events_as_server_sent_events(socket
         player = socket(host, "team0", "anna")
         watching = socket(host, "viewer")
         events = Stream(host, None, "viewer")
-        watching.send("hello")  # for nobody, and no harm
+        watching.send("hello")  # ignored
         seen = []
-        for message in told(player):
+        for message in received(player):
             seen.append(message)
             if message["payload"]["next_shot_team"] == "team0":
                 assert host.ask("/shots", SHOT, **host.match) == (200, None)
         assert [state for _, state in events.events()] == [m["payload"] for m in seen]
-        assert [m["payload"] for m in told(watching)] == [m["payload"] for m in seen]
+        assert [m["payload"] for m in received(watching)] == [m["payload"] for m in seen]
         events.close()
     assert {message["type"] for message in seen} == {"latest_state_update"}
     totals = [message["payload"]["total_shot_number"] for message in seen]
@@ -90,6 +90,6 @@ def test_unauthorised_listeners_are_refused_before_the_connection(socket):
         assert host.ask("/ws", match=host.hosting.game_id)[0] == 426
         player = socket(host, "team0", "anna")
         player.send("x" * 70_000)  # too long: the host hangs up
-        assert len(list(told(player))) <= 1
-        last = list(told(socket(host, "team0", "anna")))[-1]
+        assert len(list(received(player))) <= 1
+        last = list(received(socket(host, "team0", "anna")))[-1]
         assert last["payload"]["winner_team"] == "team1"

@@ -41,7 +41,7 @@ def test_chances_are_those_of_the_game(player):
         wins += after.game.winner is Team.HOME
     share = wins / trials
     error = np.hypot((share * (1 - share) / trials) ** 0.5, best.standard_error)
-    # Who does not score goes to an extra end, which the chance counts for a part.
+    # A team that does not score plays an extra end, which counts by its chance.
     tied = best.win_probability - best.lies_shot
     assert abs(best.lies_shot - share) < 4 * error
     assert 0 <= tied < 1
