@@ -100,7 +100,14 @@ def test_faulty_rows_are_reported_by_their_numbers(session, tmp_path):
     assert [fault.split(":")[0] for fault in found.faults] == [f"row {k}" for k in range(2, 8)]
     for fault, words in zip(
         found.faults,
-        ("unknown sensor 'Camera 1'", "numbers", "End is not after Start", "Break", "lasts", "Break"),
+        (
+            "unknown sensor 'Camera 1'",
+            "numbers",
+            "End is not after Start",
+            "Break",
+            "lasts",
+            "Break",
+        ),
         strict=True,
     ):
         assert words in fault
