@@ -105,7 +105,7 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
     _score_pairs(
         first, second, into, frame, t, xy, variance, score, still, leaves, math.log(clutter),
         value, came, np.empty((len(first), 2)), np.empty((len(first), 4)),
-        np.zeros(len(first), dtype=np.bool_),
+        np.zeros(len(first), dtype=np.bool_), _taken_since(t, xy),
     )  # fmt: skip
     flat = value.ravel()
     ends = np.flatnonzero(flat > numbers.SURE)
@@ -145,6 +145,12 @@ def _traced(
     return np.array(nodes[::-1]), mode_of, np.cumsum(np.minimum(steps, most))
 
 
+def _taken_since(t: Floats, xy: Floats) -> Floats:
+    """Times of the first detections at the place of each, (n,) [s]."""
+    near = (np.hypot(*(xy[: k + 1] - xy[k]).T) < numbers.SAME_PLACE for k in range(len(t)))
+    return np.array([t[np.argmax(one)] for one in near])
+
+
 def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[Integers, Integers]:
     """Pairs of detections that a stone may link, ordered by the second and by the first."""
     firsts: list[Integers] = []
@@ -173,6 +179,14 @@ def _gauss(dx, dy, vx, vy):
 
 
 @compiled
+def _misses(dx, dy, vx, vy):
+    """Log of how much less likely such a miss is than one of two standard errors; 0 below that."""
+    chi2 = dx * dx / vx + dy * dy / vy
+    nu = numbers.STUDENT_FREEDOM
+    return min(-0.5 * (nu + 2) * (math.log1p(chi2 / nu) - math.log1p(4 / nu)), 0.0)
+
+
+@compiled
 def _aim(vx, vy):
     """Log of how much likelier a throw has this direction than anything else."""
     angle = math.atan2(vx, abs(vy)) / _AIM_SIGMA
@@ -182,7 +196,7 @@ def _aim(vx, vy):
 @compiled
 def _score_pairs(
     first, second, into, frame, t, xy, variance, score, still, leaves, clutter, value, came,
-    slowing, rests, slid,
+    slowing, rests, slid, taken,
 ):  # fmt: skip
     """Fill in the log odds of the best path that ends with each pair, in each mode.
 
@@ -191,7 +205,8 @@ def _score_pairs(
     slowing : (n, 2) deceleration of that path while it slides, and its variance; filled in
     rests : (n, 4) place of that path while it rests, and the variances of its coordinates; filled
         in
-    slid : (n,) whether that path slid before it came to rest; filled in
+    slid : (n,) whether that path slid to rest in a free place; filled in
+    taken : (n,) when something was detected first at the place of each detection [s]
     """
     for e in range(len(first)):
         j, k = first[e], second[e]
@@ -275,18 +290,19 @@ def _score_pairs(
             v = value[d, SLIDING] + numbers.STOPS + gain + stop
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + SLIDING
-                slid[e] = True
+                slid[e] = taken[k] > t[j] - 2 * numbers.SAME_PLACE / pace
                 for a in range(2):
                     rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
             # of what never moved, the same picture again says hardly anything new
             again = gain + _gauss(ax, ay, avx, avy)
             if not slid[d] or still[k]:
-                again = min(again - score[k], missed + numbers.STILL_THERE)
+                known = numbers.STILL_THERE + _misses(ax, ay, avx, avy)
+                again = min(again - score[k], missed + known)
             v = value[d, RESTING] + again
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + RESTING
                 slid[e] = slid[d]
                 for a in range(2):
-                    known, own = rests[d, 2 + a], variance[k, a]
-                    rests[e, a] = rests[d, a] + known / (known + own) * (xy[k, a] - rests[d, a])
-                    rests[e, 2 + a] = max(known * own / (known + own), _REPEATED * own)
+                    spread, own = rests[d, 2 + a], variance[k, a]
+                    rests[e, a] = rests[d, a] + spread / (spread + own) * (xy[k, a] - rests[d, a])
+                    rests[e, 2 + a] = max(spread * own / (spread + own), _REPEATED * own)

@@ -194,9 +194,9 @@ def follow(
         beside = [
             PosedStone(look=one.look, pose=one.pose, in_background=np.isinf(one.rests.until))
             for one in others
-            if t <= one.rests.until
+            if t < one.rests.until
         ]
-        moving = [one for one in (thrown, *hit) if t > one.since]
+        moving = [one for one in (thrown, *hit) if t >= one.since]
         posed = [one.posed(t) for one in moving]
         for k, one in enumerate(moving):
             around = [*beside, *posed[:k], *posed[k + 1 :]]
@@ -204,6 +204,6 @@ def follow(
             posed[k] = one.posed(t)
             one.measured.add(t, fit, frame, ice, camera, one.appearance, around)
         for one in (thrown, *hit):
-            if t <= one.since:
+            if t < one.since:
                 one.measured.t.append(t)
                 one.measured.fits.append(None)
