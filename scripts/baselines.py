@@ -108,11 +108,10 @@ def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
     actions : (n, 3)
     """
     envs.reset(seed=seed)
-    total, steps = np.zeros(len(actions)), 1 if task.metric != "points" else 8
-    info: dict[str, Any] = {}
-    for _ in range(steps):
-        _, rewards, _, _, info = envs.step(actions.astype(np.float32))
-        total += rewards
+    total, over, info = np.zeros(len(actions)), False, dict[str, Any]()
+    while not over:
+        _, rewards, ended, _, info = envs.step(actions.astype(np.float32))
+        total, over = total + rewards, ended.any()  # all end together
     if task.metric == "points":
         return total
     value = np.asarray(info["final_info"][task.metric], dtype=float)

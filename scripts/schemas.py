@@ -14,6 +14,7 @@ from typing import Any
 
 import msgspec
 
+from agents.benchmark.rows import ROW_FORMAT, RowDocument
 from agents.planning.stones_file import MOST_STONES, StoneDocument
 from agents.playing import record
 from agents.playing.record_schema import DeliveryLine, HeadLine, ResultLine
@@ -74,6 +75,9 @@ FILES = {
         title="Recorded game (a line of it)",
         forms=[HeadLine, DeliveryLine, ResultLine],
         format=record.FORMAT,
+    ),
+    "benchmark-1": JsonFile(
+        title="Row of the benchmark", forms=[RowDocument], format=ROW_FORMAT
     ),
     "session-1": JsonFile(title="Donated session", forms=[SessionDocument], format=SESSION_FORMAT),
 }  # fmt: skip

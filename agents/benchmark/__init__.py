@@ -1,8 +1,11 @@
-"""Eleven fixed tasks with fixed seeds, so that results of different people can be compared.
+"""Ten fixed tasks with fixed seeds, so that results of different people can be compared.
 
 - `tasks`: what is asked for, on which ices, and how it is measured
 - `contestants`: who may be measured: players, the planner, trained models, functions
 - `scores`: the measurement, with an interval
+- `rows`: a row as one JSON file, which is checked
+- `ices`: the hundred ices, as a file that is checked
+- `datasets`: offline datasets of the tasks, in tiers
 """
 
 from agents.benchmark.scores import Difference, Score, difference_of, measure, played, score_of

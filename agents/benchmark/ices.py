@@ -1,7 +1,7 @@
 """The hundred ices of the benchmark, as a file that is checked when it is read.
 
-They were drawn once from `RandomIces`, so that they are the same with every linear algebra library.
-`MAP`, `MEAN` and `NOTHING` draw from them, and define what is known of each:
+They were drawn once from `RandomIces`, so that they are the same with every linear algebra
+library. `MAP`, `MEAN` and `NOTHING` draw from them, and define what is known of each:
 ``ices="agents.benchmark.ices:MAP"``.
 """
 

@@ -37,7 +37,7 @@ def benchmark(
     *,
     results: Results,
 ) -> None:
-    """Measure a policy on the eleven tasks of the benchmark, with 95 % intervals.
+    """Measure a policy on the ten tasks of the benchmark, with 95 % intervals.
 
     \b
     Examples:
@@ -49,10 +49,10 @@ def benchmark(
         curling benchmark row.json
 
     Seven tasks are single throws of a club player on held-out ices: draw, draw-mean, draw-blind,
-    guard, takeout, hit-and-stay and freeze. Four are ends: against rulebased, greedy and learned,
-    and one of mixed doubles; end-draw is for practice. Seeds and ices are fixed, so that the same
-    policy has the same score everywhere. Of several trainings the interquartile mean counts. A row
-    is checked and shown. See docs/benchmark.md.
+    guard, takeout, hit-and-stay and freeze. Three are ends against rulebased, greedy and learned;
+    end-draw and end-doubles are for practice. Seeds and ices are fixed, so that the same policy has
+    the same score everywhere. Of several trainings the interquartile mean counts. A row is checked
+    and shown. See docs/benchmark.md.
     """
     from agents.benchmark import TASKS, difference_of, played
     from agents.benchmark.contestants import can_do, contestant

@@ -67,7 +67,7 @@ def record_ends(
     """
     env = gymnasium.make("CurlingEnd-v0", disable_env_checker=True, **(options or {}))
     if not isinstance(env.observation_space, gymnasium.spaces.Box):
-        raise InputError("a dataset needs observations that are vectors: observation='flat'")
+        raise InputError("a dataset needs vector observations: expected observation='flat'")
     return write_dataset(
         output,
         DATASET,

@@ -61,7 +61,7 @@ class Episode:
 
 
 def episodes_of(table: ShotTable, *, progress: Progress = no_progress) -> Iterator[Episode]:
-    """Both sides of every whole end of a table; ends with a shot that no throw explains are left.
+    """Yield both sides of every whole end; ends with a shot that no throw explains are ignored.
 
     Parameters
     ----------
@@ -152,14 +152,14 @@ class Copy:
         return logits - logsumexp(logits, axis=1, keepdims=True)
 
     def __call__(self, observation: Floats) -> Floats:
-        """The likeliest throw, as an action."""
+        """Return the throw with the highest probability, as an action."""
         chances = self.log_chances(np.asarray(observation, dtype=np.float64)[None])[0]
         return self.throws[int(np.argmax(chances))]
 
 
 @dataclass(frozen=True, kw_only=True)
 class CopyScore:
-    """How well a copy predicts throws of games that it has not seen.
+    """Score of a copy on games that it has not seen.
 
     Parameters
     ----------

@@ -1,9 +1,9 @@
-"""What teams called in real positions, beside what `search` calls there.
+"""Calls of teams in real positions, beside those of `search`.
 
 Calls are compared by families, because a table names tasks and a search names shots. A call of
 another family costs the difference between the probabilities of winning that the search gives to
 its best shot and to its best one of the called family. It paid if the position that the team came
-to is worth at least as much as the search expected of its own call.
+to is worth at least as much as the search expected of its call.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class Decision:
     called, search : the team's task, and the shot that the search calls
     agrees : whether the search's shot belongs to the called family
     cost : win probability that the call gives away, by the search; None where it has no such shot
-    expected, reached : win probability that the search expects of its own call, and that of the
+    expected, reached : win probability that the search expects of its call, and that of the
         position which the team came to
     """
 

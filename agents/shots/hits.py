@@ -43,7 +43,7 @@ _LAST_HIT = KINDS.index("peel")
 
 @dataclass(frozen=True, kw_only=True)
 class HitErrors:
-    """What the hits of one task say of hands.
+    """Errors of the hits of one task.
 
     Parameters
     ----------

@@ -26,13 +26,13 @@ from curling_env.sheet import Direction
 from curling_env.typing import Floats
 
 FEWEST = 20
-"""Least number of openings with one handle on one side that have a call of their own."""
+"""Least number of openings with one handle on one side that are fitted."""
 NEAR_CALL = 4.0
 """Openings farther from the usual call than so many scales are other calls, and do not count."""
 RESAMPLES = 40
 """Resampled sets of games for the intervals."""
 FIRST_SPEED, FIRST_LINE = 0.015, 0.004
-"""Where the fit of the scales begins [m/s, rad]."""
+"""First guess of the scales [m/s, rad]."""
 TAILS = 3.0
 """Fewest degrees of freedom that are considered: with fewer a standard deviation means little."""
 
@@ -54,7 +54,7 @@ class Measured:
 
 @dataclass(frozen=True, kw_only=True)
 class Openings:
-    """What the first deliveries of ends say of all hands together.
+    """Errors of all hands together in the first deliveries of ends.
 
     Parameters
     ----------

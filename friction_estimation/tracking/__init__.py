@@ -1,10 +1,10 @@
 """Film in, track out: background, detection, a fit in every frame, and a smoother over all."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
+from friction_estimation.tracking.default import track_film
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.run import track_each, track_films
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
-from friction_estimation.tracking.pipeline import track_film
 from friction_estimation.tracking.tracker import Tracker, load_tracker
 
 __all__ = [
@@ -23,12 +23,12 @@ __getattr__, __dir__ = lazy_names(
     {
         "cutting.motion": ("MotionDetector",),
         "cutting.tuning": ("COMPARED_AFTER",),
-        "detection.single_image": ("find_stones_in_image",),
+        "single_image": ("find_stones_in_image",),
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),
         "path.optical_flow": ("lucas_kanade",),
-        "path.uncertainty": ("camera_variance",),
+        "joint.uncertainty": ("camera_variance",),
         "stone_numbers": ("StoneNumbers",),
     },
 )

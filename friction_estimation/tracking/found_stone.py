@@ -24,7 +24,7 @@ from friction_estimation.camera.refinement import (
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import (
+from friction_estimation.tracking.background import (
     Background,
 )
 from friction_estimation.tracking.detection.known_look import find_by_look
@@ -35,7 +35,7 @@ from friction_estimation.tracking.detection.thrown_stone import (
     ThrownStone,
     find_thrown_stone,
 )
-from friction_estimation.tracking.films.steady_film import SteadyFilm
+from friction_estimation.tracking.films.steady_film import SteadyFilm, blames_scene
 from friction_estimation.tracking.focal_from_stone import focal_from_stone
 
 
@@ -168,13 +168,7 @@ def found_or_misplaced(
     except InputError as error:
         if refined.measured or not refine_camera:
             raise
-        wrong = ", ".join(refined.disagreeing)
-        seen = f" ({wrong} elsewhere)" if wrong else ""
-        raise InputError(
-            f"the paint is not where this scene says{seen}, and no thrown stone is found; is it "
-            "the scene of this camera? `curling corners` marks it again",
-            source=film.path,
-        ) from error
+        raise blames_scene(refined, film.path) from error
 
 
 def focal_from_stones(

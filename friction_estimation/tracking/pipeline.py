@@ -26,26 +26,23 @@ from friction_estimation.appearance import (
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.refinement import (
-    RefinedCamera,
-    displacement,
-)
+from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.frame import Frame
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning
+from friction_estimation.tracking.cutting.throws import shows_several
 from friction_estimation.tracking.detection.known_look import left_unexplained
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
-from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
+from friction_estimation.tracking.films.steady_film import SteadyFilm, camera_of, empty_ice
 from friction_estimation.tracking.found_stone import (
     FoundStone,
-    find_stone,
     focal_from_stones,
     found_or_misplaced,
 )
+from friction_estimation.tracking.joint.heading import HeadingCurve
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
-from friction_estimation.tracking.path.heading import HeadingCurve
 from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.scene_context import SceneContext, find_scene_context
 from friction_estimation.tracking.several.collisions import assemble_tracks
@@ -87,21 +84,9 @@ def track_film(
         film = Film.open(film, scene.fps, options.slow)
     steady = film if isinstance(film, SteadyFilm) else SteadyFilm(film)
     background = empty_ice(steady, scene)
-    moved_px = 0.0
-    if camera is not None:
-        moved_px = displacement(camera, scene, background.image, background.origin_px)
-    if camera is not None and moved_px <= max(tuning.STILL_PX, 3 * camera.rms_px):
-        refined, moved_px = camera, 0.0
-        stone = find_stone(steady, scene, refined.camera, background)
-    else:
-        refined = refined_by_paint(steady, scene, background, options.refine)
-        if camera is not None and options.refine and not refined.measured:
-            raise InputError(
-                "the camera has moved so far that the paint is not found near where it was "
-                "marked; mark the sheet anew in this film",
-                source=film.path,
-            )
-        stone = found_or_misplaced(steady, scene, refined, background, options.refine)
+    refined, moved_px = camera_of(steady, scene, background, camera, options.refine)
+    stone = found_or_misplaced(steady, scene, refined, background, options.refine)
+    if refined is not camera:
         refined = focal_from_stones(refined, scene, [stone])
     judged(stone.path)
     learnt = _learn(steady, scene, refined.camera, stone)
@@ -115,7 +100,11 @@ def track_film(
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=film.path)
     found = replace(
-        found, stabiliser=steady.stabiliser, moved_px=moved_px, sightings=stone.sightings
+        found,
+        stabiliser=steady.stabiliser,
+        moved_px=moved_px,
+        shows_several=shows_several(stone.sightings),
+        unexplained=(*found.unexplained, *steady.remarks),
     )
     return found.numbered(throw)
 

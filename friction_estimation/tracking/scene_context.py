@@ -18,7 +18,7 @@ from friction_estimation.appearance import Appearance, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background, moving_blobs
+from friction_estimation.tracking.background import Background, moving_blobs
 from friction_estimation.tracking.detection.ice_beneath import (
     fill_from_mirrors,
     footprint,

@@ -15,7 +15,7 @@ import numpy as np
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.joint import numbers
 
 
 @dataclass(eq=False)
@@ -56,7 +56,7 @@ class StoneNumbers:
         """The stone that lay at a place [m]."""
         apart = {n: float(np.linalg.norm(xy - place)) for n, place in self.lying.items()}
         near = [n for n in sorted(apart, key=apart.__getitem__) if n not in taken]
-        return near[0] if near and apart[near[0]] < tuning.SAME_PLACE else None
+        return near[0] if near and apart[near[0]] < numbers.SAME_PLACE else None
 
     def _again(self, handle: str | None, lying: set[int]) -> int | None:
         """The stone of a handle's colour whose last throw is longest ago, if it is free."""
@@ -82,9 +82,9 @@ def same_handle(one: str | None, other: str | None) -> bool:
         return True
     first, second = _chroma(one), _chroma(other)
     size = np.linalg.norm(first), np.linalg.norm(second)
-    if min(size) < tuning.MIN_CHROMA:
+    if min(size) < numbers.MIN_CHROMA:
         return True
-    return bool(first @ second > np.cos(tuning.SAME_HUE) * size[0] * size[1])
+    return bool(first @ second > np.cos(numbers.SAME_HUE) * size[0] * size[1])
 
 
 def clearer(one: str | None, other: str | None) -> str | None:

@@ -24,12 +24,12 @@ from curling_env.infrastructure.files.table import is_plain, quoted, read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from curling_env.trajectory import Trajectory
 from friction_estimation.tracks.tuning import (
-    GATE_LINE_TOLERANCE,
     GATE_PLACE_SIGMA,
     GATE_WIDTH,
     HOG_TO_HOG_SECONDS,
     LENGTH_TOLERANCE,
     MAX_GATE_SPEED,
+    NEAR_LINE,
     SPEED_TOLERANCE,
     SPLIT_SECONDS,
 )
@@ -138,7 +138,7 @@ def passing_times(track: Trajectory, line: float) -> tuple[float, float] | None:
     line : place along the direction of play, from mid-sheet [m]
     """
     forward = 1.0 if track.xy[-1, 1] >= track.xy[0, 1] else -1.0
-    rows = np.abs(forward * track.xy[:, 1] - line) < GATE_LINE_TOLERANCE
+    rows = np.abs(forward * track.xy[:, 1] - line) < NEAR_LINE
     if not rows.any():
         return None
     sigma = float(np.sqrt(np.sum(track.sigma_t[rows] ** 2))) / int(rows.sum())

@@ -139,7 +139,7 @@ throws: the height of the beam and the distance of the gate from its line.
 """
 GATE_TIME_SIGMA = 0.003
 """Standard error of a time without a stated one [s]."""
-GATE_LINE_TOLERANCE = 0.3
+NEAR_LINE = 0.3
 """Maximum distance from a line for a time to be that of its gate [m]."""
 MAX_GATE_SPEED = 5.0
 """Maximum speed of a stone at a gate [m/s]."""

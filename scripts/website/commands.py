@@ -17,7 +17,7 @@ GROUPS = {
     "Coaching": ("app", "throws", "hand-or-ice", "athletes", "match-stones"),
     "Throws": ("plan", "throw", "simulate", "sweep", "film"),
     "Agents and games": ("train", "benchmark", "play", "tournament", "replay", "record-games",
-                         "join", "host"),
+                         "join", "host", "hands"),
     "The project": ("demo", "bench"),
 }  # fmt: skip
 """Commands by purpose; commands of other packages are in the last group."""

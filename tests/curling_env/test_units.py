@@ -10,17 +10,17 @@ FEET = Units.FEET
 
 
 @pytest.mark.parametrize(
-    ("metres", "told"), [(0.3048, "1 ft 0 in"), (0.2794, "11 in"), (-1.2446, "4 ft 1 in")]
+    ("metres", "text"), [(0.3048, "1 ft 0 in"), (0.2794, "11 in"), (-1.2446, "4 ft 1 in")]
 )
-def test_lengths_in_feet_and_inches(metres, told):
-    assert length(metres, FEET) == told
+def test_lengths_in_feet_and_inches(metres, text):
+    assert length(metres, FEET) == text
 
 
 def test_inches_never_reach_twelve():
-    told = [length(metres / 1000, FEET) for metres in range(3000)]
-    assert not any(" 12 in" in words or words.startswith("12 in") for words in told)
-    told = [short_length(metres / 1000, FEET) for metres in range(3000)]
-    assert not any(words in ("12 in", "0 ft 12 in") for words in told)
+    text = [length(metres / 1000, FEET) for metres in range(3000)]
+    assert not any(" 12 in" in words or words.startswith("12 in") for words in text)
+    text = [short_length(metres / 1000, FEET) for metres in range(3000)]
+    assert not any(words in ("12 in", "0 ft 12 in") for words in text)
 
 
 def test_metres_and_centimetres():
@@ -42,5 +42,5 @@ def test_sides_are_the_throwers():
 
 def test_misses_are_formatted_to_visible_precision():
     assert [miss(metres) for metres in (0.0042, 0.0999, 1.5)] == ["4 mm", "10 cm", "1.50 m"]
-    told = [miss(metres, FEET) for metres in (0.0032, 0.0127, 0.0250, 0.1, 0.4)]
-    assert told == ["⅛ in", "½ in", "1 in", "4 in", "1 ft 4 in"]
+    text = [miss(metres, FEET) for metres in (0.0032, 0.0127, 0.0250, 0.1, 0.4)]
+    assert text == ["⅛ in", "½ in", "1 in", "4 in", "1 ft 4 in"]

@@ -8,7 +8,10 @@ import pytest
 import validation
 from typer.testing import CliRunner
 
+from curling_env.ice import load_ice
 from curling_env.validation import ICE_ROWS, OTHER_ROWS, compare
+from curling_env.validation.row import Verdict
+from tests.agents.shots.small_tables import RESTS, SmallTable
 
 
 @pytest.fixture
@@ -28,8 +31,6 @@ def test_rows_are_one_list_with_their_ice(without_films: None) -> None:
 def test_rows_of_the_paper_are_compared_with_the_printed_values(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    from curling_env.ice import load_ice
-
     monkeypatch.setattr(validation, "_paper_errors", lambda: {1: 0.1, 5: 0.4})
     misses = {(form, where): 0.1 for form in ("plain", "pyramidal") for where in
               ("before mid-sheet", "after mid-sheet")}  # fmt: skip
@@ -53,3 +54,28 @@ def test_a_name_that_is_no_ice_is_refused() -> None:
     done = CliRunner().invoke(app, ["--ice", "nothing"])
     assert done.exit_code != 0
     assert "no such ice file" in str(done.exception)
+
+
+def test_rows_of_mixed_doubles_need_a_table(tmp_path):
+    small = SmallTable()
+    small.end(RESTS, (0, 2))
+    small.end(RESTS, (1, 0), hammer=31)
+    rows = validation.doubles_rows(small.write(tmp_path), "club", 9)
+    assert [row.part for row in rows] == ["mixed doubles"] * 3
+    worst, same = compare(load_ice("standard"), "standard", rows[:2])
+    assert worst.value is not None
+    assert 0 < worst.value <= 100
+    assert same.value is not None
+    assert 0 <= same.value <= 1
+    assert (worst.verdict is Verdict.AGREES) == (worst.value <= 4)
+
+
+def test_decisions_are_printed_by_situation(tmp_path, capsys):
+    import decisions
+
+    small = SmallTable()
+    small.end(RESTS, (0, 2))
+    decisions.main(small.write(tmp_path), hands="club", shots=4, search=60, seed=0, as_json=False)
+    lines = capsys.readouterr().out.splitlines()
+    assert lines[0].split()[:2] == ["calls", "agree"]
+    assert lines[1].split()[:2] == ["all", "4"]

@@ -13,8 +13,8 @@ import numpy as np
 from curling_env.typing import Floats, Image
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
+from friction_estimation.tracking.background import sheet_region
 from friction_estimation.tracking.cutting import tuning
-from friction_estimation.tracking.detection.background import sheet_region
 
 
 class MotionDetector:

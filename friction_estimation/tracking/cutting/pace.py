@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from pathlib import Path
 
 import numpy as np
 
+from curling_env.errors import NoThrowError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats, Indices
@@ -67,6 +69,35 @@ def stops_before_its_hog_line(track: Trajectory) -> bool:
     late = track.xy[track.t >= track.t[-1] - tuning.RESTED_SECONDS]
     rests = np.linalg.norm(late[0] - late[-1]) < 2 * tuning.REST_DISTANCE
     return bool(rests and np.sign(y[-1] - y[0]) * y[-1] < -HOG_LINE_Y)
+
+
+def moved(seen: Trajectory | RoughPath) -> str:
+    """Why what a track or a path shows was not thrown, in words; empty if it was."""
+    if isinstance(seen, RoughPath):
+        if not seen.measured:
+            return ""
+        t, xy = (np.array([getattr(s, name) for s in seen.sightings]) for name in ("t", "xy"))
+        seen = Trajectory(t=t, xy=xy)
+    if not slides_freely(seen):
+        return "what moves there keeps its pace, as a stone does that is carried or pushed"
+    if stops_before_its_hog_line(seen):
+        return "what moves there stops before the hog line of its own end, as no thrown stone does"
+    return ""
+
+
+def judged_of(film: Path) -> Callable[[RoughPath], None]:
+    """A function that refuses the path of what was moved in a film.
+
+    Raises
+    ------
+    NoThrowError : by the function, for a stone that is carried, pushed or moved aside
+    """
+
+    def judged(path: RoughPath) -> None:
+        if why := moved(path):
+            raise NoThrowError(why, source=film)
+
+    return judged
 
 
 def slides_until(path: RoughPath, far: float, latest: float = tuning.LAST_PACE_SECONDS) -> float:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -14,7 +14,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting import tuning
-from friction_estimation.tracking.cutting.throws import find_throws
 
 STILL_FRAMES = 25
 """Frames in which a film without a throw is checked for a camera that moves."""
@@ -64,6 +63,7 @@ class Piece:
 def cut(
     film: Film,
     scene: Scene,
+    find_throws: Callable[..., Sequence[Any]],
     *,
     look_through: bool = False,
     left_out: Callable[[str], object] = lambda why: None,
@@ -75,6 +75,7 @@ def cut(
     ----------
     film : of one throw or of many
     scene : its camera's view of the sheet
+    find_throws : finds the throws in a film
     look_through : whether even a film is looked through that is so short that it hardly shows two
     left_out : called with what is left out of a film that is cut, and why
     progress : called with the number of frames passed and the expected number of all

@@ -18,6 +18,12 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import tuning as tracking
+from friction_estimation.tracking.background import (
+    Blob,
+    find_background,
+    moving_blobs,
+    sheet_region,
+)
 from friction_estimation.tracking.cutting import tuning
 from friction_estimation.tracking.cutting.looks import Look, looks, parts_for, smaller
 from friction_estimation.tracking.cutting.motion import MotionDetector
@@ -35,19 +41,14 @@ from friction_estimation.tracking.cutting.paths import (
     with_groups,
     without_returns,
 )
-from friction_estimation.tracking.detection.background import (
-    Blob,
-    find_background,
-    moving_blobs,
-    sheet_region,
-)
-from friction_estimation.tracking.detection.people import distance, is_larger
+from friction_estimation.tracking.detection.people import distance
 from friction_estimation.tracking.detection.thrown_stone import (
     RoughPath,
     Sighting,
     likeliest_path,
     sightings_in,
 )
+from friction_estimation.tracking.joint.sightings import is_larger
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -22,8 +22,8 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.connected import connected_parts
+from friction_estimation.tracking.background import Background
+from friction_estimation.tracking.connected import connected_parts
 
 Mask = NDArray[np.uint8]
 Part = tuple[slice, slice]

@@ -18,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
+import cv2
 import numpy as np
 
 from curling_env.sheet import HOG_LINE_Y, Sheet
@@ -36,11 +37,13 @@ from friction_estimation.appearance import (
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import CutFrame, Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import (
+from friction_estimation.tracking.background import (
     Background,
+    Blob,
+    grey,
     moving_blobs,
-    parts_of_blobs,
 )
+from friction_estimation.tracking.connected import boxes_of_parts
 from friction_estimation.tracking.detection.expected_motion import ExpectedMotion
 from friction_estimation.tracking.detection.steady_slides import (
     long_slides,
@@ -425,3 +428,29 @@ def _clearest(unclear: dict[int, float]) -> list[int]:
     if len(chosen) < tuning.LEAST_CLEAR:
         chosen |= set(sorted(unclear, key=unclear.__getitem__)[: tuning.LEAST_CLEAR])
     return sorted(chosen)
+
+
+def parts_of_blobs(frame: Frame, background: Background, min_area_px: float = 6.0) -> list[Blob]:
+    """The connected parts of a frame that are darker than the background by about the same.
+
+    A stone that touches a broom or a person in the picture is such a part of their blob.
+
+    Parameters
+    ----------
+    min_area_px : smaller parts are left out
+    """
+    cut = np.ascontiguousarray(frame[background.slices])
+    darker = cv2.subtract(grey(background.flat), grey(cut))
+    limit = max(tuning.MIN_CONTRAST, 5 * background.noise)
+    found: list[Blob] = []
+    for low in np.arange(limit, 255, tuning.BAND / 2):
+        band = cv2.inRange(darker, low, low + tuning.BAND)
+        for left, top, width, height, area in boxes_of_parts(band).tolist():
+            if area < min_area_px or area < tuning.MIN_FILL * width * height:
+                continue
+            corner = np.add(background.origin_px, (left, top), dtype=np.float64)
+            size = np.array([width, height], dtype=np.float64)
+            found.append(
+                Blob(low_px=corner, high_px=corner + size - 1, area_px=float(area), whole_px=size)
+            )
+    return found

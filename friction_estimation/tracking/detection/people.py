@@ -11,8 +11,9 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
+from friction_estimation.tracking.background import Background, Blob, moving_blobs
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
+from friction_estimation.tracking.joint.sightings import is_larger
 
 
 def people_near(
@@ -34,15 +35,6 @@ def people_near(
         if count >= tuning.FRAMES_WITH_PEOPLE:
             return True
     return False
-
-
-def is_larger(blob: Blob, camera: Camera, model: StoneModel) -> bool:
-    """Whether a blob is much larger than a stone would be there, as people are."""
-    middle = camera.on_plane(((blob.low_px + blob.high_px) / 2)[None], 0.0)[0]
-    corners = model.extent_px(camera, middle) if np.isfinite(middle).all() else np.empty((0, 2))
-    if len(corners) == 0:
-        return False
-    return bool((blob.whole_px > tuning.MAX_SHADOW_GROWTH * (corners[1] - corners[0] + 3)).any())
 
 
 def distance(blob: Blob, place: Floats, camera: Camera) -> float:

@@ -29,11 +29,11 @@ from friction_estimation.appearance import (
 from friction_estimation.appearance.occlusion import set_among
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background, median_picture
+from friction_estimation.tracking.background import Background, median_picture
 from friction_estimation.tracking.detection.ice_beneath import ice_without_stones
-from friction_estimation.tracking.detection.own_look import own_look
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.detector import Detector, OnIce, detected_sigma
+from friction_estimation.tracking.joint.own_look import own_look
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

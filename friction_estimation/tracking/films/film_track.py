@@ -13,7 +13,6 @@ from friction_estimation.appearance import Appearance
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.stabilisation import Stabiliser
-from friction_estimation.tracking.detection.thrown_stone import Sighting
 
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
@@ -68,7 +67,7 @@ class FilmTrack:
     stabiliser : undoes the camera's sway in a frame; None where the camera stood still
     moved_px : how far the camera has moved since it was solved for earlier films [px]; 0 where it
         stood still or is solved for this film first
-    sightings : what may be a thrown stone in the frames that were looked through first
+    shows_several : whether the frames that were looked through first show several throws
     """
 
     trajectory: Trajectory
@@ -84,7 +83,7 @@ class FilmTrack:
     unexplained: tuple[str, ...] = ()
     stabiliser: Stabiliser | None = None
     moved_px: float = 0.0
-    sightings: tuple[Sighting, ...] = ()
+    shows_several: bool = False
 
     @property
     def not_seen(self) -> str:

@@ -28,17 +28,13 @@ from friction_estimation.camera.lens import FreeLens, Lens
 from friction_estimation.camera.refinement import RefinedCamera, displacement, refine_again
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.cutting import tuning as cutting_tuning
 from friction_estimation.tracking.cutting.pieces import Piece
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.default import OwnTracker
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
-from friction_estimation.tracking.found_stone import (
-    FoundStone,
-    find_stone,
-    focal_from_stones,
-)
+from friction_estimation.tracking.joint import numbers
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 3
@@ -60,7 +56,12 @@ class SharedCameras:
     _sampled: SteadyFilm | None = None
 
     def of(
-        self, scene: Scene, pieces: Sequence[Piece], others: Sequence[Path], progress: Progress
+        self,
+        scene: Scene,
+        pieces: Sequence[Piece],
+        others: Sequence[Path],
+        own: OwnTracker,
+        progress: Progress,
     ) -> RefinedCamera | None:
         """The camera of a scene; solved from its first films where it is not known yet.
 
@@ -68,6 +69,7 @@ class SharedCameras:
         ----------
         pieces : what is tracked next
         others : films of the same scene that follow
+        own : finds stones in them, where the paint leaves the lens open
         progress : called while the camera is solved
 
         Returns
@@ -80,7 +82,7 @@ class SharedCameras:
         key = self._key(scene, films[0].size)
         if key not in self._known:
             kept = self._read(scene, key)
-            self._known[key] = kept or self._solved(scene, films, others, progress)
+            self._known[key] = kept or self._solved(scene, films, others, own, progress)
             if kept is None:
                 self._unkept.add(key)
         return self._known[key]
@@ -111,10 +113,15 @@ class SharedCameras:
             self._write(scene, key)
 
     def _solved(
-        self, scene: Scene, films: list[Film], others: Sequence[Path], progress: Progress
+        self,
+        scene: Scene,
+        films: list[Film],
+        others: Sequence[Path],
+        own: OwnTracker,
+        progress: Progress,
     ) -> RefinedCamera | None:
         for path in others:
-            if len(films) >= tuning.SOLVING_FILMS:
+            if len(films) >= numbers.SOLVING_FILMS:
                 break
             try:
                 film = Film.open(path, scene.fps)
@@ -127,8 +134,8 @@ class SharedCameras:
             if film.film is films[0]:
                 self._sampled = film
 
-        films = films[: tuning.SOLVING_FILMS]
-        return solve_camera(films, scene, sampled=sampled, progress=progress)
+        films = films[: numbers.SOLVING_FILMS]
+        return solve_camera(films, scene, own, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
         """A text that differs for other scenes, other sizes of pictures, and older solutions."""
@@ -163,6 +170,7 @@ class SharedCameras:
 def solve_camera(
     films: Sequence[Film],
     scene: Scene,
+    own: OwnTracker,
     *,
     sampled: Callable[[SteadyFilm], object] = lambda film: None,
     progress: Progress = no_progress,
@@ -173,6 +181,7 @@ def solve_camera(
     ----------
     films : of one camera that does not move, a throw each; those that it does not fit are left out
     scene : its view of the sheet
+    own : finds stones in them, where the paint leaves the lens open
     sampled : called with each film once its frames are sampled, which takes a while
     progress : called with the number of films done and that of all
 
@@ -202,7 +211,7 @@ def solve_camera(
         elif (
             background.image.shape != seen[0][1].image.shape
             or displacement(refined, scene, background.image, background.origin_px)
-            > tuning.STILL_PX
+            > numbers.STILL_PX
         ):
             continue
         seen.append((steady, background))
@@ -214,12 +223,12 @@ def solve_camera(
             np.mean([background.image for _, background in seen], axis=0), dtype=np.float32
         )
         refined = refine_again(refined, scene, image, seen[0][1].origin_px)
-    if refined.log_focal_sigma > tuning.OPEN_FOCAL_SIGMA:
-        stones: list[FoundStone] = []
+    if refined.log_focal_sigma > numbers.OPEN_FOCAL_SIGMA:
+        stones: list[Any] = []
         for steady, background in seen:
             with suppress(InputError):
-                stones.append(find_stone(steady, scene, refined.camera, background))
-        refined = focal_from_stones(refined, scene, stones)
+                stones.append(own.find_stone(steady, scene, refined.camera, background))
+        refined = own.with_focal(refined, scene, stones)
     progress(label, count, count)
     return refined
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
+from pathlib import Path
 
 import numpy as np
 
@@ -11,20 +12,21 @@ from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.refinement import (
     RefinedCamera,
+    displacement,
     refine,
     unrefined,
 )
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.deflicker import deflicker_for
-from friction_estimation.film.frame import Frame
+from friction_estimation.film.frame import Frame, LazyFrame
 from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import (
+from friction_estimation.tracking.background import (
     Background,
     find_background,
     sheet_region,
 )
+from friction_estimation.tracking.joint import numbers
 
 
 class SteadyFilm:
@@ -57,6 +59,8 @@ class SteadyFilm:
                 sample[k] = t, self.stabiliser.stabilised(frame)
         self.sample = sample
         """Times [s] and frames, spread over the whole film."""
+        self.remarks: tuple[str, ...] = ()
+        """What the frames that were read have shown of the film itself, in words."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -67,14 +71,32 @@ class SteadyFilm:
         return self.film.frame_count
 
     def frames(self) -> Iterable[tuple[float, Frame]]:
-        """All frames of the film's size, where others would show the sheet elsewhere.
+        """All frames of the film's size; others, which show the sheet elsewhere, are remarked on.
 
         Where nothing is to be corrected, colours are decoded only where needed.
         """
+        fitting = self._fitting()
         if self._deflicker is None and self.stabiliser is None:
-            return (one for one in self.film.lazy_frames() if one[1].shape[1::-1] == self.size)
-        fitting = (one for one in self.film.frames() if one[1].shape[1::-1] == self.size)
-        return self._corrected(fitting)
+            return fitting
+        return self._corrected((t, frame.whole()) for t, frame in fitting)
+
+    def _fitting(self) -> Iterator[tuple[float, LazyFrame]]:
+        """The frames of the film's size; the first of others is remarked on."""
+        others, first = 0, ""
+        for number, (t, frame) in enumerate(self.film.lazy_frames()):
+            size = (frame.shape[1], frame.shape[0])
+            if size == self.size:
+                yield t, frame
+                continue
+            if not others:
+                first = (
+                    f"frame {self.film.first + number} ({t:.1f} s) has {size[0]} × {size[1]} pixels"
+                )
+            others += 1
+            self.remarks = (
+                f"{first}, where the film has {self.size[0]} × {self.size[1]}: {others} such "
+                f"frame{'s' * (others != 1)} ignored",
+            )
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
         """The frames from one time to another, a step apart [s]."""
@@ -97,8 +119,8 @@ class SteadyFilm:
 
 def sample_size(size: tuple[int, int]) -> int:
     """How many frames of a film are looked at before the stone is followed."""
-    fitting = tuning.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
-    return min(tuning.SAMPLE_FRAMES, max(fitting, tuning.LEAST_SAMPLE))
+    fitting = numbers.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
+    return min(numbers.SAMPLE_FRAMES, max(fitting, numbers.LEAST_SAMPLE))
 
 
 def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
@@ -106,10 +128,55 @@ def empty_ice(film: SteadyFilm, scene: Scene) -> Background:
     camera = camera_from_scene(scene, film.size)
     # A lens that is not known yet may misplace the sheet by tens of pixels.
     known = scene.camera_matrix is not None and scene.distortion is not None
-    margin = tuning.KNOWN_LENS_MARGIN_PX if known else tuning.UNKNOWN_LENS_MARGIN_PX
+    margin = numbers.KNOWN_LENS_MARGIN_PX if known else numbers.UNKNOWN_LENS_MARGIN_PX
     region = sheet_region(camera, scene.sheet, margin)
-    every = max(1, -(-len(film.sample) // tuning.BACKGROUND_FRAMES))
+    every = max(1, -(-len(film.sample) // numbers.BACKGROUND_FRAMES))
     return find_background([frame for _, frame in film.sample[::every]], region)
+
+
+def camera_of(
+    film: SteadyFilm,
+    scene: Scene,
+    background: Background,
+    known: RefinedCamera | None,
+    refine_camera: bool,
+) -> tuple[RefinedCamera, float]:
+    """The camera of a film, and by how much it has moved since it was solved before [px].
+
+    Parameters
+    ----------
+    known : the scene's camera, if it was solved before; where the paint is not where it sees it,
+        the camera has moved and is solved again
+    refine_camera : whether the paint corrects the camera
+
+    Raises
+    ------
+    InputError : a camera that has moved too far
+    """
+    if known is None:
+        return refined_by_paint(film, scene, background, refine_camera), 0.0
+    moved_px = displacement(known, scene, background.image, background.origin_px)
+    if moved_px <= max(numbers.STILL_PX, 3 * known.rms_px):
+        return known, 0.0
+    refined = refined_by_paint(film, scene, background, refine_camera)
+    if refine_camera and not refined.measured:
+        raise InputError(
+            "the camera has moved so far that the paint is not found near where it was "
+            "marked; mark the sheet anew in this film",
+            source=film.path,
+        )
+    return refined, moved_px
+
+
+def blames_scene(refined: RefinedCamera, film: Path) -> InputError:
+    """The error of a film without a thrown stone whose paint is not where the scene says."""
+    wrong = ", ".join(refined.disagreeing)
+    seen = f" ({wrong} elsewhere)" if wrong else ""
+    return InputError(
+        f"the paint is not where this scene says{seen}, and no thrown stone is found; is it "
+        "the scene of this camera? `curling corners` marks it again",
+        source=film,
+    )
 
 
 def refined_by_paint(

@@ -13,7 +13,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import CameraMovesError
 from friction_estimation.film.video import Film
 from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short
-from friction_estimation.tracking.cutting.throws import shows_several
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.given_tracker import GivenTracker
 from friction_estimation.tracking.films.resume import Checkpoints, digest
@@ -125,11 +124,17 @@ class ThrowTracker:
 
     def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
         """The throws of a film, or all of it where it shows one throw only."""
-        if not self.tracker.is_built_in:
+        if self.tracker.own is None:
             return [Piece.whole(film)]
         options = self.tracker.options
         opened = Film.open(film, scene.fps, None if options is None else options.slow)
-        return cut(opened, scene, left_out=self._left_out_of(film), progress=self.progress)
+        return cut(
+            opened,
+            scene,
+            self.tracker.own.find_throws,
+            left_out=self._left_out_of(film),
+            progress=self.progress,
+        )
 
     def _parts(self, piece: Piece, scene: Scene, found: FilmTrack | None) -> list[Piece]:
         """The throws of a short film that was tracked as one, if there are several.
@@ -138,12 +143,22 @@ class ThrowTracker:
         ----------
         found : what was found in it; None where that is no throw
         """
-        if piece.begin is not None or not isinstance(piece.film, Film) or not is_short(piece.film):
+        own = self.tracker.own
+        if own is None or piece.begin is not None or not isinstance(piece.film, Film):
             return []
-        if found is not None and not shows_several(found.sightings):
+        if not is_short(piece.film):
+            return []
+        if found is not None and not found.shows_several:
             return []
         left_out = self._left_out_of(piece.path)
-        parts = cut(piece.film, scene, look_through=True, left_out=left_out, progress=self.progress)
+        parts = cut(
+            piece.film,
+            scene,
+            own.find_throws,
+            look_through=True,
+            left_out=left_out,
+            progress=self.progress,
+        )
         return parts if len(parts) > 1 else []
 
     def _left_out_of(self, film: Path) -> Callable[[str], object]:
@@ -153,9 +168,10 @@ class ThrowTracker:
         self, scene: Scene, pieces: Sequence[Piece], like: Sequence[Path]
     ) -> RefinedCamera | None:
         """The camera that all films of the scene share; None where each is solved by itself."""
-        if not self.tracker.shares_cameras:
+        own = self.tracker.own
+        if own is None or not self.tracker.shares_cameras:
             return None
-        return self.cameras.of(scene, pieces, like, self.progress)
+        return self.cameras.of(scene, pieces, like, own, self.progress)
 
     def _key(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> str:
         """A text that differs where anything differs that decides the tracks of a piece."""

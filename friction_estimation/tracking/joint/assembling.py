@@ -12,23 +12,21 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, StoneFit
 from friction_estimation.camera.refinement import RefinedCamera
-from friction_estimation.tracking import tuning
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.contacts import contact_time
-from friction_estimation.tracking.joint.measuring import Follower
-from friction_estimation.tracking.joint.others import OtherStone
-from friction_estimation.tracking.joint.smoothing import SmoothPath, smooth_path
-from friction_estimation.tracking.path.assembly import Measurements
-from friction_estimation.tracking.path.heading import (
+from friction_estimation.tracking.joint.heading import (
     HeadingViews,
     KnownHeading,
     fit_heading_curve,
     headings_near,
     unseen_turn,
 )
-from friction_estimation.tracking.path.smoothing import smooth
-from friction_estimation.tracking.path.uncertainty import (
+from friction_estimation.tracking.joint.measurements import Measurements
+from friction_estimation.tracking.joint.measuring import Follower
+from friction_estimation.tracking.joint.others import OtherStone
+from friction_estimation.tracking.joint.smoothing import SmoothPath, smooth_heading, smooth_path
+from friction_estimation.tracking.joint.uncertainty import (
     block_sigma,
     heading_sigma,
     hidden_for_long,
@@ -165,10 +163,10 @@ def assemble(
 
     Returns
     -------
-    None where it was seen in fewer than `tuning.MIN_FITS` frames
+    None where it was seen in fewer than `numbers.MIN_FITS` frames
     """
     fitted = [i for i, fit in enumerate(measured.fits) if fit is not None]
-    if len(fitted) < tuning.MIN_FITS:
+    if len(fitted) < numbers.MIN_FITS:
         return None
     model, camera = appearance.model, refined.camera
     first, last = fitted[0], fitted[-1]
@@ -237,7 +235,7 @@ def _headings(
     known: KnownHeading | None = None
     for low, high in pairwise([-np.inf, *sorted(contacts), np.inf]):
         part = np.flatnonzero((t >= low) & (t < high))
-        if len(part) < tuning.MIN_FITS:
+        if len(part) < numbers.MIN_FITS:
             continue
         views = measured.views.between(low, high)
         own = [fits[k] for k in part.tolist()]
@@ -248,7 +246,7 @@ def _headings(
         theta[part], spin[part], sigma[part] = found
         seen = part[np.isfinite(theta[part])]
         known = None
-        if len(seen) and t[seen[-1]] > t[part[-1]] - tuning.MAX_CONTACT_DELAY:
+        if len(seen) and t[seen[-1]] > t[part[-1]] - numbers.MAX_CONTACT_DELAY:
             last = seen[-1]
             known = KnownHeading(t=float(t[last]), theta=float(theta[last]), spin=float(spin[last]))
     return theta, spin, sigma
@@ -267,7 +265,7 @@ def _headings_between(
     if curve is None:
         return None
     unseen = unseen_turn(curve, t, speed, age)
-    stale = unseen > tuning.MAX_UNSEEN_TURN
+    stale = unseen > numbers.MAX_UNSEEN_TURN
     fresh = HeadingViews()
     for moment, cost in zip(views.t, views.cost, strict=True):
         if not stale[min(int(np.searchsorted(t, moment)), len(t) - 1)]:
@@ -280,22 +278,22 @@ def _headings_between(
     error = np.array([np.nan if fit is None else np.sqrt(fit.covariance[2, 2]) for fit in fits])
     theta, error = headings_near(curve, t, np.where(stale, np.nan, own), error)
     seen = np.isfinite(theta)
-    if seen.sum() < tuning.MIN_FITS:
+    if seen.sum() < numbers.MIN_FITS:
         return None
     if known is None:
         theta = theta - 2 * np.pi * np.round(theta[seen][0] / (2 * np.pi))
-    result = smooth(t, theta, np.clip(error, 1e-3, 1.0))
+    value, rate, noise = smooth_heading(t, theta, np.clip(error, 1e-3, 1.0))
     away = np.abs(t[:, None] - t[seen]).min(axis=1)
     expected = curve.at(t)
-    off = np.angle(np.exp(1j * (result.value - expected)))
-    found = (away <= tuning.MAX_HEADING_GAP / 2) & (np.abs(off) < tuning.HEADING_MATCH) & ~stale
+    off = np.angle(np.exp(1j * (value - expected)))
+    found = (away <= numbers.MAX_HEADING_GAP / 2) & (np.abs(off) < numbers.HEADING_MATCH) & ~stale
     # Where single frames scatter more than the curve is off, the curve is the better of the two.
     miss = np.angle(np.exp(1j * (theta - expected)))[seen]
     scatter = float(np.median(np.abs(miss))) / 0.6745
     drift = numbers.HEADING_DRIFT
     share = drift**2 / (drift**2 + scatter**2)
-    heading = np.where(found, result.value - (1 - share) * off, np.nan)
-    rate = np.where(found, result.rate, np.nan)
-    doubt = np.hypot(result.sigma * share, (1 - share) * drift)
+    heading = np.where(found, value - (1 - share) * off, np.nan)
+    rate = np.where(found, rate, np.nan)
+    doubt = np.hypot(noise * share, (1 - share) * drift)
     sigma = np.where(found, np.hypot(doubt, unseen), np.nan)
     return heading, rate, sigma

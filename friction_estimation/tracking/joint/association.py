@@ -24,8 +24,10 @@ CARRIED, SLIDING, RESTING = 0, 1, 2
 _MODES = 3
 _STAYS = -0.1
 """Log probability that a mode goes on."""
-_MOVES = 4.0
+_MOVES = 16.0
 """Two detections this far apart are not at the same place [squared standard errors]."""
+_REPEATED = 0.25
+"""Share of the variance of a detection that others at the same place repeat."""
 _AIM_SIGMA = 0.1
 """Standard deviation of the direction of a throw about the length of the sheet [rad]."""
 
@@ -65,16 +67,17 @@ class Path:
         return bool((self.mode == SLIDING).any())
 
 
-def likeliest_paths(seen: Detections, area: float) -> list[Path]:
+def likeliest_paths(seen: Detections, area: float, among: Integers | None = None) -> list[Path]:
     """All paths whose log odds are above `numbers.SURE`, the likeliest first.
 
     Parameters
     ----------
     seen : the detections, in order of time
     area : of the ice that is in view [m²]
+    among : indices of the detections that they may have; None: all
     """
     clutter = max(len(seen.t) / max(len(seen.times), 1), 1.0) / area
-    left = np.arange(len(seen.t))
+    left = np.arange(len(seen.t)) if among is None else np.unique(among)
     paths: list[Path] = []
     while len(left) > 1:
         found = _disjoint_paths(seen, left, clutter)
@@ -86,7 +89,10 @@ def likeliest_paths(seen: Detections, area: float) -> list[Path]:
 
 
 def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Path]:
-    """The likeliest paths through some of the detections that share none of them."""
+    """The likeliest paths through some of the detections, one at a time.
+
+    Once the likeliest is taken out, those beside it may go on elsewhere, so that they wait.
+    """
     frame, t, xy = seen.frame[left], seen.t[left], seen.xy[left]
     variance, score = seen.sigma[left] ** 2, seen.score[left]
     still, leaves = seen.still[left], seen.leaves[left]
@@ -98,19 +104,21 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
     came = np.full((len(first), _MODES), -1, dtype=np.int64)
     _score_pairs(
         first, second, into, frame, t, xy, variance, score, still, leaves, math.log(clutter),
-        value, came, np.empty((len(first), 2)),
+        value, came, np.empty((len(first), 2)), np.empty((len(first), 4)),
+        np.empty((len(first), 2, 2)),
     )  # fmt: skip
     flat = value.ravel()
     ends = np.flatnonzero(flat > numbers.SURE)
-    used = np.zeros(len(left), dtype=bool)
+    busy = np.zeros(len(seen.times), dtype=bool)
     found: list[Path] = []
     for end in ends[np.argsort(-flat[ends], kind="stable")].tolist():
-        if used[second[end // _MODES]]:
+        if busy[frame[second[end // _MODES]]]:
             continue
         nodes, modes, gained = _traced(end, first, second, came, value)
-        if not used[nodes].any():
-            used[nodes] = True
+        low, high = frame[nodes[[0, -1]]].tolist()
+        if not busy[max(low - numbers.LONGEST_GAP_FRAMES, 0) : high + 1].any():
             found.append(Path(at=left[nodes], mode=modes, gained=gained))
+        busy[low : high + numbers.LONGEST_GAP_FRAMES + 1] = True
     return found
 
 
@@ -161,6 +169,14 @@ def _gauss(dx, dy, vx, vy):
 
 
 @compiled
+def _misses(dx, dy, vx, vy):
+    """Log of how much less likely such a miss is than one of two standard errors; 0 below that."""
+    chi2 = dx * dx / vx + dy * dy / vy
+    nu = numbers.STUDENT_FREEDOM
+    return min(-0.5 * (nu + 2) * (math.log1p(chi2 / nu) - math.log1p(4 / nu)), 0.0)
+
+
+@compiled
 def _aim(vx, vy):
     """Log of how much likelier a throw has this direction than anything else."""
     angle = math.atan2(vx, abs(vy)) / _AIM_SIGMA
@@ -169,13 +185,18 @@ def _aim(vx, vy):
 
 @compiled
 def _score_pairs(
-    first, second, into, frame, t, xy, variance, score, still, leaves, clutter, value, came, slowing
-):
+    first, second, into, frame, t, xy, variance, score, still, leaves, clutter, value, came,
+    slowing, rests, counted,
+):  # fmt: skip
     """Fill in the log odds of the best path that ends with each pair, in each mode.
 
     Parameters
     ----------
     slowing : (n, 2) deceleration of that path while it slides, and its variance; filled in
+    rests : (n, 4) place of that path while it rests, and the variances of its coordinates; filled
+        in
+    counted : (n, 2, 2) place at which that path, carried and sliding, last showed something new:
+        frames in between, in which it hardly moves, say no more of it; filled in
     """
     for e in range(len(first)):
         j, k = first[e], second[e]
@@ -193,9 +214,15 @@ def _score_pairs(
         value[e, CARRIED] = begin + free if begins else -np.inf
         value[e, SLIDING] = begin + free + _aim(x / dt, y / dt) if begins else -np.inf
         value[e, RESTING] = begin + _gauss(x, y, sx, sy)
+        if frame[j] < numbers.END_FRAMES:
+            value[e, RESTING] += numbers.LIES - numbers.BIRTH
+        for a in range(2):
+            counted[e, CARRIED, a] = counted[e, SLIDING, a] = xy[k, a]
+            rests[e, a] = (xy[j, a] + xy[k, a]) / 2
+            rests[e, 2 + a] = (variance[j, a] + variance[k, a]) / 4
         for m in range(_MODES):
             came[e, m] = -1
-        slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2
+        slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
         for d in range(into[j], into[j + 1]):
             i = first[d]
             before = t[j] - t[i]
@@ -209,40 +236,60 @@ def _score_pairs(
             gain = missed + score[k] - clutter
             # carried on, or let go
             held = (numbers.CARRIED_ACCELERATION * lever) ** 2
-            moved = _gauss(x - vx * dt, y - vy * dt, ex + held, ey + held)
+            moved = gain + _gauss(x - vx * dt, y - vy * dt, ex + held, ey + held)
+            cx, cy = xy[k, 0] - counted[d, CARRIED, 0], xy[k, 1] - counted[d, CARRIED, 1]
+            new = cx * cx / sx + cy * cy / sy > _MOVES
+            if not new:
+                moved = min(moved, _misses(x - vx * dt, y - vy * dt, ex + held, ey + held))
             if not moves:
                 moved = -np.inf
-            v = value[d, CARRIED] + _STAYS + gain + moved
+            v = value[d, CARRIED] + _STAYS + moved
             if v > value[e, CARRIED]:
                 value[e, CARRIED], came[e, CARRIED] = v, d * _MODES + CARRIED
-            v = value[d, CARRIED] + numbers.RELEASED + gain + moved + _aim(x / dt, y / dt)
+                for a in range(2):
+                    counted[e, CARRIED, a] = xy[k, a] if new else counted[d, CARRIED, a]
+            v = value[d, CARRIED] + numbers.RELEASED + moved + _aim(x / dt, y / dt)
             if v > value[e, SLIDING]:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + CARRIED
-                slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.DECELERATION_SIGMA**2
+                for a in range(2):
+                    counted[e, SLIDING, a] = xy[k, a] if new else counted[d, CARRIED, a]
+                slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
             # slides on
             lost = min(slowing[d, 0] * lever, 0.9 * pace * dt)
             dx, dy = x - vx * dt + ux * lost, y - vy * dt + uy * lost
             along, aside = math.sqrt(slowing[d, 1]) * lever, numbers.CURL_SIGMA * lever
             qx, qy = (along * ux) ** 2 + (aside * uy) ** 2, (along * uy) ** 2 + (aside * ux) ** 2
-            v = value[d, SLIDING] + _STAYS + gain + _gauss(dx, dy, ex + qx, ey + qy)
+            slid = gain + _gauss(dx, dy, ex + qx, ey + qy)
+            cx, cy = xy[k, 0] - counted[d, SLIDING, 0], xy[k, 1] - counted[d, SLIDING, 1]
+            new = cx * cx / sx + cy * cy / sy > _MOVES
+            if not new:
+                slid = min(slid, _misses(dx, dy, ex + qx, ey + qy))
+            v = value[d, SLIDING] + _STAYS + slid
             if v > value[e, SLIDING] and moves:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + SLIDING
+                for a in range(2):
+                    counted[e, SLIDING, a] = xy[k, a] if new else counted[d, SLIDING, a]
                 share = slowing[d, 1] * lever
                 share /= along * along + (ex * ux * ux + ey * uy * uy)
                 slowing[e, 0] = slowing[d, 0] - share * (dx * ux + dy * uy)
                 fades = 1 - math.exp(-2 * dt / numbers.DECELERATION_MEMORY)
                 slowing[e, 1] = slowing[d, 1] * (1 - share * lever)
-                slowing[e, 1] += fades * (numbers.DECELERATION_SIGMA**2 - slowing[e, 1])
+                slowing[e, 1] += fades * (numbers.ICE_SIGMA**2 - slowing[e, 1])
             # is hit or hits, from rest or sliding
             jump = (numbers.JUMP_SIGMA * dt) ** 2
             hit = numbers.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
+            ax, ay = xy[k, 0] - rests[d, 0], xy[k, 1] - rests[d, 1]
+            avx, avy = rests[d, 2] + variance[k, 0], rests[d, 3] + variance[k, 1]
+            gone = moves and ax * ax / avx + ay * ay / avy > _MOVES
             for m in (SLIDING, RESTING):
                 v = value[d, m] + hit
-                free = m == SLIDING or leaves[j] or not still[j]
-                if v > value[e, SLIDING] and left and free:
+                free = left if m == SLIDING else gone and (leaves[j] or not still[j])
+                if v > value[e, SLIDING] and free:
                     value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + m
+                    for a in range(2):
+                        counted[e, SLIDING, a] = xy[k, a]
                     slowing[e, 0] = numbers.DECELERATION
-                    slowing[e, 1] = numbers.DECELERATION_SIGMA**2
+                    slowing[e, 1] = numbers.ICE_SIGMA**2
             # stops between j and k
             rest = 0.5 * min(pace * dt, pace * pace / (2 * numbers.DECELERATION))
             stop = _gauss(
@@ -251,8 +298,15 @@ def _score_pairs(
             v = value[d, SLIDING] + numbers.STOPS + gain + stop
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + SLIDING
+                for a in range(2):
+                    rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
             # the same picture again says hardly anything new
-            again = missed + min(_gauss(x, y, sx, sy) - clutter, numbers.STILL_THERE)
+            again = numbers.STILL_THERE + _misses(ax, ay, avx, avy)
+            again = missed + min(_gauss(ax, ay, avx, avy) - clutter, again)
             v = value[d, RESTING] + again
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + RESTING
+                for a in range(2):
+                    known, own = rests[d, 2 + a], variance[k, a]
+                    rests[e, a] = rests[d, a] + known / (known + own) * (xy[k, a] - rests[d, a])
+                    rests[e, 2 + a] = max(known * own / (known + own), _REPEATED * own)

@@ -6,7 +6,7 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.tracking.joint import numbers
-from friction_estimation.tracking.path.assembly import Measurements
+from friction_estimation.tracking.joint.measurements import Measurements
 
 
 def contact_time(

@@ -14,10 +14,9 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Flags, Floats, Image, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.detection.background import Background, Blob, moving_blobs
-from friction_estimation.tracking.detection.people import is_larger
-from friction_estimation.tracking.detection.thrown_stone import sighting_of
+from friction_estimation.tracking.background import Background, Blob, moving_blobs
 from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking.joint.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
 """The least likeness that counts for something."""
@@ -120,6 +119,7 @@ class Detector:
     model : the shape of a stone
     sheet : the ice
     finder : finds stones in pictures; None: only what moves alone is found
+    every : the finder is asked in one of this number of frames
     """
 
     def __init__(
@@ -129,10 +129,12 @@ class Detector:
         model: StoneModel,
         sheet: Sheet,
         finder: StoneFinder | None = None,
+        *,
+        every: int = 1,
     ) -> None:
         self._background, self._camera = background, camera
         self._model, self._sheet = model, sheet
-        self._finder = finder
+        self._finder, self._every = finder, every
         self._still = _still(background, camera, model, finder)
 
     @property
@@ -188,7 +190,7 @@ class Detector:
         unclear = np.array(
             [one is None or one.likeness < _CLEAR_LIKENESS for one in seen], dtype=bool
         )
-        if self._finder is not None and unclear.any():
+        if self._finder is not None and unclear.any() and k % self._every == 0:
             for xy, score in zip(*self._finder(frame, moved[unclear]), strict=True):
                 if _apart(xy, [other.xy for other in here]) and _apart(xy, self._still.places):
                     like = _likeness_of(float(score))

@@ -21,10 +21,13 @@ class NetworkFinder:
     Parameters
     ----------
     camera, sheet, model : camera of the pictures, the ice, and the shape of a stone
+    quick : whether each picture is shown to the network once, without its mirror image
     """
 
-    def __init__(self, camera: Camera, sheet: Sheet, model: StoneModel) -> None:
-        self._on_ice = OnIce(Detector(), camera, model, sheet)
+    def __init__(
+        self, camera: Camera, sheet: Sheet, model: StoneModel, *, quick: bool = False
+    ) -> None:
+        self._on_ice = OnIce(Detector(mirrored=not quick), camera, model, sheet)
 
     def __call__(self, picture: Image, boxes: Floats | None = None, /) -> tuple[Floats, Floats]:
         """Find stones in a picture, or in boxes (k, 2, 2) of it [px].

@@ -12,7 +12,7 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.association import RESTING, Path, likeliest_paths
@@ -31,10 +31,15 @@ class FilmStones:
     ----------
     thrown : the thrown stone
     resting : those that rest when the film begins, with their paths where they were hit
+    arrived : where others rest when it ends, each (2,) [m]
+    seen, paths : all detections, and the paths of the association through them
     """
 
     thrown: SeenStone
     resting: tuple[RestingStone, ...]
+    arrived: tuple[Floats, ...]
+    seen: Detections
+    paths: Sequence[Path]
 
 
 def find_stones(
@@ -86,7 +91,25 @@ def find_stones(
         model=model,
         people=crowded(way, seen, camera),
     )
-    return FilmStones(thrown=stone, resting=tuple(resting))
+    return FilmStones(
+        thrown=stone,
+        resting=tuple(resting),
+        arrived=tuple(_arrived(paths, seen)),
+        seen=seen,
+        paths=paths,
+    )
+
+
+def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
+    """Places (2,) at which stones rest when the film ends that moved before [m]."""
+    end = seen.times[-numbers.END_FRAMES :][0]
+    found: list[Floats] = []
+    for path in paths:
+        rests = path.mode == RESTING
+        if rests[-1] and not rests.all() and seen.t[path.at[-1]] >= end:
+            last = np.flatnonzero(~rests)[-1] + 1
+            found.append(np.median(seen.xy[path.at[last:]], axis=0))
+    return found
 
 
 def _thrown(paths: Sequence[Path], seen: Detections) -> Path | None:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from curling_env.typing import Image
+from curling_env.typing import Floats, Image
 from friction_estimation.appearance import (
     CROPS_TO_LEARN_FROM,
     Appearance,
@@ -26,15 +26,13 @@ from friction_estimation.appearance import (
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, refine_at_focal
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.focal_from_stone import focal_from_stone
 from friction_estimation.tracking.joint import numbers
-from friction_estimation.tracking.joint.association import CARRIED
 from friction_estimation.tracking.joint.coarse import CoarsePath
 from friction_estimation.tracking.joint.detections import Detections
-from friction_estimation.tracking.path.heading import (
+from friction_estimation.tracking.joint.heading import (
     HeadingCurve,
     HeadingViews,
     fit_heading_curve,
@@ -48,6 +46,8 @@ _LEAST_VISIBLE = 0.45
 """Least share of a stone that such a picture must show."""
 _LEAST_ALONE = 3
 """Fewest pictures of a stone that nothing touches by which its look is first learnt."""
+_APART = 1.0
+"""Places at which a stone is seen differently are this far apart [m]."""
 _PARTS = 10
 """Parts of a path, from each of which the clearest pictures are taken."""
 
@@ -78,13 +78,14 @@ class SeenStone:
     ) -> list[Crop]:
         """Clear pictures of the stone, placed as a camera sees them; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
-        kept &= (self.path.likeness >= tuning.MIN_LEARNING_LIKENESS) & (self.path.mode != CARRIED)
+        kept &= self.path.likeness >= numbers.MIN_LEARNING_LIKENESS
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
-        if self.people and len(alone) >= _LEAST_ALONE:
+        # At one place alone, a stone does not show its profile.
+        if self.people and len(alone) >= _LEAST_ALONE and _extent(self.path.xy[alone]) > _APART:
             clear = alone
         before = clear[self.path.t[clear] < min(self.path.contacts, default=np.inf)]
-        if len(before) >= tuning.LEAST_CLEAR:  # later the ice around it may be another
+        if len(before) >= numbers.LEAST_CLEAR:  # later the ice around it may be another
             clear = before
         clear = clear[:: max(1, -(-len(clear) // CROPS_TO_LEARN_FROM))]
         places = self.path.seen_by(self.found_by, camera, self.model).xy
@@ -115,7 +116,7 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     first_hit = min(path.contacts, default=np.inf)
     places = np.array([[*path.at(t)[0], 0.0] for t in seen.times if t < first_hit])
     expected = camera.sees(places).sum()
-    if path.alone[path.t < first_hit].sum() >= tuning.AGREEING_SHARE * expected:
+    if path.alone[path.t < first_hit].sum() >= numbers.AGREEING_SHARE * expected:
         return False
     near: set[float] = set()
     for t, box in seen.crowds:
@@ -125,9 +126,9 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
         px = camera.project(np.array([[*place, 0.0]]))[0]
         away = np.maximum(np.maximum(box[0] - px, px - box[1]), 0.0)
         metre = np.linalg.inv(camera.px_per_metre(place))
-        if np.hypot(*(metre @ away)) < tuning.PEOPLE_NEAR:
+        if np.hypot(*(metre @ away)) < numbers.PEOPLE_NEAR:
             near.add(t)
-    return len(near) >= tuning.FRAMES_WITH_PEOPLE
+    return len(near) >= numbers.FRAMES_WITH_PEOPLE
 
 
 def learnt(
@@ -202,7 +203,7 @@ def left_open(crops: Sequence[Crop], look: Appearance) -> float:
 
     By the noise that is learnt with a look, one that explains little would seem to leave little.
     """
-    plain = replace(look, noise=np.full(3, tuning.PLAIN_NOISE))
+    plain = replace(look, noise=np.full(3, numbers.PLAIN_NOISE))
     return unexplained_share(crops, plain)
 
 
@@ -214,12 +215,17 @@ def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
     count = np.zeros(_PARTS, dtype=int)
     chosen: list[int] = []
     for k in ordered:
-        if seen[k][0] < tuning.CLEAR_PICTURE and count[part[k]] < each:
+        if seen[k][0] < numbers.CLEAR_PICTURE and count[part[k]] < each:
             count[part[k]] += 1
             chosen.append(k)
-    if len(chosen) < tuning.LEAST_CLEAR:
-        chosen = sorted({*chosen, *ordered[: tuning.LEAST_CLEAR]})
+    if len(chosen) < numbers.LEAST_CLEAR:
+        chosen = sorted({*chosen, *ordered[: numbers.LEAST_CLEAR]})
     return [seen[k][1] for k in sorted(chosen)]
+
+
+def _extent(xy: Floats) -> float:
+    """Extent of places (n, 2) [m]."""
+    return float(np.hypot(*np.ptp(xy, axis=0)))
 
 
 def heading_of(
@@ -246,22 +252,24 @@ def heading_of(
     return HeadingCurve([e.t for e in ordered], [float(e.pose[2]) for e in ordered])
 
 
-def with_focal(refined: RefinedCamera, scene: Scene, stone: SeenStone) -> RefinedCamera:
-    """The camera with the focal length that the paint leaves open, from pictures of a stone."""
-    if refined.log_focal_sigma <= tuning.OPEN_FOCAL_SIGMA or not stone.crops(refined.camera):
+def with_focal(refined: RefinedCamera, scene: Scene, stones: Sequence[SeenStone]) -> RefinedCamera:
+    """The camera with the focal length that the paint leaves open, from pictures of stones."""
+    stones = [stone for stone in stones if stone.crops(refined.camera)]
+    if refined.log_focal_sigma <= numbers.OPEN_FOCAL_SIGMA or not stones:
         return refined
-    background = stone.background
+    background = stones[0].background
 
     def at_focal(change: float) -> RefinedCamera | None:
         return refine_at_focal(refined, scene, background.image, background.origin_px, change)
 
     # Heights are compared on the same pixels: those in which the stone is seen from low down.
-    low = at_focal(float(np.log(tuning.LOW_HEIGHT / refined.camera.position[2])))
+    low = at_focal(float(np.log(numbers.LOW_HEIGHT / refined.camera.position[2])))
     reach = refined.camera if low is None else low.camera
-    seen = stone.crops(reach) or stone.crops(refined.camera)
-    windows = {crop.t: crop.window for crop in seen[:: max(1, len(seen) // tuning.HEIGHT_CROPS)]}
+    seen = [stone.crops(reach) or stone.crops(refined.camera) for stone in stones]
+    every = max(1, round(sum(map(len, seen)) / numbers.HEIGHT_CROPS))
+    windows = [{crop.t: crop.window for crop in crops[::every]} for crops in seen]
 
     def crops(camera: Camera) -> list[list[Crop]]:
-        return [stone.crops(camera, windows)]
+        return [s.crops(camera, own) for s, own in zip(stones, windows, strict=True)]
 
-    return focal_from_stone(refined, at_focal, crops, stone.model, background.noise)
+    return focal_from_stone(refined, at_focal, crops, stones[0].model, background.noise)

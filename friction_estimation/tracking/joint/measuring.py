@@ -11,14 +11,14 @@ from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, PosedStone, StoneFit, measure_occluded
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import TrackingOptions
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.coarse import CoarsePath
+from friction_estimation.tracking.joint.heading import HeadingCurve
+from friction_estimation.tracking.joint.measurements import Measurements
 from friction_estimation.tracking.joint.motion import correct, predict
 from friction_estimation.tracking.joint.others import OtherStone
-from friction_estimation.tracking.path.assembly import Measurements
-from friction_estimation.tracking.path.heading import HeadingCurve
 
 _STALE = 1.0
 """A stone unseen for longer is sought by its coarse path alone [s]."""
@@ -75,6 +75,7 @@ class Follower:
         tries = [(place, spread)] if spread.max() < numbers.LOST else []
         if self._predict(t):
             tries.insert(0, (self._state[:, 0].copy(), np.sqrt(self._p[:, 0, 0])))
+        strays: list[StoneFit] = []
         for at, doubt in tries:
             if not np.isfinite(at).all():
                 continue
@@ -95,7 +96,15 @@ class Follower:
             if (away < np.maximum(numbers.GATE * error, least)).all():
                 self._update(t, fit)
                 return fit
-        return None
+            near = np.hypot(*away) < options.gate + 2 * pixel
+            if near and not self.people and t - self._seen < _STALE:
+                strays.append(fit)
+        if not strays:
+            return None
+        # Nobody is near whom it might be: the stone itself moves as no stone does alone.
+        self._seen = -np.inf
+        self._update(t, strays[0])
+        return strays[0]
 
     def posed(self, t: float) -> PosedStone:
         """Expected pose in a frame, for its neighbours."""

@@ -2,14 +2,20 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 # --- physics --------------------------------------------------------------------------------------
 
 DECELERATION, DECELERATION_SIGMA = 0.09, 0.03
 """Mean and standard deviation of a sliding stone's deceleration [m/s²]."""
+ICE_SIGMA = 0.09
+"""Standard deviation of the deceleration on ice that is not known yet [m/s²]."""
 CURL_SIGMA = 0.015
 """Standard deviation of its acceleration sideways [m/s²]."""
 DECELERATION_MEMORY = 5.0
 """Half the time in which its deceleration changes by about its standard deviation [s]."""
+SPIN_CHANGE = 0.1
+"""Standard deviation of the change of its spin [rad/s²]."""
 CARRIED_ACCELERATION = 1.5
 """Standard deviation of the acceleration of a stone that someone holds [m/s²]."""
 JUMP_SIGMA = 1.0
@@ -24,6 +30,8 @@ LEAST_PACE = 0.05
 
 BIRTH = -6.0
 """Log probability that a stone enters the film at a given detection."""
+LIES = -3.0
+"""Log probability that a detection in the first frames is a stone that lies there."""
 RELEASED, STOPS, HIT = -2.0, -2.0, -7.0
 """Log probabilities that a stone is released, stops or is hit between two detections."""
 STILL_THERE = 0.1
@@ -88,16 +96,268 @@ CONTACT_GATE = 0.1
 
 # --- recordings of many throws --------------------------------------------------------------------
 
-LOOK_STEP, WINDOW = 0.5, 45.0
-"""Time between the frames that are looked at, and length of film over which the ice stays the same
-[s]."""
-BEFORE_THROW, AFTER_THROW = 2.5, 2.0
-"""Film that is tracked before and after the detections of a throw [s]."""
-LEAST_SLIDES = 6
+WINDOW = 45.0
+"""Length of film over which the ice stays the same [s]."""
+AFTER_THROW = 4.0
+"""Film that is tracked after a stone was last seen to move [s]."""
+HELD = 3.0
+"""Longest time before the first sliding detection from which on a throw is tracked [s]."""
+LONGEST_SLIDE = 30.0
+"""Longest time that a stone slides [s]."""
+ASKED_EVERY = 3
+"""The network is asked in one of this number of looks."""
+TURNS_BACK = 0.3
+"""What goes back this far is pushed back [m]."""
+LAY_UNTIL, FROM_REST = 2.5, 0.7
+"""A stone that lay where one starts less than this before is the same one [s], if it is slower at
+first than this share of its mean speed."""
+APART = 0.5
+"""Least time between two throws [s]."""
+RETURNS_FROM = 0.8
+"""A stone that starts this near to where the one before it rests may be slid back [m]."""
+LEAST_SLIDES = 4
 """Fewest detections of a throw while it slides."""
+ICE = 0.05, 0.4
+"""Least and greatest deceleration of stones on any ice [m/s²]."""
+LEAST_THROW = 3.0
+"""Shortest way of a throw in a recording [m]."""
+JUDGED_ROWS, MOVING_SHARE, RESTED = 60, 0.95, 2.0
+"""Rows of a track by which it is judged, share of its way for which it counts as moving, and time
+for which a stone that has come to rest is seen at rest [s]."""
 WALKING_SIGMA = 0.02
 """Standard deviation of the mean acceleration of people who walk [m/s²]."""
+UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
+"""Share of stones that hit others or are hit, and of people who change their pace; ranges of the
+mean deceleration then [m/s²]."""
+WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
+"""Mean and standard deviation of the pace of people who walk [m/s]."""
 PUSHED = 0.3
 """Gain of speed that no stone has that slides alone [m/s]."""
 STANDING = 0.12
 """A stone that is slower over three frames rests [m/s]."""
+
+# --- the frames looked at first, and blobs before the empty ice -----------------------------------
+
+SAMPLE_FRAMES = 40
+"""Number of frames, spread over the film, in which the stone is first looked for."""
+SAMPLE_BYTES = 375_000_000
+"""Memory of these frames: fifteen of a 4K film, forty of one of 1080 rows."""
+LEAST_SAMPLE = 7
+"""As many are looked at of a film of any size."""
+BACKGROUND_FRAMES = 15
+"""Number of these frames whose median is the empty ice."""
+KNOWN_LENS_MARGIN_PX = 12
+"""Pixels kept around the sheet where the lens is known."""
+UNKNOWN_LENS_MARGIN_PX = 48
+"""Pixels kept around the sheet where the lens is unknown, so that the sheet may be misplaced."""
+PEOPLE_HEIGHT = 2.0
+"""Height up to which the surroundings of the sheet are kept, so that people are seen whole [m]."""
+MIN_CONTRAST = 14.0
+"""Least difference from the empty ice that counts as a blob, of 255 grey levels."""
+NOISY = 12.0
+"""Pictures with more noise than this are blurred before blobs are looked for [grey levels]."""
+NOISE_AFTER_BLUR = 0.45
+"""Share of the noise that a blur over three pixels leaves; compressed grain is not white."""
+CORE_CONTRAST_SHARE = 0.5
+"""Share of a blob's strongest contrast that its solid core has; shadows and reflections have less.
+"""
+MAX_CORE_BOX_PX = 40_000
+"""Area of a blob's box above which it is no stone, and its core is not looked for."""
+MAX_PUSH = 3.0
+"""Nobody sets a stone going faster than this [m/s²]; what seems to has taken its place."""
+HANDLE_RISE = 0.06
+"""Rough height of a handle above the body [m]."""
+MAX_SHADOW_GROWTH = 2.5
+"""A stone's shadow and reflection make its blob at most this many times as wide or high."""
+MAX_SIZE_RATIO = 2.2
+"""Factor by which a blob may be larger or smaller than a stone in its place would look."""
+BLOB_RIM_PX = 1.5
+"""What the threshold takes in of the blurred rim of a blob."""
+
+# --- the look of a stone --------------------------------------------------------------------------
+
+MIN_LEARNING_LIKENESS = 0.3
+"""The appearance of the stone is learnt from sightings at least this much like a stone."""
+MAX_UNEXPLAINED = 0.2
+"""Share of the difference from the empty ice that the learnt appearance may leave unexplained.
+Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
+PEOPLE_NEAR = 1.5
+"""Somebody within this of a stone may pass for it, or hide it [m]."""
+FRAMES_WITH_PEOPLE = 3
+"""Where it is so in as many sampled frames, the stone is followed by its look."""
+PLAIN_NOISE = 12.0
+"""Differences of so many grey levels count as one when it is judged what looks like a stone."""
+CLEAR_PICTURE, LEAST_CLEAR = 0.1, 8
+"""Of them those of which less is unexplained; where these are fewer, so many of the whole path."""
+AGREEING_SHARE = 0.95
+"""Paths are those of one stone where so many places of one are the other's. Of films with people,
+those whose stone is always alone in the picture have 1.0, and those with sweepers 0.66 at most. A
+stone that is sighted in so many of the frames in which it should be is alone all the way."""
+HEADINGS_TRIED = 24
+"""Headings at which the handle of a stone at rest is looked for."""
+CLEAR_FRONT = 12.0
+"""Squared standard errors by which every other heading of a handle must fit worse."""
+COLOUR_ROUNDS = 3
+"""Rounds in which the colours of a stone at rest are found, each with fewer strange pixels."""
+GRANITE_SPREAD = (15.0, 4.0, 4.0)
+"""How much the granite of another stone differs from that of the thrown one, in brightness and two
+colour differences [grey levels]: other granite, or other light where it lies."""
+USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
+"""What colours handles have, and how much they differ [grey levels]."""
+
+# --- the camera, and the focal length that the paint leaves open ----------------------------------
+
+OPEN_FOCAL_SIGMA = 0.02
+"""Standard error of the log focal length above which the stone's picture is used."""
+CAMERA_HEIGHTS = (2.5, 25.0)
+"""Heights between which cameras above a rink hang [m]."""
+COARSE_HEIGHTS = 7
+"""Number of heights tried first, evenly spaced in their inverse."""
+FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
+"""Heights tried next, as parts of a coarse step away from the best."""
+SAME_HEIGHT_STEP = 0.2
+"""Heights nearer to each other than this part of a coarse step count as one."""
+HEIGHT_PASSES = 3
+"""How often heights are tried again with the looks of better ones, at most, and how often finer
+ones are tried beside the best."""
+UNLIKELY_HEIGHT = 20.0
+"""Heights that cost so much more than the best are not tried again [squared standard errors]."""
+MIN_LOG_HEIGHT_SIGMA = 0.05
+"""The logarithm of the height is never claimed to be known better: it follows how high a stone's
+widest place is, which is known to 3 mm of 57."""
+LOW_HEIGHT = 4.0
+"""Heights are compared on the pixels in which a camera at this height shows the stone [m]."""
+HEIGHT_CROPS = 12
+"""About so many pictures of stones are used to compare heights."""
+STILL_PX = 0.5
+"""A camera that has moved by less since it was solved counts as standing still [px]."""
+SOLVING_FILMS = 3
+"""Films from which a camera is solved."""
+
+# --- heading --------------------------------------------------------------------------------------
+
+MAX_CONTACT_DELAY = 0.4
+"""A contact lies at most this long before a stone is seen to have left its place [s]."""
+HEADING_VIEW_INTERVAL = 0.4
+"""Time between the pictures that are compared with all headings [s]."""
+MIN_HEADING_VIEWS = 5
+"""Least number of such pictures that show a heading."""
+MIN_LATER_VIEWS = 3
+"""The same where the heading is known at the beginning, as after a contact."""
+KNOWN_HEADING_SIGMA = 0.15
+"""Standard error of that heading [rad]."""
+SPIN_CHANGE_AT_CONTACT = 2.5
+"""Standard deviation of what the rims' friction adds to the spin of stones that touch [rad/s]."""
+REPEATED_WAY = 0.05
+"""Pictures of a stone that has moved by less count as one [m]."""
+SPINS_TRIED = np.linspace(-6.0, 6.0, 481)
+"""Spins at the beginning of the track that are tried [rad/s]."""
+SPIN_DECAY_POWERS = (0.0, 0.15, 0.3, 0.5, 0.8)
+"""Powers of the speed with which the spin may fall; real stones lie in between."""
+HEADING_WAVES = 6
+"""Number of waves per revolution that describe the picture of a two-ended handle."""
+MAX_VIEW_COST = 25.0
+"""The most that a single picture may count against a heading: it may show a sweeper's foot."""
+HEADING_WANDER = 0.25
+"""How far the heading drifts from a steady law within a second [rad/√s]."""
+HEADING_MATCH = 0.7
+"""A heading further from the joint one than this is another heading [rad]."""
+HEADING_NEIGHBOURS = 1.5
+"""Pictures within this time of each other decide together whether the heading is right [s]."""
+LEAST_NEAR = 0.7
+"""Where a smaller share of the frames around one is near the joint heading, they have strayed."""
+INDEPENDENT_VIEW = np.pi / 4
+"""A handle that has turned by less repeats the same faults of its model [rad]."""
+MIN_INDEPENDENT_VIEWS = 3
+"""Least number of independent views that is assumed."""
+CLEAR_HEADING = 3.0
+"""Standard errors by which a heading must fit better than turned round, and than any other."""
+OTHER_SPINS = np.linspace(-0.6, 0.6, 13)
+"""Other spins with which the pictures are compared, less the stone's own [rad/s]."""
+LEAST_APART = 0.5
+"""Share of the pictures in which another rotation differs."""
+MAX_HEADING_GAP = 2.0
+"""Whole revolutions are not counted across a longer time without a heading [s]."""
+
+# --- uncertainty of a track -----------------------------------------------------------------------
+
+MIN_FITS = 5
+"""Number of frames in which a stone must be measured to have a track."""
+EDGE_ERROR_PX = 0.015
+"""Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
+alike in all frames [px]: no shape of the model is quite that of a stone. In 94 films of known
+throws the doubt told all of it; so much is left for stones unlike those."""
+SMALL_STONE_ERROR_PX = 0.075
+"""The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
+stone has, the more of them mix it with the ice."""
+HIDDEN_ERROR_PX = 0.1
+"""Error of a place in the picture where something hides a part of the stone, by the root of that
+part [px]: in a single frame, and alike in its neighbours. Less the median error of the free rows of
+each film, rows of which a fifth is hidden were 0.05 px off, of which a half 0.09 px."""
+HIDDEN_NEIGHBOURS = 0.3
+"""Neighbours are frames this far before and after [s]."""
+LARGER_COORDINATE_SHARE = 0.7
+"""Share of the larger coordinate's variance that the common `sigma_xy` has at least, so that 95 %
+of all coordinates lie in their intervals even where only one of the two is off."""
+HANDLE_ERROR_PX = 0.35
+"""Systematic error of a handle's picture across its length [px]; a stone at rest repeats it. It was
+0.34 px (root mean square) for 16 stones in films of 405 to 720 lines."""
+HANDLE_TILT_ERROR = 0.008
+"""How much higher one end of a handle may stand than its look has it [m]. Seen from low down, that
+looks as if it were turned."""
+AGE_NEIGHBOURS = 0.5
+"""The age of a stone's pixels is the mean over frames this far before and after [s]."""
+AGE_AIM_DISTANCE = 0.1
+"""Where a stone is going shows once it has gone so far [m]."""
+AGE_MARGIN_PX = 2
+"""Width of the ring around a stone whose pixels are watched [px]."""
+DROPPED_CHANGE = 6.0
+"""A codec that repeats pixels leaves out changes of about so much [grey levels]. Stones in fourteen
+films, compressed in six ways, lagged by what changes their rim by 0 to 15, by 6 in the middle."""
+BLOCK_ERROR = 5.0
+"""Where all pixels of a stone are repeated, they err together: by so many times what they would
+if each had an error of its own. It was 4 to 6 in films compressed at quality 23 to 33, at any
+speed, on any paint, most along the line of sight."""
+MAX_UNSEEN_TURN = 0.3
+"""Stones that have turned by more since their pixels last changed show no heading [rad]."""
+
+# --- which stone it is ----------------------------------------------------------------------------
+
+MIN_CHROMA = 25.0
+"""Handles whose colour is weaker are taken for grey [of 255]."""
+SAME_HUE = np.radians(35.0)
+"""Handles whose hues differ by more are of two stones [rad]."""
+
+# --- what no stone does alone --------------------------------------------------------------------
+
+HIDDEN_DECELERATION = 0.12
+"""Deceleration of a stone while it is hidden, if it is not known how it slowed before [m/s²]."""
+SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
+"""A stone that loses this much speed at once [m/s], by this many standard errors, hit one..."""
+SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
+"""... if it is this many pixels from where it would be, this long after it [s]."""
+STOPS_WITHIN, MOST_SLOWING, SURELY_SLOWS = 1.2, 0.2, 3.0
+"""What slows down by more than the second of these [m/s²] within the first [s] before and after, by
+the third in standard errors, is no stone that slides on..."""
+LEFT_PX = 1.5
+"""... if a stone would be this many pixels ahead. Stones beside brooms were up to 0.9."""
+BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
+"""Time over which its speed before and after is taken [s], and least number of measurements."""
+OUT_OF_HAND = 10.0
+"""Way along the sheet from which on no hand is at a stone [m]."""
+ISLAND_GAP = 1.5
+"""Gap beyond which a few measurements are not those of the stone [s]."""
+SCATTER_AROUND, LEAST_SCATTERED = 0.5, 6
+"""Time before and after over which the scatter of places is taken [s], and their least number."""
+SCATTER_PX, SCATTER_TIMES, LEAST_SCATTER = 0.2, 5.0, 0.02
+"""They scatter where that exceeds this in pixels, in times its median in the film, and in metres.
+Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most; where now a stone and
+now a broom was measured, by 0.2 to 1.3."""
+SCATTER_APART = 2.0
+"""What lies between two stretches that scatter is no better if it is shorter [s]."""
+SCATTER_ERROR = 2.0
+"""Standard error of places there, in parts of the most that they scatter."""
+SCATTER_REPORTED = 1.0
+"""Scatter that lasts longer is reported [s]."""
+WILD_SCATTER, WILD_SECONDS = 0.15, 1.5
+"""Places that scatter by more than a stone's radius for this long are dropped [m, s]."""

@@ -22,10 +22,10 @@ from friction_estimation.appearance import (
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.own_look import own_look
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.coarse import CoarsePath
+from friction_estimation.tracking.joint.own_look import own_look
 
 _SHADOW = 0.12
 """Width of the ring around a stone that its shadow may darken [m]."""

@@ -132,6 +132,39 @@ def smooth_path(
 
 _MEDIAN = 0.5 * 1.678
 """Median of half of a sum of two squares, Student-distributed with 4 degrees of freedom."""
+_MEDIAN_OF_ONE = 0.549
+"""Median of one such square."""
+
+
+def smooth_heading(t: Floats, measured: Floats, sigma: Floats) -> tuple[Floats, Floats, Floats]:
+    """Heading [rad], spin [rad/s] and the standard error of the heading, each (n,).
+
+    Parameters
+    ----------
+    t : (n,) increasing times [s]
+    measured, sigma : (n,) unwrapped headings and their standard errors up to a common factor [rad];
+        NaN where there is none
+    """
+    n = len(t)
+    seen = np.isfinite(measured) & np.isfinite(sigma)
+    theta, nothing = np.nan_to_num(measured), np.zeros(n)
+    change, memory = np.full(n, numbers.SPIN_CHANGE), np.full(n, numbers.DECELERATION_MEMORY)
+    before, after = np.empty((2, n, 3))
+    before_p, after_p = np.empty((2, n, 3, 3))
+    weight, scale = seen.astype(np.float64), 1.0
+    freedom = numbers.STUDENT_FREEDOM
+    for _ in range(_PASSES):
+        variance = np.full(n, np.inf)
+        variance[seen] = (scale * sigma[seen]) ** 2 / weight[seen]
+        filtered(
+            t, theta, variance, nothing, change, memory, nothing, n,
+            before, before_p, after, after_p,
+        )  # fmt: skip
+        smoothed_back(t, change, n, before, before_p, after, after_p, np.empty((4, 3, 3)))
+        left = ((theta - after[:, 0])[seen] / (scale * sigma[seen])) ** 2
+        scale *= float(np.clip(np.sqrt(np.median(left) / _MEDIAN_OF_ONE), 0.2, 5.0))
+        weight[seen] = (freedom + 1) / (freedom + left)
+    return after[:, 0], after[:, 1], np.sqrt(np.maximum(after_p[:, 0, 0], 0.0))
 
 
 class _States:

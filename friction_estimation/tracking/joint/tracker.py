@@ -1,4 +1,4 @@
-"""The joint tracker, chosen as ``friction_estimation.tracking.joint.tracker:track``."""
+"""The joint tracker: the stones of one throw, from its film to their tracks."""
 
 from __future__ import annotations
 
@@ -11,41 +11,62 @@ import numpy as np
 from curling_env.errors import InputError, NoThrowError
 from curling_env.sheet import Sheet
 from curling_env.typing import Progress, no_progress, with_progress
-from friction_estimation.appearance import StoneModel
+from friction_estimation.appearance import StoneModel, unexplained_share
 from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
-from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
+from friction_estimation.tracking.films.steady_film import (
+    SteadyFilm,
+    blames_scene,
+    camera_of,
+    empty_ice,
+)
+from friction_estimation.tracking.joint import numbers
 from friction_estimation.tracking.joint.assembling import assemble_all
 from friction_estimation.tracking.joint.detections import StoneFinder
 from friction_estimation.tracking.joint.finder import NetworkFinder
-from friction_estimation.tracking.joint.finding import find_stones
-from friction_estimation.tracking.joint.looks import heading_of, learnt, left_open, with_focal
+from friction_estimation.tracking.joint.finding import FilmStones, find_stones
+from friction_estimation.tracking.joint.looks import (
+    SeenStone,
+    heading_of,
+    learnt,
+    left_open,
+    with_focal,
+)
 from friction_estimation.tracking.joint.measuring import Follower, follow, follower_of
 from friction_estimation.tracking.joint.others import bare_ice, known_others
+from friction_estimation.tracking.joint.recording import throws_among
+from friction_estimation.tracking.joint.warnings import arrived, with_warnings, without_scatter
 
 FinderFor = Callable[[Camera, Sheet, StoneModel], StoneFinder]
 """Makes what finds stones in the pictures of a camera."""
 
 
 def track(
-    film: Path | Film | SteadyFilm,
+    film: str | Path | Film | SteadyFilm,
     scene: Scene,
     /,
     *,
+    throw: int = 0,
     options: TrackingOptions | None = None,
+    camera: RefinedCamera | None = None,
     finder: FinderFor | None = NetworkFinder,
     progress: Progress = no_progress,
 ) -> FilmTrack:
-    """Track the stones of one film.
+    """Track the thrown stone of one film, and all other stones on the sheet.
 
     Parameters
     ----------
-    film : path of the film, or the film itself
+    film : path of the film, or the film itself, which may be a part of a longer one or be sampled
+        already
     scene : its camera's view of the sheet
+    throw : number of the throw, for the tracks
     options : what may be chosen; the defaults if None
+    camera : the scene's camera, if it was solved before; where the paint is not where it sees it,
+        the camera has moved and is solved again for this film
     finder : makes what finds stones in a camera's pictures; None: only what moves is found
     progress : called with the number of frames done and the expected number of all
 
@@ -54,21 +75,27 @@ def track(
     InputError : no film, points that do not fit it, a camera that moves, or no thrown stone
     """
     options = options or TrackingOptions()
-    if isinstance(film, Path):
-        film = Film.open(film, scene.fps)
+    if isinstance(film, str | Path):
+        film = Film.open(film, scene.fps, options.slow)
     steady = film if isinstance(film, SteadyFilm) else SteadyFilm(film)
     background = empty_ice(steady, scene)
-    refined = refined_by_paint(steady, scene, background, options.refine)
-    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
-    find = None if finder is None else finder(refined.camera, scene.sheet, model)
-    stones = find_stones(steady, scene, refined.camera, background, find)
+    refined, moved_px = camera_of(steady, scene, background, camera, options.refine)
+    try:
+        stones = _stones(steady, scene, refined.camera, background, finder)
+    except InputError as error:
+        if refined.measured or not options.refine:
+            raise
+        raise blames_scene(refined, steady.path) from error
     stone = stones.thrown
-    refined = with_focal(refined, scene, stone)
+    if refined is not camera:
+        refined = with_focal(refined, scene, [stone])
     look = learnt(stone, refined.camera, steady)
     if look is None:
         raise InputError("the thrown stone is nowhere wholly in the image", source=steady.path)
     appearance, crops = look
-    if left_open(crops, appearance) > tuning.MAX_UNEXPLAINED:
+    grain = background.grain if background.noise > numbers.NOISY else 0.0
+    unexplained = unexplained_share(crops, appearance, grain)
+    if min(unexplained, left_open(crops, appearance)) > numbers.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=steady.path,
@@ -88,12 +115,47 @@ def track(
     ice = background
     if gone:
         paths = [path, *(one.path for one in hit)]
-        ice = bare_ice(steady.sample, background, refined.camera, model, gone, paths)
+        ice = bare_ice(steady.sample, background, refined.camera, stone.model, gone, paths)
     frames = with_progress(
         steady.frames(), f"track {steady.path.name}", progress, steady.frame_count
     )
     follow(frames, thrown, hit, others, ice, refined.camera, options)
+    scatter = without_scatter(thrown, hit, refined.camera)
     found = assemble_all(thrown, hit, others, refined)
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)
-    return replace(found, stabiliser=steady.stabiliser)
+    came = arrived(stones, steady.sample, ice, refined.camera, appearance)
+    found = with_warnings(found, thrown, hit, others, scatter, came)
+    area = scene.sheet.width * scene.sheet.length
+    found = replace(
+        found,
+        stabiliser=steady.stabiliser,
+        moved_px=moved_px,
+        shows_several=len(throws_among(stones.paths, stones.seen, stone.found_by, area)) > 1,
+        unexplained=(*found.unexplained, *steady.remarks),
+    )
+    return found.numbered(throw)
+
+
+def find_thrown(
+    film: SteadyFilm, scene: Scene, camera: Camera, background: Background
+) -> SeenStone:
+    """Find the thrown stone of a film in its sampled frames.
+
+    Raises
+    ------
+    NoThrowError : nothing slides along the ice
+    """
+    return _stones(film, scene, camera, background, NetworkFinder).thrown
+
+
+def _stones(
+    film: SteadyFilm,
+    scene: Scene,
+    camera: Camera,
+    background: Background,
+    finder: FinderFor | None,
+) -> FilmStones:
+    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
+    find = None if finder is None else finder(camera, scene.sheet, model)
+    return find_stones(film, scene, camera, background, find)

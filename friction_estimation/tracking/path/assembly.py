@@ -14,17 +14,14 @@ from friction_estimation.appearance import (
     Crop,
     PosedStone,
     StoneFit,
-    heading_costs,
-    heading_crop,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background
-from friction_estimation.tracking.detection.compression import PixelAges
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
-from friction_estimation.tracking.path.heading import (
+from friction_estimation.tracking.joint.heading import (
     HeadingCurve,
     HeadingViews,
     KnownHeading,
@@ -32,10 +29,10 @@ from friction_estimation.tracking.path.heading import (
     headings_near,
     unseen_turn,
 )
-from friction_estimation.tracking.path.losses import left_behind
-from friction_estimation.tracking.path.scatter import scatter_sigma, scattered, without_wild
-from friction_estimation.tracking.path.smoothing import smooth
-from friction_estimation.tracking.path.uncertainty import (
+from friction_estimation.tracking.joint.losses import left_behind
+from friction_estimation.tracking.joint.measurements import Measurements as FrameMeasurements
+from friction_estimation.tracking.joint.scatter import scatter_sigma, scattered, without_wild
+from friction_estimation.tracking.joint.uncertainty import (
     block_sigma,
     heading_sigma,
     hidden_for_long,
@@ -43,35 +40,21 @@ from friction_estimation.tracking.path.uncertainty import (
     systematic_sigma,
     unseen_way,
 )
+from friction_estimation.tracking.path.smoothing import smooth
 
 
 @dataclass(eq=False)
-class Measurements:
-    """What was measured of a stone, frame by frame.
+class Measurements(FrameMeasurements):
+    """Measurements of a stone that also keep its pictures.
 
     Parameters
     ----------
-    t : (n,) times of the frames [s]
-    fits : (n,) measurements; None where the stone was not seen
-    views : what pictures show of its heading
-    pictures : these pictures, where they are kept
-    ages : how old the pixels of its pictures are
-    view_interval : time between those pictures [s]
+    pictures : those that show its heading, where they are kept
     keeps_pictures : whether these are kept, to learn the colours of the stone from them
     """
 
-    t: list[float] = field(default_factory=list)
-    fits: list[StoneFit | None] = field(default_factory=list)
-    views: HeadingViews = field(default_factory=HeadingViews)
     pictures: list[Crop] = field(default_factory=list)
-    ages: PixelAges = field(default_factory=PixelAges)
-    view_interval: float = tuning.HEADING_VIEW_INTERVAL
     keeps_pictures: bool = False
-
-    @property
-    def seen(self) -> int:
-        """The number of frames in which the stone was measured."""
-        return sum(fit is not None for fit in self.fits)
 
     def add(
         self,
@@ -82,29 +65,11 @@ class Measurements:
         camera: Camera,
         appearance: Appearance,
         others: Sequence[PosedStone] = (),
-    ) -> None:
-        """Add a frame: its time, what was measured, and now and then what the handle shows.
-
-        Parameters
-        ----------
-        others : the stones around it, where they are in this frame
-        """
-        self.t.append(t)
-        self.fits.append(fit)
-        if fit is None:
-            return
-        self.ages.add(t, fit.xy, frame, background, camera, appearance.model)
-        if not appearance.has_handle:
-            return
-        if self.views.t and t < self.views.t[-1] + self.view_interval:
-            return
-        crop = heading_crop(
-            frame, fit.xy, background.channels, background.origin_px, camera, appearance, others
-        )
-        if crop is not None:
-            self.views.add(t, heading_costs(crop, appearance))
-            if self.keeps_pictures:
-                self.pictures.append(replace(crop, t=t))
+    ) -> Crop | None:
+        crop = super().add(t, fit, frame, background, camera, appearance, others)
+        if crop is not None and self.keeps_pictures:
+            self.pictures.append(replace(crop, t=t))
+        return crop
 
     def heading_curve(self, until: float = np.inf) -> HeadingCurve | None:
         """The heading that the pictures show up to a time [s]; None where they show none."""

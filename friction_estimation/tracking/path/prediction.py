@@ -18,7 +18,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.films.film_track import TrackingOptions
-from friction_estimation.tracking.path.heading import HeadingCurve
+from friction_estimation.tracking.joint.heading import HeadingCurve
 from friction_estimation.tracking.path.optical_flow import LocalFlow
 
 

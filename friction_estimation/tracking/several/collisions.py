@@ -19,10 +19,10 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.joint.heading import KnownHeading
+from friction_estimation.tracking.joint.uncertainty import systematic_sigma
 from friction_estimation.tracking.path.assembly import Measurements, assemble_track
-from friction_estimation.tracking.path.heading import KnownHeading
 from friction_estimation.tracking.path.smoothing import smooth
-from friction_estimation.tracking.path.uncertainty import systematic_sigma
 from friction_estimation.tracking.several.expected_path import time_to_touch
 from friction_estimation.tracking.several.later_look import views_on_the_way
 from friction_estimation.tracking.several.moving_stones import MovingStone

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 from curling_env.typing import Floats
 from friction_estimation.appearance import Appearance, Crop, heading_costs
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.own_look import coloured, own_look
-from friction_estimation.tracking.path.heading import HeadingViews, likeliest_turn
+from friction_estimation.tracking.joint.heading import HeadingViews, likeliest_turn
+from friction_estimation.tracking.joint.own_look import coloured, own_look
 
 
 def views_on_the_way(

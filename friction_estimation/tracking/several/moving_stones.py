@@ -16,12 +16,12 @@ from friction_estimation.appearance import Appearance, PosedStone, StoneFit, mea
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.background import Background
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.detection.thrown_stone import RoughPath
 from friction_estimation.tracking.films.film_track import TrackingOptions
+from friction_estimation.tracking.joint.heading import HeadingCurve
 from friction_estimation.tracking.path.assembly import Measurements
-from friction_estimation.tracking.path.heading import HeadingCurve
 from friction_estimation.tracking.path.prediction import Predictor
 from friction_estimation.tracking.several.expected_path import ExtrapolatedPath, after_contact
 

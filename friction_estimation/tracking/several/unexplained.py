@@ -11,9 +11,9 @@ from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
+from friction_estimation.tracking.joint.losses import left_behind, sudden_loss
+from friction_estimation.tracking.joint.scatter import Scattered, scattered
 from friction_estimation.tracking.path.assembly import Measurements
-from friction_estimation.tracking.path.losses import left_behind, sudden_loss
-from friction_estimation.tracking.path.scatter import Scattered, scattered
 from friction_estimation.tracking.several.moving_stones import MovingStone
 
 

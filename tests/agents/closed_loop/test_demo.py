@@ -108,7 +108,7 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
 
 @pytest.mark.slow
 def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> None:
-    told: list[float] = []
+    reported: list[float] = []
     found = run_demo(
         tmp_path / "demo",
         seed=2,
@@ -117,11 +117,11 @@ def test_the_demo_leaves_all_it_promises(curling, must_fit, tmp_path: Path) -> N
         frame_size=(640, 360),
         draws=2,
         workers=1,
-        progress=lambda what, done, total=1.0: told.append(done / total),
+        progress=lambda what, done, total=1.0: reported.append(done / total),
     )
     folder = tmp_path / "demo"
-    assert told == sorted(told)
-    assert told[-1] == 1.0
+    assert reported == sorted(reported)
+    assert reported[-1] == 1.0
     for name in ("overlay.mp4", "films/gantry-1.mp4", "films/gantry.scene.json"):
         assert (folder / name).stat().st_size > 100
     tracks = read_tracks(folder / "tracks.csv")

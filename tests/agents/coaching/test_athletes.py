@@ -31,7 +31,7 @@ def thrown(rng, n, *, bias=(0.0, 0.0, 0.0), spread=SPREAD, name="Ada", missing=(
         called = f"{('guard', 'draw')[k // 2 % 2]} {('in', 'out')[k % 2]}"
         error = np.array(bias) + spread * rng.standard_normal(3) + MEASURED * rng.standard_normal(3)
         values = [Measured(float(v), float(s)) for v, s in zip(error, MEASURED, strict=True)]
-        told = dict(zip(("speed", "line", "spin"), values, strict=True))
+        reported = dict(zip(("speed", "line", "spin"), values, strict=True))
         throws.append(
             ThrowCauses(
                 sheet=ThrowSheet(
@@ -41,7 +41,7 @@ def thrown(rng, n, *, bias=(0.0, 0.0, 0.0), spread=SPREAD, name="Ada", missing=(
                 ),
                 target=np.zeros(2), rest=np.zeros(2), miss=np.zeros(2), parts={},
                 errors=HandError(
-                    **(told | dict.fromkeys(missing)), covariance=np.diag(MEASURED**2)
+                    **(reported | dict.fromkeys(missing)), covariance=np.diag(MEASURED**2)
                 ),
                 intended=Throw(speed=2.0), released=Throw(speed=2.0), draws=np.zeros((2, 0, 2)),
             )

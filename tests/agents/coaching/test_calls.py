@@ -133,5 +133,5 @@ def test_any_text_is_read_without_an_error(text):
 def test_every_named_place_is_read_and_printed_by_name(name):
     call = read_call(f"draw {name}" if "guard" not in name else name)
     assert call.target == PLACES[name]
-    told = call.in_words()
-    assert name in told or "button" in told
+    reported = call.in_words()
+    assert name in reported or "button" in reported

@@ -48,13 +48,13 @@ def test_line_and_rest_are_compared_with_the_call():
     right, past = one.miss
     assert right == (pytest.approx(-0.405), 0.01)
     assert past == (pytest.approx(0.81), 0.01)
-    told = sheet_rows([one, sheet(throw=1, **DRAW)])
-    row = dict(zip(told.head, told.rows[0], strict=True))
+    reported = sheet_rows([one, sheet(throw=1, **DRAW)])
+    row = dict(zip(reported.head, reported.rows[0], strict=True))
     assert row["off the broom"] == "9 cm left"
     assert row["miss"] == "81 cm past, 40 cm left"
-    assert dict(zip(told.head, told.rows[1], strict=True))["miss"] == "–"
+    assert dict(zip(reported.head, reported.rows[1], strict=True))["miss"] == "–"
     assert (
-        sheet_rows([one], Units.FEET).rows[0][told.head.index("miss")]
+        sheet_rows([one], Units.FEET).rows[0][reported.head.index("miss")]
         == "2 ft 8 in past, 1 ft 4 in left"
     )
 

@@ -153,8 +153,8 @@ def test_a_positive_angle_goes_left_and_ccw_is_positive():
 
 
 def test_players_have_the_given_scatter():
-    told = PlayerMessage(stddev_speed=0.01, stddev_angle=0.002)
-    skill = skill_of(told)
+    reported = PlayerMessage(stddev_speed=0.01, stddev_angle=0.002)
+    skill = skill_of(reported)
     assert (skill.sigma_speed, skill.sigma_angle, skill.sigma_spin) == (0.01, 0.002, 0.0)
     assert skill_of(None).is_exact
     assert skill_of(PlayerMessage(type="identical", stddev_speed=1.0)).is_exact

@@ -63,7 +63,7 @@ class FakeServer:
         self._listener = socket.create_server(("127.0.0.1", 0))
         self._listener.settimeout(120)
         self.port = int(self._listener.getsockname()[1])
-        self.told = b""
+        self.reported = b""
         self._act = act
         self._thread = threading.Thread(target=self._serve, daemon=True)
 
@@ -86,7 +86,7 @@ class FakeServer:
             connection.shutdown(socket.SHUT_WR)
             # What the client has still to say is heard, so that nothing is reset under it.
             while data := connection.recv(65536):
-                self.told += data
+                self.reported += data
 
 
 GAMES = ["extra-end-team1", "extra-end-team0"]
@@ -153,7 +153,7 @@ def check_record(lines, log) -> None:
                 (actual["x"] ** 2 + actual["y"] ** 2) ** 0.5
             )
         if k % 16 < 15:
-            told = {
+            reported = {
                 8 * team + slot: (stone["position"]["x"], stone["position"]["y"] - 38.405)
                 for team, key in enumerate(("team0", "team1"))
                 for slot, stone in enumerate(state["stones"][key])
@@ -163,8 +163,8 @@ def check_record(lines, log) -> None:
                 stone["stone"]: (direction * stone["x"], direction * stone["y"] - 17.3735)
                 for stone in line["lying"]
             }
-            assert lying.keys() == told.keys()
-            for stone, place in told.items():
+            assert lying.keys() == reported.keys()
+            for stone, place in reported.items():
                 assert lying[stone] == pytest.approx(place, abs=1e-9)
 
 
@@ -183,7 +183,7 @@ def test_lines_may_be_split_and_joined(size):
         play_on_server("127.0.0.1", server.port, client, WireLog())
     assert client.result is not None
     assert client.result.winner == "team1"
-    assert server.told.count(b"\n") == 18
+    assert server.reported.count(b"\n") == 18
     assert client.is_over
 
 

@@ -297,8 +297,8 @@ def test_the_state_given_is_left_alone_and_unknown_fields_are_kept() -> None:
 
 def test_a_setting_alone_is_enough_with_the_servers_defaults() -> None:
     assert transition(state(), DRAW, GAME["setting"]) == transition(state(), DRAW, GAME)
-    for told in ({}, {"setting": False, "simulator": None}):
-        assert transition(state(), DRAW, told) == transition(state(), DRAW, GAME)
+    for reported in ({}, {"setting": False, "simulator": None}):
+        assert transition(state(), DRAW, reported) == transition(state(), DRAW, GAME)
 
 
 def test_an_invalid_setting_is_refused() -> None:

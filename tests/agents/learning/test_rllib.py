@@ -121,14 +121,14 @@ def test_rllibs_sheets_are_the_same_sheets(throws: int) -> None:
     for _ in range(2):
         for left in range(throws, 0, -1):
             actions = rng.uniform(-1, 1, (8, 3)).astype(np.float32)
-            seen, rewards, over, told = plain.step(actions)
+            seen, rewards, over, reported = plain.step(actions)
             mine, paid, ended, cut, _ = sheets.step(actions)
             np.testing.assert_array_equal(paid, rewards)
             np.testing.assert_array_equal(ended, over)
             assert over.all() == (left == 1)
             assert not cut.any()
             if over.all():
-                last = np.stack([info["terminal_observation"] for info in told])
+                last = np.stack([info["terminal_observation"] for info in reported])
                 np.testing.assert_array_equal(mine, last)
         # The step in which episodes begin throws nothing, whatever is asked for.
         mine, paid, ended, _, _ = sheets.step(np.ones((8, 3), dtype=np.float32))

@@ -31,9 +31,9 @@ def test_every_key_is_one_of_the_algorithm_or_of_the_zoo(algorithm):
 
 
 def test_files_are_found_by_the_name_of_the_algorithm():
-    told = subprocess.run(
+    done = subprocess.run(
         [sys.executable, "-m", "agents.learning.zoo", "sac"], capture_output=True, text=True
     )
-    assert told.stdout.strip() == str(file_of("sac"))
+    assert done.stdout.strip() == str(file_of("sac"))
     with pytest.raises(InputError, match="for ppo, sac, td3, not for 'dqn'"):
         file_of("dqn")

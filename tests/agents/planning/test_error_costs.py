@@ -69,8 +69,8 @@ def test_a_stone_in_the_way_costs_all():
 
 def test_a_stone_that_stops_short_has_no_time():
     ice = load_ice("standard")
-    told = error_costs(ice, Throw(speed=1.2, spin=1.0), objective())
-    assert [cost.error for cost in told] == ["half a broom left", "half a broom right"]
+    costs = error_costs(ice, Throw(speed=1.2, spin=1.0), objective())
+    assert [cost.error for cost in costs] == ["half a broom left", "half a broom right"]
 
 
 def test_brooms_are_formatted_to_the_half():

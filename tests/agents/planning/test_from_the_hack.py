@@ -82,8 +82,8 @@ def test_a_plan_can_be_thrown_by_the_command(curling):
     numbers = ("--speed", planned["speed"], "--angle", planned["angle"], "--spin", planned["spin"])
     thrown = curling("throw", "--ice", "fcv1", *numbers, "--delivery", "hack").json()
     assert (thrown["x"], thrown["y"]) == pytest.approx((0.2, TEE_Y), abs=5e-3)
-    told = planned["in_words"]["hog_to_hog_s"]
-    assert thrown["hog_to_hog"] == pytest.approx(told, abs=0.02)
+    reported = planned["in_words"]["hog_to_hog_s"]
+    assert thrown["hog_to_hog"] == pytest.approx(reported, abs=0.02)
     assert thrown["time"] > thrown["hog_to_hog"] + 10.0  # it began ten metres before the hog line
     short = curling("throw", "--ice", "fcv1", *numbers)
     assert short.json()["status"] != "rest"  # from the hog line it runs through

@@ -364,9 +364,9 @@ def test_a_call_in_feet() -> None:
                      np.array([0.0, TEE_Y]), Direction.AWAY)  # fmt: skip
     assert "m of ice" in words.call
     assert words.as_dict()["call"] == words.call
-    told = words.call_in(Units.FEET)
-    assert f"{int(words.ice_m / 0.3048)} ft" in told
-    assert " m of ice" not in told
+    reported = words.call_in(Units.FEET)
+    assert f"{int(words.ice_m / 0.3048)} ft" in reported
+    assert " m of ice" not in reported
 
 
 def test_the_picture_shows_the_team_of_each_stone(tmp_path) -> None:

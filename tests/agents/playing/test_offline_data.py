@@ -44,8 +44,8 @@ def test_without_minari_the_command_reports_the_missing_package(curling, tmp_pat
     try:
         import minari  # noqa: F401
     except ModuleNotFoundError:
-        told = curling("record-games", "--ends", "1", "-o", tmp_path / "data").complaint
-        assert "pip install 'curling-sheet[offline]'" in told
+        reported = curling("record-games", "--ends", "1", "-o", tmp_path / "data").complaint
+        assert "pip install 'curling-sheet[offline]'" in reported
         assert not (tmp_path / "data").exists() or not list((tmp_path / "data").iterdir())
 
 
@@ -54,8 +54,12 @@ def test_the_dataset_that_is_shipped_is_small_and_whole():
 
     h5py = pytest.importorskip("h5py")
     folder = RECORDED / DATASET / "data"
-    told = json.loads((folder / "metadata.json").read_text())
-    assert (told["dataset_id"], told["total_episodes"], told["total_steps"]) == (DATASET, 100, 800)
+    reported = json.loads((folder / "metadata.json").read_text())
+    assert (reported["dataset_id"], reported["total_episodes"], reported["total_steps"]) == (
+        DATASET,
+        100,
+        800,
+    )
     assert (folder / "main_data.hdf5").stat().st_size < 1_000_000
     with h5py.File(folder / "main_data.hdf5") as file:
         assert len(file) == 100

@@ -29,7 +29,7 @@ def inversion() -> Inversion:
 
 
 def real(inversion: Inversion, throw: tuple[float, float, float]) -> Shot:
-    """What a known throw does among two stones, as a shot of a table."""
+    """Play a known throw among two stones, as a shot of a table."""
     before = (RestingStone(Team.HOME, 0, 0.2, -0.3), RestingStone(Team.AWAY, 0, 0.0, 0.6))
     shot = Shot(
         row=2,

@@ -162,7 +162,7 @@ def test_the_gradient_of_the_loss_is_right():
         )
 
 
-def test_teams_that_differ_are_told_apart_and_predict_other_games():
+def test_teams_that_differ_are_distinguished_and_predict_other_games():
     games = graded(0.6)
     held = held_out_score(games)
     assert held.gain > 4 * held.stderr > 0

@@ -95,10 +95,10 @@ print(json.dumps({"answer": kernel.ask(1.0)}))
 def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Path) -> None:
     (tmp_path / "kernel.py").write_text(
         "from curling_env.physics.compiled import compiled\n"
-        "from neighbour import told\n"
+        "from neighbour import doubled\n"
         "@compiled\n"
         "def ask(x):\n"
-        "    return told(x)\n"
+        "    return doubled(x)\n"
     )
     (tmp_path / "cache").mkdir(mode=0o700)
     answers: list[float] = []
@@ -106,7 +106,7 @@ def test_a_kernel_of_another_package_sees_a_change_in_its_neighbour(tmp_path: Pa
         (tmp_path / "neighbour.py").write_text(
             "from curling_env.physics.compiled import compiled\n"
             "@compiled\n"
-            "def told(x):\n"
+            "def doubled(x):\n"
             f"    return x + {constant}\n"
         )
         program = OTHER.replace("sys.argv[1]", repr(str(tmp_path)))

@@ -196,10 +196,10 @@ def test_a_film_has_its_truth_and_its_scene_in_its_folder(tmp_path, must_fit):
     assert reader.get(cv2.CAP_PROP_FPS) == 15
     must_fit(folder / "gantry.truth.json", "truth-1")
     must_fit(folder / "gantry.scene.json", "scene-1")
-    told = json.loads((folder / "gantry.truth.json").read_text())
-    assert told["mu"] == 0.008
-    assert told["throws"][1]["released_at_s"] == 0.5
-    assert told["throws"][1]["rested_at_s"] == 2.0
+    reported = json.loads((folder / "gantry.truth.json").read_text())
+    assert reported["mu"] == 0.008
+    assert reported["throws"][1]["released_at_s"] == 0.5
+    assert reported["throws"][1]["rested_at_s"] == 2.0
 
 
 @pytest.mark.parametrize("name", list(CAMERAS))

@@ -202,8 +202,8 @@ def test_throws_that_never_slide_have_no_row():
 
 def test_numbers_go_out_by_name_with_their_errors(draws, rng):
     (track, *_) = seen(draws[0], rng)
-    told = measure_throw(track).as_dict()
-    assert told["direction"] == "away"
-    assert told["hog_to_hog"] > 10
-    assert 0 < told["hog_to_hog_sigma"] < 0.1
-    assert "origin" not in told
+    shown = measure_throw(track).as_dict()
+    assert shown["direction"] == "away"
+    assert shown["hog_to_hog"] > 10
+    assert 0 < shown["hog_to_hog_sigma"] < 0.1
+    assert "origin" not in shown

@@ -23,7 +23,7 @@ COLUMNS = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
 
 
 @pytest.fixture(scope="module")
-def told():
+def evening_causes():
     """Return an evening, its estimated ice, and the function's result."""
     rng = np.random.default_rng(5)
     evening = club.evening(rng, athletes=ATHLETES, throws=5)
@@ -39,8 +39,8 @@ def test_the_club_slides_as_the_engine_does():
     assert rests(ice.as_ice(), throws, Place()) == pytest.approx(seen_rests(ice, throws), abs=0.01)
 
 
-def test_parts_add_up_and_shares_to_one(told):
-    _, _, found = told
+def test_parts_add_up_and_shares_to_one(evening_causes):
+    _, _, found = evening_causes
     assert len(found.throws) == 10
     for one in found.throws:
         total = sum(np.array([p.right.value, p.past.value]) for p in one.parts.values())
@@ -50,8 +50,8 @@ def test_parts_add_up_and_shares_to_one(told):
     assert sum(share.value for share in found.pattern.shares.values()) == pytest.approx(1.0)
 
 
-def test_causes_are_the_true_ones_within_their_intervals(told):
-    evening, _, found = told
+def test_causes_are_the_true_ones_within_their_intervals(evening_causes):
+    evening, _, found = evening_causes
     inside, near = [], []
     for one in found.throws:
         off = []
@@ -67,8 +67,8 @@ def test_causes_are_the_true_ones_within_their_intervals(told):
     assert np.mean(near) >= 0.9
 
 
-def test_systematic_errors_of_an_athlete_are_the_pattern(told):
-    _, _, found = told
+def test_systematic_errors_of_an_athlete_are_the_pattern(evening_causes):
+    _, _, found = evening_causes
     patterns = {pattern.athlete: pattern for pattern in found.athletes}
     right, past = patterns["Bo"].mean["weight"]
     assert past.value == pytest.approx(0.03 * 27, abs=0.6)  # 3 cm/s too much on each throw
@@ -76,8 +76,8 @@ def test_systematic_errors_of_an_athlete_are_the_pattern(told):
     assert abs(right.value) < 0.2
 
 
-def test_without_the_believed_ice_it_warns_and_blames_no_ice(told):
-    evening, ice, _ = told
+def test_without_the_believed_ice_it_warns_and_blames_no_ice(evening_causes):
+    evening, ice, _ = evening_causes
     found = hand_or_ice(evening.tracks, ice, evening.notes)
     assert not found.believed
     assert "was not given" in found.remarks[0]
@@ -87,8 +87,8 @@ def test_without_the_believed_ice_it_warns_and_blames_no_ice(told):
         assert one.parts["weight"].past.sigma > 0.02  # what the ice is not known to
 
 
-def test_a_broom_at_a_wrong_place_is_ice_that_was_read_wrong(told):
-    evening, ice, _ = told
+def test_a_broom_at_a_wrong_place_is_ice_that_was_read_wrong(evening_causes):
+    evening, ice, _ = evening_causes
     one = evening.tracks[0]
     # The broom stands where the stone was sent, so that the line is no error of the hand.
     _, angle, _, x = evening.thrown[0]
@@ -100,8 +100,8 @@ def test_a_broom_at_a_wrong_place_is_ice_that_was_read_wrong(told):
     assert cause.parts["ice"].right.value == pytest.approx(evening.rests[0, 0] - 1.5, abs=0.25)
 
 
-def test_reasons_for_excluded_throws(told):
-    evening, ice, _ = told
+def test_reasons_for_excluded_throws(evening_causes):
+    evening, ice, _ = evening_causes
     short = evening.tracks[0]
     cut = slice(0, len(short) // 2)
     never_rests = replace(
@@ -126,8 +126,8 @@ def test_reasons_for_excluded_throws(told):
     }
 
 
-def test_a_hit_is_judged_where_it_crosses_the_line_of_its_target(told):
-    evening, ice, _ = told
+def test_a_hit_is_judged_where_it_crosses_the_line_of_its_target(evening_causes):
+    evening, ice, _ = evening_causes
     right, past = evening.rests[0]
     notes = {0: ThrowNote(called=f"hit {right + 0.3:.2f},{past - 1.0:.2f}")}
     (one,) = hand_or_ice([evening.tracks[0]], ice, notes).throws
@@ -138,8 +138,8 @@ def test_a_hit_is_judged_where_it_crosses_the_line_of_its_target(told):
     assert abs(one.parts["line"].share.value) > 0.5
 
 
-def test_a_release_is_read_within_its_errors_on_ice_of_another_friction(told):
-    evening, ice, _ = told
+def test_a_release_is_read_within_its_errors_on_ice_of_another_friction(evening_causes):
+    evening, ice, _ = evening_causes
     heavier = replace(ice, friction=replace(ice.friction, mu=1.015 * ice.friction.mu))
     off = []
     for k, track in enumerate(evening.tracks):
@@ -149,8 +149,8 @@ def test_a_release_is_read_within_its_errors_on_ice_of_another_friction(told):
     assert np.abs(off).max() < 5
 
 
-def test_a_release_that_was_not_seen(told):
-    evening, ice, _ = told
+def test_a_release_that_was_not_seen(evening_causes):
+    evening, ice, _ = evening_causes
     track = evening.tracks[0]
     late = slice(150, None)
     cut = replace(track, **{name: getattr(track, name)[late] for name in COLUMNS})
@@ -158,17 +158,17 @@ def test_a_release_that_was_not_seen(told):
         read_release(cut, ice)
 
 
-def test_every_cause_has_its_place_in_the_table(told):
-    _, _, found = told
+def test_every_cause_has_its_place_in_the_table(evening_causes):
+    _, _, found = evening_causes
     document = found.as_dict()
     for row in document["throws"]:
         assert {f"{cause}_share_sigma" for cause in CAUSES if cause != "sweeping"} <= set(row)
         assert row["speed_error_sigma"] > 0
 
 
-def test_marked_sweeping_is_a_separate_cause(told):
+def test_marked_sweeping_is_a_separate_cause(evening_causes):
     """A stone was swept for six seconds on ice with the effect of sweeping."""
-    _, ice, _ = told
+    _, ice, _ = evening_causes
     swept_ice = ice.with_effect(ActiveEffect(name="sweeping", parameters={"friction_factor": 0.9}))
     throw = Throw(speed=2.2, angle=0.0, spin=-1.3)
     swept, plain = (

@@ -15,10 +15,10 @@ def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_pa
     lines = read_record(tmp_path / "game" / "game.jsonl")
     must_fit(tmp_path / "game" / "game.jsonl", "game-1")
     assert (tmp_path / "game" / "game.html").read_text().startswith("<!doctype html>")
-    told = curling(*common, "--json").json()
-    assert told["line_score"] == lines[-1]["line_score"]
-    assert told["winner"] == lines[-1]["winner"]
-    assert sum(end[0] for end in told["line_score"]) == told["score"][0]
+    reported = curling(*common, "--json").json()
+    assert reported["line_score"] == lines[-1]["line_score"]
+    assert reported["winner"] == lines[-1]["winner"]
+    assert sum(end[0] for end in reported["line_score"]) == reported["score"][0]
 
 
 @pytest.mark.parametrize(
@@ -37,11 +37,11 @@ def test_the_command_refuses_invalid_options(curling, arguments, word):
 
 
 def test_the_tournament_command(curling):
-    told = curling(
+    reported = curling(
         "tournament", "draw", "rulebased", "--games", "4", "--ends", "1", "--json"
     ).json()
-    assert {s["name"] for s in told["standings"]} == {"draw", "rulebased"}
-    for standing in told["standings"]:
+    assert {s["name"] for s in reported["standings"]} == {"draw", "rulebased"}
+    for standing in reported["standings"]:
         assert standing["share_low"] <= standing["share"] <= standing["share_high"]
         assert standing["elo_low"] <= standing["elo_high"]
     shown = curling("tournament", "draw", "rulebased", "--games", "2", "--ends", "1")

@@ -63,7 +63,7 @@ class Leading(RuleBasedPlayer):
         return True
 
 
-def told_by(state: dict) -> State4:
+def update_of(state: dict) -> State4:
     return checked(json.loads(json.dumps(state)), State4)
 
 
@@ -72,7 +72,7 @@ def told_by(state: dict) -> State4:
 
 def server_state(**changes) -> State4:
     """Return the first state of mixed doubles, as sent by the competition's server."""
-    return told_by(
+    return update_of(
         {
             "winner_team": None,
             "first_team_name": "a",
@@ -165,15 +165,15 @@ def test_a_hosted_game_reads_in_version_4_as_it_is():
     while not game.is_over:
         last = shot_of(DRAW) if game.shots and game.update["state"]["shot"] else None
         more = {"last_move": last, "clocks": game.clocks, "doubles": doubles_of(game)}
-        told = told_by(state_of(game.update, game.names, **more))
-        update = reader.read(told)
+        reported = update_of(state_of(game.update, game.names, **more))
+        update = reader.read(reported)
         assert update is not None
         seen = game_of(update.state, game.setting.rules, game.game.lines)
         assert seen.line_score == game.game.line_score
         assert seen.last_stone is game.game.last_stone
         assert sorted(seen.power_plays) == sorted(game.game.power_plays)
         if game.awaits_placement:
-            assert told.awaits_placement
+            assert reported.awaits_placement
             assert seen.end is None
             game.place(*wishes.pop(0))
             continue

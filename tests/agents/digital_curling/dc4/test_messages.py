@@ -35,7 +35,7 @@ THROUGH = ShotMessage(velocity=Point(0.4, 3.9), rotation="cw")
 def state(**changes) -> State4:
     """Return the first state of a game, as sent by its server."""
     nowhere = [{"x": 0, "y": 0}] * 8
-    told = {
+    reported = {
         "winner_team": None,
         "end_number": 0,
         "team_shot_number": 0,
@@ -51,7 +51,7 @@ def state(**changes) -> State4:
         "score": {"team0": [0, 0, 0], "team1": [0, 0, 0]},
         **changes,
     }
-    return checked(told, State4)
+    return checked(reported, State4)
 
 
 def shot(speed=2.4, angle=math.pi / 2, spin=math.pi / 2):
@@ -161,9 +161,9 @@ def test_a_whole_game_reads_in_version_4_as_in_version_3():
     reader = Reader4()
     while not game.is_over:
         last = None if not game.shots else shot_of(DRAW)
-        told = state_of(game.update, game.names, last_move=last, clocks=game.clocks)
-        assert told["shot_number"] == told["team_shot_number"]
-        update = reader.read(checked(json.loads(json.dumps(told)), State4))
+        reported = state_of(game.update, game.names, last_move=last, clocks=game.clocks)
+        assert reported["shot_number"] == reported["team_shot_number"]
+        update = reader.read(checked(json.loads(json.dumps(reported)), State4))
         assert update is not None
         seen = game_of(update.state, game.setting.rules, game.game.lines)
         assert seen.line_score == game.game.line_score
@@ -172,8 +172,8 @@ def test_a_whole_game_reads_in_version_4_as_in_version_3():
         assert seen.end.hammer is game.game.end.hammer
         assert [s[:2] for s in seen.end.stones] == [s[:2] for s in game.game.end.stones]
         game.shoot(DRAW if len(game.shots) % 2 else THROUGH, 1.0)
-    told = state_of(game.update, game.names, last_move=None, clocks=game.clocks)
-    assert told["winner_team"] == game.result["winner"]
+    reported = state_of(game.update, game.names, last_move=None, clocks=game.clocks)
+    assert reported["winner_team"] == game.result["winner"]
 
 
 JSON = st.recursive(
@@ -186,9 +186,9 @@ JSON = st.recursive(
 @given(st.lists(st.tuples(st.sampled_from(sorted(State4.__struct_fields__)), JSON), max_size=3))
 def test_a_damaged_state_is_read_or_refused(damage):
     problem, reader = "", Reader4()
-    told = msgspec.to_builtins(state()) | dict(damage)
+    reported = msgspec.to_builtins(state()) | dict(damage)
     try:
-        reader.read(checked(told, State4))
+        reader.read(checked(reported, State4))
     except InputError as error:
         problem = str(error)
     assert "\n" not in problem

@@ -104,11 +104,11 @@ def test_a_returning_client_gets_the_end_up_to_now():
                 host.ask("/shots", SHOT, **host.match)
         first.close()
         again = Stream(host)
-        told = again.events()
-        kinds = [next(told) for _ in range(5)]
+        reported = again.events()
+        kinds = [next(reported) for _ in range(5)]
         assert [kind for kind, _ in kinds] == [*["state_update"] * 4, "latest_state_update"]
         assert [state["total_shot_number"] for _, state in kinds] == [0, 1, 2, 3, 4]
-        finish(host, told)
+        finish(host, reported)
         again.close()
 
 

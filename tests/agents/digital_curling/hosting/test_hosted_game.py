@@ -37,7 +37,7 @@ def hosted(orders=((0, 1, 2, 3), (0, 1, 2, 3)), **changes: Any) -> HostedGame:
     return HostedGame(setting, ("a", "b"), orders)
 
 
-def told(game: HostedGame) -> Update:
+def update_of(game: HostedGame) -> Update:
     """Return the position after conversion to the protocol and back."""
     message = from_server(write_line(game.update))
     assert isinstance(message, Update)
@@ -45,14 +45,14 @@ def told(game: HostedGame) -> Update:
 
 
 def test_clients_get_the_keys_that_their_library_needs():
-    told = json.loads(json.dumps(hosted(ends=3).setting.announcement))
-    assert told["rule"] == "normal"
+    reported = json.loads(json.dumps(hosted(ends=3).setting.announcement))
+    assert reported["rule"] == "normal"
     setting = {"max_end", "sheet_width", "five_rock_rule", "thinking_time"}
-    assert told["setting"].keys() == {*setting, "extra_end_thinking_time"}
-    assert told["simulator"].keys() == {"type", "seconds_per_frame"}
+    assert reported["setting"].keys() == {*setting, "extra_end_thinking_time"}
+    assert reported["simulator"].keys() == {"type", "seconds_per_frame"}
     for team in ("team0", "team1"):
-        assert len(told["players"][team]) == 4
-        for player in told["players"][team]:
+        assert len(reported["players"][team]) == 4
+        for player in reported["players"][team]:
             numbers = {"max_speed", "stddev_speed", "stddev_angle"}
             assert player.keys() == {*numbers, "type", "seed", "randomize_hand"}
 
@@ -60,7 +60,7 @@ def test_clients_get_the_keys_that_their_library_needs():
 def test_every_position_shows_the_actual_game():
     game = hosted(throwers=(throwers_from("elite"), throwers_from("club")), ends=2)
     while not game.is_over:
-        message = told(game)
+        message = update_of(game)
         seen = game_of(message.state, game.setting.rules, game.game.lines)
         assert replace(seen, end=None) == replace(game.game, end=None)
         assert seen.end is not None
@@ -95,10 +95,10 @@ def test_intended_throws_have_a_maximum_speed():
 def test_a_backward_shot_is_removed_and_reported_unchanged():
     game = hosted()
     game.shoot(DRAW, 1.0)
-    before = told(game).state.stones
+    before = update_of(game).state.stones
     back = ShotMessage(velocity=Point(0.0, -0.01), rotation="none")
     game.shoot(back, 1.0)
-    after = told(game)
+    after = update_of(game)
     assert after.state.stones == before
     assert after.last_move is not None
     assert after.last_move.actual_move == back
@@ -108,35 +108,35 @@ def test_a_backward_shot_is_removed_and_reported_unchanged():
 def test_handles_turn_on_and_stay_where_stones_do():
     game = hosted()
     game.shoot(DRAW, 1.0)
-    first = told(game).state.stones.team0[0]
+    first = update_of(game).state.stones.team0[0]
     assert first is not None
     assert 30 < first.angle < 45
     game.shoot(THROUGH, 1.0)
-    assert told(game).state.stones.team0[0] == first
+    assert update_of(game).state.stones.team0[0] == first
 
 
 def test_a_tied_game_continues_with_a_new_clock():
     game = hosted(extra_time=33.0)
     for _ in range(16):
         game.shoot(THROUGH, 2.0)
-    state = told(game).state
+    state = update_of(game).state
     assert (state.end, state.shot, state.hammer) == (1, 0, "team1")
     assert state.thinking_time_remaining == {"team0": 33.0, "team1": 33.0}
     for _ in range(15):
         game.shoot(THROUGH, 1.0)
     game.shoot(DRAW, 1.0)
-    state = told(game).state
+    state = update_of(game).state
     assert state.extra_end_score is not None
     assert (state.extra_end_score.team0, state.extra_end_score.team1) == (0, 1)
     assert game.result == {"winner": "team1", "reason": "score"}
-    assert told(game).next_team is None
+    assert update_of(game).next_team is None
 
 
 def test_a_shot_after_the_time_is_no_shot():
     game = hosted(thinking_time=5.0)
     game.shoot(DRAW, 5.0)
     assert game.result == {"winner": "team1", "reason": "time_limit"}
-    assert told(game).state.thinking_time_remaining["team0"] == 0.0
+    assert update_of(game).state.thinking_time_remaining["team0"] == 0.0
     assert game.record()[-1]["conceded"] is None
     assert game.record()[-1]["winner"] == "away"
 

@@ -6,7 +6,7 @@ import cv2
 import numpy as np
 import pytest
 
-from friction_estimation.tracking.detection.connected import boxes_of_parts, connected_parts
+from friction_estimation.tracking.connected import boxes_of_parts, connected_parts
 
 
 @pytest.mark.parametrize("share", [0.0, 0.05, 0.3, 0.6, 0.9, 1.0])

@@ -42,7 +42,7 @@ def test_a_film_of_which_no_frame_is_whole_is_refused(tmp_path):
         SteadyFilm(replace(film, size=(64, 50)))  # frames of another size count as damaged
 
 
-def test_pictures_of_another_size_are_left_out(tmp_path):
+def test_pictures_of_another_size_are_ignored_and_reported(tmp_path):
     rng = np.random.default_rng(4)
     path, rate = tmp_path / "changes.avi", Fraction(10)
     with av.open(str(path), "w", format="avi") as film:
@@ -57,3 +57,6 @@ def test_pictures_of_another_size_are_left_out(tmp_path):
             film.mux(packet)
     steady = SteadyFilm(Film.open(path))
     assert [frame.shape for _, frame in steady.frames()] == [(48, 64, 3)] * 30
+    assert steady.remarks == (
+        "frame 30 (3.0 s) has 32 × 24 pixels, where the film has 64 × 48: 10 such frames ignored",
+    )

@@ -5,10 +5,16 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from friction_estimation.synthetic import FilmSpec
 from friction_estimation.tracking.joint.association import RESTING, SLIDING, likeliest_paths
 from friction_estimation.tracking.joint.detections import Detections
 from friction_estimation.tracking.joint.linking import RestingPlace, link
-from friction_estimation.tracking.joint.recording import is_throw, slides_of
+from friction_estimation.tracking.joint.recording import (
+    is_throw,
+    slides_of,
+    throws_among,
+    without_returns,
+)
 
 AREA = 200.0
 RADIUS = 0.145
@@ -62,6 +68,18 @@ def test_a_throw_is_found_among_other_things_and_in_gaps():
     assert is_throw(path, seen)
 
 
+@pytest.mark.parametrize(("step", "seen_at_least"), [(0.5, 0.85), (0.12, 0.8)])
+def test_a_stone_at_rest_stays_at_rest(step, seen_at_least):
+    times = np.arange(0.0, 34.0, step)
+    true = slide(times, (0.0, -11.0), (0.03, 1.9))
+    seen = detections(times, [true], clutter=1)
+    path = likeliest_paths(seen, AREA)[0]
+    t = seen.t[path.at]
+    assert (path.mode[t > 19.8] == RESTING).all()
+    assert 17.0 < t[path.mode == RESTING].min() < 20.5
+    assert len(path.at) > seen_at_least * len(times)
+
+
 def test_nothing_is_found_among_what_is_no_stone():
     seen = detections(np.arange(0.0, 24.0, 0.6), [], clutter=5)
     assert not any(is_throw(path, seen) for path in likeliest_paths(seen, AREA))
@@ -111,3 +129,46 @@ def test_stones_that_touch_go_on_as_two_equal_weights_do():
         off = np.hypot(*(seen.xy[at] - true[seen.frame[at]]).T)
         assert np.mean(off < 0.12) > 0.9
         assert seen.t[at[-1]] > 12.0
+
+
+@pytest.fixture(scope="module")
+def camera():
+    """A camera that sees all of the sheet."""
+    return FilmSpec(camera="gantry", size=(960, 540)).resolved()
+
+
+def test_a_stone_that_is_lost_for_a_while_is_one_throw(camera):
+    times = np.arange(0.0, 30.0, 0.4)
+    true = slide(times, (0.0, -11.0), (0.03, 2.2))
+    true[(times > 8.0) & (times < 14.0)] = np.nan
+    seen = detections(times, [true], clutter=0)
+    paths = likeliest_paths(seen, AREA)
+    ends = [seen.t[path.at[[0, -1]]] for path in paths]
+    assert not any(first < 8.0 and last > 14.0 for first, last in ends)
+    (one,) = throws_among(paths, seen, camera, AREA)
+    assert one.first < 1.0
+    assert 20.0 < one.last < 23.0
+    assert one.rests
+
+
+def test_what_moves_between_throws_is_no_throw(camera):
+    """A person walks and stops; a stone is slid back; and the next one is thrown past its place."""
+    times = np.arange(0.0, 90.0, 0.4)
+    thrown = slide(times, (0.0, -11.0), (0.0, 2.2))
+    since = np.maximum(times - 30.0, 0.0)
+    pushed = 0.55 * np.minimum(since, 2.0) ** 2 + 2.2 * np.maximum(since - 2.0, 0.0)
+    back = pushed - 0.05 * np.maximum(since - 2.0, 0.0) ** 2
+    first = thrown - np.column_stack([0.0 * times, np.minimum(back, 24.0)])
+    first[times > 48.0] = np.nan
+    walked = np.minimum(1.4 * np.maximum(times - 50.0, 0.0), 9.0)
+    person = np.column_stack([1.5 + 0.0 * times, 15.0 - walked])
+    person[times < 50.0] = np.nan
+    second = slide(np.maximum(times - 64.0, 0.0), (0.3, -11.0), (0.0, 2.3))
+    second[times < 64.0] = np.nan
+    seen = detections(times, [first, person, second], clutter=1)
+    moves = throws_among(likeliest_paths(seen, AREA), seen, camera, AREA)
+    slid_back = []
+    found = list(without_returns(moves, lambda begin, end: slid_back.append((begin, end))))
+    assert [one.first for one in found] == pytest.approx([0.0, 64.0], abs=1.0)
+    assert len(slid_back) == 1
+    assert 29.0 < slid_back[0][0] < 34.0

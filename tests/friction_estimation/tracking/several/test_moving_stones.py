@@ -172,8 +172,8 @@ def test_paint_that_the_stone_slides_through_is_no_stone(hit, monkeypatch):
             in_play=True,
         )
 
-    def with_paint(on_ice, picture):
-        return [place(on_ice), *detect(on_ice, picture)]
+    def with_paint(on_ice, picture, boxes=None):
+        return [place(on_ice), *detect(on_ice, picture, boxes)]
 
     def at_paint(on_ice, picture, xy):
         near = np.linalg.norm(xy - paint) < 0.1

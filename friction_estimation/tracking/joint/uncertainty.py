@@ -13,7 +13,7 @@ from friction_estimation.appearance import ShapeDoubt, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.tuning import CLICK_SIGMA_PX
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.joint import numbers
 
 
 def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
@@ -51,15 +51,15 @@ def systematic_sigma(
     variance = camera_variance(refined, xy, middle)
     # Without paint, the clicked points are all that the camera rests on.
     loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
-    small_px = tuning.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
-    hidden_px = tuning.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
-    edge_px = np.sqrt(tuning.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
+    small_px = numbers.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
+    hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
+    edge_px = np.sqrt(numbers.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
     variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
     if doubt is not None:
         variance += doubt.at(xy) ** 2
     if unseen is not None:
         variance += unseen**2
-    least = tuning.LARGER_COORDINATE_SHARE * variance.max(axis=1)
+    least = numbers.LARGER_COORDINATE_SHARE * variance.max(axis=1)
     return np.sqrt(np.maximum(variance.mean(axis=1), least))
 
 
@@ -73,7 +73,7 @@ def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) 
     """
     sigma = np.zeros_like(xy)
     some = (hidden > 0) & np.isfinite(xy[:, 0])
-    px = tuning.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
+    px = numbers.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
     sigma[some] = px[:, None] * _metres_per_px(camera, xy[some], model.height / 2)
     return sigma
 
@@ -85,7 +85,7 @@ def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
     """
     if not hidden.any():
         return hidden
-    around = np.abs(t[:, None] - t) <= tuning.HIDDEN_NEIGHBOURS
+    around = np.abs(t[:, None] - t) <= numbers.HIDDEN_NEIGHBOURS
     return around @ hidden / around.sum(axis=1)
 
 
@@ -101,7 +101,7 @@ def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
     age : (n,) how long ago the pixels last changed [s]
     """
     then = np.column_stack([np.interp(t - age, t, axis) for axis in velocity.T])
-    slowing = tuning.HIDDEN_DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
+    slowing = numbers.DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
     going = np.minimum(age, 1 / slowing)
     return then * (going - 0.5 * slowing * going**2)[:, None]
 
@@ -117,7 +117,7 @@ def block_sigma(single: Floats, repeated: Floats) -> Floats:
     single : (n, 2) standard errors of the measurements, were each pixel to err by itself [m]
     repeated : (n,) share of the stone's rim that shows what it did in the frame before
     """
-    return tuning.BLOCK_ERROR * np.sqrt(repeated)[:, None] * single
+    return numbers.BLOCK_ERROR * np.sqrt(repeated)[:, None] * single
 
 
 def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
@@ -130,9 +130,9 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
     """
     length = model.handle_front - model.handle_back
     z = model.height + model.handle_rise
-    across = tuning.HANDLE_ERROR_PX / np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
+    across = numbers.HANDLE_ERROR_PX / np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
     away = np.linalg.norm(xy - camera.position[:2], axis=1)
-    tilted = tuning.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
+    tilted = numbers.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
     return np.hypot(across, tilted) / length
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.appearance import StoneFit
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.path.scatter import Scattered, metres_per_px
+from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking.joint.scatter import Scattered, metres_per_px
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -35,8 +35,8 @@ class LeftBehind:
     def by(self, t: Floats, xy: Floats) -> Floats:
         """How far from places (n, 2) the stone may have slid on at times (n,) [s], (n,) [m]."""
         pace = float(np.hypot(*self.velocity))
-        slides = np.clip(t - self.since, 0.0, pace / tuning.HIDDEN_DECELERATION)
-        way = slides - 0.5 * tuning.HIDDEN_DECELERATION * slides**2 / pace
+        slides = np.clip(t - self.since, 0.0, pace / numbers.HIDDEN_DECELERATION)
+        way = slides - 0.5 * numbers.HIDDEN_DECELERATION * slides**2 / pace
         there = self.place + way[:, None] * self.velocity
         return np.where(t > self.since, np.linalg.norm(there - xy, axis=1), 0.0)
 
@@ -57,15 +57,15 @@ def left_behind(
     stretches : where its places scatter; they tell no speed
     """
     moments, xy = _seen(t, fits)
-    if len(moments) < 4 * tuning.LEAST_BESIDE:
+    if len(moments) < 4 * numbers.LEAST_BESIDE:
         return None
     if sudden_loss(t, fits, camera, height) is not None:
         return None
-    around = tuning.STOPS_WITHIN
-    for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > tuning.OUT_OF_HAND).tolist():
+    around = numbers.STOPS_WITHIN
+    for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > numbers.OUT_OF_HAND).tolist():
         before = (moments < moments[k]) & (moments > moments[k] - around)
         after = (moments >= moments[k]) & (moments < moments[k] + around)
-        if min(before.sum(), after.sum()) < tuning.LEAST_BESIDE:
+        if min(before.sum(), after.sum()) < numbers.LEAST_BESIDE:
             continue
         if any(one.first < moments[k] < one.last + around for one in stretches):
             continue
@@ -73,13 +73,13 @@ def left_behind(
         between = moments[after].mean() - moments[before].mean()
         slowing = (np.hypot(*v0) - np.hypot(*v1)) / between
         doubt = float(np.hypot(*np.hypot(s0, s1))) / between
-        if slowing - tuning.SURELY_SLOWS * doubt < tuning.MOST_SLOWING:
+        if slowing - numbers.SURELY_SLOWS * doubt < numbers.MOST_SLOWING:
             continue
         last = int(np.flatnonzero(before)[-1])
         found = LeftBehind(since=float(moments[last]), place=xy[last], velocity=v0)
-        later = np.flatnonzero(after)[-tuning.LEAST_BESIDE :]
+        later = np.flatnonzero(after)[-numbers.LEAST_BESIDE :]
         lag = float(np.median(found.by(moments[later], xy[later])))
-        if lag > tuning.LEFT_PX * metres_per_px(camera, xy[k : k + 1], height)[0]:
+        if lag > numbers.LEFT_PX * metres_per_px(camera, xy[k : k + 1], height)[0]:
             return found
     return None
 
@@ -101,25 +101,25 @@ def sudden_loss(
     contacts : when it is known to have touched others [s]
     """
     t, xy = _seen(t, fits)
-    if len(t) < 4 * tuning.LEAST_BESIDE:
+    if len(t) < 4 * numbers.LEAST_BESIDE:
         return None
-    worst, when = tuning.SUDDEN_LOSS, None
-    for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > tuning.OUT_OF_HAND):
+    worst, when = numbers.SUDDEN_LOSS, None
+    for k in np.flatnonzero(np.abs(xy[:, 1] - xy[0, 1]) > numbers.OUT_OF_HAND):
         at = (t[k - 1] + t[k]) / 2
-        if any(abs(at - c) < 2 * tuning.BESIDE_SECONDS for c in contacts):
+        if any(abs(at - c) < 2 * numbers.BESIDE_SECONDS for c in contacts):
             continue
-        before = (t < at) & (t > at - tuning.BESIDE_SECONDS)
-        after = (t > at) & (t < at + tuning.BESIDE_SECONDS)
-        if min(before.sum(), after.sum()) < tuning.LEAST_BESIDE:
+        before = (t < at) & (t > at - numbers.BESIDE_SECONDS)
+        after = (t > at) & (t < at + numbers.BESIDE_SECONDS)
+        if min(before.sum(), after.sum()) < numbers.LEAST_BESIDE:
             continue
         (v0, s0), (v1, s1) = (_velocity(t[part], xy[part]) for part in (before, after))
         change = v0 - v1
-        sure = np.abs(change) > tuning.SURE_LOSS * np.hypot(s0, s1)
+        sure = np.abs(change) > numbers.SURE_LOSS * np.hypot(s0, s1)
         loss = float(np.hypot(*np.where(sure, change, 0.0)))
         if loss < worst:
             continue
         pixel = metres_per_px(camera, xy[k : k + 1], height)[0]
-        lasts = _missed_by(t, xy, int(k)) > tuning.SUDDEN_LOSS_PX * pixel
+        lasts = _missed_by(t, xy, int(k)) > numbers.SUDDEN_LOSS_PX * pixel
         if lasts and np.hypot(*v1) < np.hypot(*v0):
             worst, when = loss, float(at)
     return when
@@ -130,13 +130,13 @@ def _missed_by(t: Floats, xy: Floats, k: int) -> float:
 
     For a moment a place may be wrong by part of a pixel; what is lost in a hit stays lost.
     """
-    before = (t < t[k]) & (t >= t[k] - tuning.LOST_FOR)
-    later = np.flatnonzero((t >= t[k]) & (t <= t[k] + tuning.LOST_FOR))[-tuning.LEAST_BESIDE :]
+    before = (t < t[k]) & (t >= t[k] - numbers.LOST_FOR)
+    later = np.flatnonzero((t >= t[k]) & (t <= t[k] + numbers.LOST_FOR))[-numbers.LEAST_BESIDE :]
     velocity, _ = _velocity(t[before], xy[before])
     since = t[later].mean() - t[before].mean()
     pace = max(float(np.hypot(*velocity)), 1e-6)
-    since = min(since, pace / tuning.SLOWING)
-    way = (since - 0.5 * tuning.SLOWING * since**2 / pace) * velocity
+    since = min(since, pace / numbers.DECELERATION)
+    way = (since - 0.5 * numbers.DECELERATION * since**2 / pace) * velocity
     return float(np.hypot(*(xy[later].mean(axis=0) - xy[before].mean(axis=0) - way)))
 
 

@@ -19,8 +19,8 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import PictureChannels
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
-from friction_estimation.tracking import tuning
-from friction_estimation.tracking.detection.connected import boxes_of_parts, connected_parts
+from friction_estimation.tracking.connected import connected_parts
+from friction_estimation.tracking.joint import numbers
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -78,7 +78,7 @@ class Blob:
 
 
 def sheet_region(
-    camera: Camera, sheet: Sheet, margin_px: int = tuning.KNOWN_LENS_MARGIN_PX
+    camera: Camera, sheet: Sheet, margin_px: int = numbers.KNOWN_LENS_MARGIN_PX
 ) -> tuple[slice, slice]:
     """Rows and columns of the picture that show the ice and the people on it.
 
@@ -90,7 +90,7 @@ def sheet_region(
     y = np.linspace(-sheet.length / 2, sheet.length / 2, 61)
     ice = np.array([(a, b) for a in x for b in y])
     points = np.concatenate(
-        [np.column_stack([ice, np.full(len(ice), z)]) for z in (0.0, tuning.PEOPLE_HEIGHT)]
+        [np.column_stack([ice, np.full(len(ice), z)]) for z in (0.0, numbers.PEOPLE_HEIGHT)]
     )
     # Only points within the frame count: far outside it a lens polynomial is meaningless.
     seen = points[camera.sees(points)]
@@ -117,7 +117,7 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     few = middle[::3, ::3]
     spread = [float(np.median(_strongest(cv2.absdiff(part[::3, ::3], few)))) for part in parts]
     noise = max(1.0, 1.4826 * float(np.median(spread)))
-    grains = [float(np.median(cv2.absdiff(_grey(part[::3, ::3]), _grey(few)))) for part in parts]
+    grains = [float(np.median(cv2.absdiff(grey(part[::3, ::3]), grey(few)))) for part in parts]
     limit = max(4.0, 3 * noise)
     total = np.zeros(middle.shape, dtype=np.float32)
     count = np.zeros(middle.shape[:2], dtype=np.uint8)
@@ -136,7 +136,7 @@ def find_background(frames: Sequence[Image], region: tuple[slice, slice]) -> Bac
     )
 
 
-def _grey(picture: Image) -> Image:
+def grey(picture: Image) -> Image:
     return cv2.cvtColor(picture, cv2.COLOR_BGR2GRAY)
 
 
@@ -203,10 +203,10 @@ def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0)
     cut = np.ascontiguousarray(frame[background.slices])
     flat = background.flat
     noise = background.noise
-    if noise > tuning.NOISY:  # else no stone stands out from the grain
-        cut, noise = cv2.blur(cut, (3, 3)), noise * tuning.NOISE_AFTER_BLUR
+    if noise > numbers.NOISY:  # else no stone stands out from the grain
+        cut, noise = cv2.blur(cut, (3, 3)), noise * numbers.NOISE_AFTER_BLUR
     difference = _strongest(cv2.absdiff(cut, flat))
-    limit = max(tuning.MIN_CONTRAST, 5 * noise)
+    limit = max(numbers.MIN_CONTRAST, 5 * noise)
     mask = (cv2.blur(difference, (3, 3)) > limit).view(np.uint8)
     left, top, width, height = cv2.boundingRect(mask)
     if width == 0:
@@ -235,9 +235,9 @@ def _blob(
     left, top, width, height, _ = box.tolist()
     part = slice(top, top + height), slice(left, left + width)
     own = labels[part] == label
-    if width * height <= tuning.MAX_CORE_BOX_PX:
+    if width * height <= numbers.MAX_CORE_BOX_PX:
         contrast = difference[part]
-        strong = own & (contrast >= tuning.CORE_CONTRAST_SHARE * np.quantile(contrast[own], 0.95))
+        strong = own & (contrast >= numbers.CORE_CONTRAST_SHARE * np.quantile(contrast[own], 0.95))
         cores, core_boxes = connected_parts(strong.view(np.uint8))
         if len(core_boxes):
             own = cores == 1 + int(np.argmax(core_boxes[:, 4]))
@@ -251,29 +251,3 @@ def _blob(
         whole_px=np.array([width, height], dtype=np.float64),
         darker=bool((frame[part][own].mean(axis=0) < flat[part][own].mean(axis=0)).any()),
     )
-
-
-def parts_of_blobs(frame: Frame, background: Background, min_area_px: float = 6.0) -> list[Blob]:
-    """The connected parts of a frame that are darker than the background by about the same.
-
-    A stone that touches a broom or a person in the picture is such a part of their blob.
-
-    Parameters
-    ----------
-    min_area_px : smaller parts are left out
-    """
-    cut = np.ascontiguousarray(frame[background.slices])
-    darker = cv2.subtract(_grey(background.flat), _grey(cut))
-    limit = max(tuning.MIN_CONTRAST, 5 * background.noise)
-    found: list[Blob] = []
-    for low in np.arange(limit, 255, tuning.BAND / 2):
-        band = cv2.inRange(darker, low, low + tuning.BAND)
-        for left, top, width, height, area in boxes_of_parts(band).tolist():
-            if area < min_area_px or area < tuning.MIN_FILL * width * height:
-                continue
-            corner = np.add(background.origin_px, (left, top), dtype=np.float64)
-            size = np.array([width, height], dtype=np.float64)
-            found.append(
-                Blob(low_px=corner, high_px=corner + size - 1, area_px=float(area), whole_px=size)
-            )
-    return found

@@ -15,7 +15,7 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.appearance import StoneFit
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.joint import numbers
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -38,7 +38,7 @@ class Scattered:
 
         Where a stone is hit, its places are off a smooth path as well, but for a moment only.
         """
-        return self.by > tuning.WILD_SCATTER and self.last - self.first > tuning.WILD_SECONDS
+        return self.by > numbers.WILD_SCATTER and self.last - self.first > numbers.WILD_SECONDS
 
 
 def scattered(
@@ -52,18 +52,20 @@ def scattered(
     height : at which the stone is seen, above the ice [m]
     """
     seen = [k for k, fit in enumerate(fits) if fit is not None]
-    if len(seen) < 2 * tuning.LEAST_SCATTERED:
+    if len(seen) < 2 * numbers.LEAST_SCATTERED:
         return []
     moments = np.asarray(t)[seen]
     xy = np.array([fit.xy for fit in fits if fit is not None])
     pixel = metres_per_px(camera, xy, height)
     spread = _around_smooth(moments, xy)
-    far = spread > max(tuning.SCATTER_PX, tuning.SCATTER_TIMES * np.median(spread / pixel)) * pixel
-    far &= spread > tuning.LEAST_SCATTER
+    far = (
+        spread > max(numbers.SCATTER_PX, numbers.SCATTER_TIMES * np.median(spread / pixel)) * pixel
+    )
+    far &= spread > numbers.LEAST_SCATTER
     at = np.flatnonzero(far)
     if not len(at):
         return []
-    apart = np.flatnonzero(np.diff(moments[at]) > tuning.SCATTER_APART) + 1
+    apart = np.flatnonzero(np.diff(moments[at]) > numbers.SCATTER_APART) + 1
     return [
         Scattered(
             first=float(moments[part[0]]),
@@ -95,7 +97,7 @@ def scatter_sigma(t: Floats, stretches: Sequence[Scattered]) -> Floats:
     sigma = np.zeros(len(t))
     for one in stretches:
         within = (t >= one.first) & (t <= one.last)
-        sigma[within] = tuning.SCATTER_ERROR * one.by
+        sigma[within] = numbers.SCATTER_ERROR * one.by
     return sigma
 
 
@@ -108,8 +110,10 @@ def _around_smooth(t: Floats, xy: Floats) -> Floats:
     """How much the places around each time scatter about a parabola, (n,) [m]; 0 where few are."""
     spread = np.zeros(len(t))
     for k, now in enumerate(t):
-        first, last = np.searchsorted(t, (now - tuning.SCATTER_AROUND, now + tuning.SCATTER_AROUND))
-        if last - first < tuning.LEAST_SCATTERED:
+        first, last = np.searchsorted(
+            t, (now - numbers.SCATTER_AROUND, now + numbers.SCATTER_AROUND)
+        )
+        if last - first < numbers.LEAST_SCATTERED:
             continue
         since = t[first:last] - now
         powers, _ = np.linalg.qr(np.column_stack([np.ones_like(since), since, since**2]))

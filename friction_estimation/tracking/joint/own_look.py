@@ -21,7 +21,7 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.shape import HANDLE, PARTS
 from friction_estimation.appearance.tuning import PIXEL_CORRELATION
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.joint import numbers
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -55,7 +55,7 @@ def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> Own
     placed = replace(crop, pose=np.array([*crop.pose[:2], 0.0]))
     if not thrown.has_handle:
         return OwnLook(look=coloured([placed], thrown, hidden)[0], heading=0.0, clear=False)
-    headings = np.linspace(-np.pi, np.pi, tuning.HEADINGS_TRIED, endpoint=False)
+    headings = np.linspace(-np.pi, np.pi, numbers.HEADINGS_TRIED, endpoint=False)
     found: list[tuple[Appearance, float]] = []
     for heading in headings:
         placed.pose[2] = heading
@@ -63,11 +63,11 @@ def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> Own
     costs = np.array([cost for _, cost in found])
     best = int(np.argmin(costs))
     away = np.abs(np.angle(np.exp(1j * (headings - headings[best]))))
-    others = costs[away > tuning.HEADING_MATCH].min()
+    others = costs[away > numbers.HEADING_MATCH].min()
     return OwnLook(
         look=found[best][0],
         heading=float(headings[best]),
-        clear=bool(others - costs[best] > tuning.CLEAR_FRONT),
+        clear=bool(others - costs[best] > numbers.CLEAR_FRONT),
     )
 
 
@@ -87,7 +87,7 @@ def coloured(
     active = len(PARTS) if thrown.has_handle else len(PARTS) - 1
     colours = usual.copy()
     counts = 1.0 if hidden is None else (~hidden).astype(np.float64)
-    for _ in range(tuning.COLOUR_ROUNDS):
+    for _ in range(numbers.COLOUR_ROUNDS):
         normal = np.zeros((3, active, active))
         right = np.zeros((3, active))
         for crop, cover in zip(crops, covers, strict=True):
@@ -121,8 +121,8 @@ def coloured(
 def _usual(thrown: Appearance) -> tuple[Floats, Floats]:
     """The colours that a stone has, and how much they differ from stone to stone, each (5, 3)."""
     usual = thrown.colours.copy()
-    spread = np.tile(np.array(tuning.GRANITE_SPREAD), (len(PARTS), 1))
-    usual[HANDLE], spread[HANDLE] = tuning.USUAL_HANDLE, tuning.HANDLE_SPREAD
+    spread = np.tile(np.array(numbers.GRANITE_SPREAD), (len(PARTS), 1))
+    usual[HANDLE], spread[HANDLE] = numbers.USUAL_HANDLE, numbers.HANDLE_SPREAD
     return usual, spread
 
 

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import PchipInterpolator
 
 from curling_env.typing import Flags, Floats
-from friction_estimation.tracking import tuning
+from friction_estimation.tracking.joint import numbers
 
 _ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
 """Deviations from a heading that are compared [rad]; the first is the opposite heading."""
@@ -41,7 +41,7 @@ class HeadingViews:
     def add(self, t: float, cost: Floats) -> None:
         """Add a picture: its time [s] and its misfit at each heading, (k,)."""
         self.t.append(t)
-        self.cost.append(np.minimum(cost - cost.min(), tuning.MAX_VIEW_COST))
+        self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
 
     def between(self, low: float, high: float) -> HeadingViews:
         """The pictures from one time to before another [s]."""
@@ -68,8 +68,8 @@ class KnownHeading:
 
     def waves(self) -> NDArray[np.complex128]:
         """What each heading costs then, as the waves of a picture."""
-        waves = np.zeros(tuning.HEADING_WAVES + 1, dtype=complex)
-        cost = 1 / tuning.KNOWN_HEADING_SIGMA**2
+        waves = np.zeros(numbers.HEADING_WAVES + 1, dtype=complex)
+        cost = 1 / numbers.KNOWN_HEADING_SIGMA**2
         waves[:2] = cost, -cost * np.exp(-1j * self.theta)
         return waves
 
@@ -136,12 +136,14 @@ class HeadingCurve:
         """Whether the curve may be trusted at times [s], (n,)."""
         after = np.clip(np.searchsorted(self._t, t), 1, len(self._t) - 1)
         nearest = np.where(t - self._t[after - 1] < self._t[after] - t, after - 1, after)
-        return self._trusted[nearest] & (np.abs(t - self._t[nearest]) <= tuning.MAX_HEADING_GAP / 2)
+        return self._trusted[nearest] & (
+            np.abs(t - self._t[nearest]) <= numbers.MAX_HEADING_GAP / 2
+        )
 
     def differs(self, other: HeadingCurve) -> bool:
         """Whether another curve, where it may be trusted, is not this one."""
         miss = np.angle(np.exp(1j * (self.at(other._t) - other._theta)))
-        return bool(np.mean(np.abs(miss[other._trusted]) > tuning.HEADING_MATCH / 2) > 0.1)
+        return bool(np.mean(np.abs(miss[other._trusted]) > numbers.HEADING_MATCH / 2) > 0.1)
 
 
 def headings_near(
@@ -160,10 +162,10 @@ def headings_near(
     """
     expected = curve.at(t)
     miss = np.angle(np.exp(1j * (theta - expected)))
-    near = np.abs(miss) < tuning.HEADING_MATCH
-    around = (np.abs(t[:, None] - t) <= tuning.HEADING_NEIGHBOURS).astype(np.float64)
+    near = np.abs(miss) < numbers.HEADING_MATCH
+    around = (np.abs(t[:, None] - t) <= numbers.HEADING_NEIGHBOURS).astype(np.float64)
     measured = np.isfinite(theta)
-    near &= around @ near >= tuning.LEAST_NEAR * (around @ measured)
+    near &= around @ near >= numbers.LEAST_NEAR * (around @ measured)
     found, error = np.where(near, expected + miss, np.nan), np.where(near, sigma, np.nan)
     if curve.seen is not None:
         at = np.searchsorted(t, curve.seen.t)
@@ -186,17 +188,17 @@ def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> F
     age : (n,) how long ago the pixels last changed [s]
     """
     then = t - age
-    spin = (curve.at(then) - curve.at(then - tuning.HEADING_VIEW_INTERVAL)) / (
-        tuning.HEADING_VIEW_INTERVAL
+    spin = (curve.at(then) - curve.at(then - numbers.HEADING_VIEW_INTERVAL)) / (
+        numbers.HEADING_VIEW_INTERVAL
     )
-    until_rest = np.interp(then, t, speed) / tuning.HIDDEN_DECELERATION
+    until_rest = np.interp(then, t, speed) / numbers.DECELERATION
     return np.abs(spin) * np.minimum(age, until_rest)
 
 
 def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
     """The longest stretch of trusted frames without a long gap."""
     at = np.flatnonzero(trusted)
-    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > tuning.MAX_HEADING_GAP) + 1)
+    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > numbers.MAX_HEADING_GAP) + 1)
     kept = np.zeros(len(t), dtype=bool)
     kept[max(stretches, key=len)] = True
     return kept
@@ -217,7 +219,7 @@ def fit_heading_curve(
     None where the pictures show no heading, or do not tell the front of the handle from its rear.
     """
     times = np.array(views.t)
-    least = tuning.MIN_HEADING_VIEWS if known is None else tuning.MIN_LATER_VIEWS
+    least = numbers.MIN_HEADING_VIEWS if known is None else numbers.MIN_LATER_VIEWS
     if len(times) < least:
         return None
     counts = _counts(times, t, speed)
@@ -230,25 +232,67 @@ def fit_heading_curve(
     theta = theta + _drift(times, waves, theta)
     # How much more a deviation from the curve would cost at each time: (n, angles)
     excess = _cost_at(waves, theta[:, None] + _ANGLES) - _cost_at(waves, theta)[:, None]
-    rotation = float(np.abs(np.diff(theta)).sum()) / tuning.INDEPENDENT_VIEW
-    independent = tuning.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
+    rotation = float(np.abs(np.diff(theta)).sum()) / numbers.INDEPENDENT_VIEW
+    independent = numbers.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
     others = [seen.mean(axis=1)]  # any heading
     if known is None:
         others.append(seen[:, 0])  # turned round
-    for other in others:
-        costs = other / counts[own]
-        mean = np.average(costs, weights=counts[own])
-        spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts[own]))
-        if mean < tuning.CLEAR_HEADING * spread / np.sqrt(independent):
-            return None
-    near = np.abs(times[:, None] - times) <= tuning.HEADING_NEIGHBOURS
+    if not all(_is_clear(other, counts[own], independent) for other in others):
+        return None
+    if known is None and _another_rotation(times, waves, theta, counts, independent):
+        return None
+    near = np.abs(times[:, None] - times) <= numbers.HEADING_NEIGHBOURS
     excess_nearby = near @ excess
-    trusted = excess_nearby[:, np.abs(_ANGLES) > tuning.HEADING_MATCH].min(axis=1) > 0
+    trusted = excess_nearby[:, np.abs(_ANGLES) > numbers.HEADING_MATCH].min(axis=1) > 0
     if not trusted.any():
         return None
     return HeadingCurve(times, theta, trusted, _seen_near(times[own], waves[own], theta[own]))
+
+
+def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
+    """Return whether pictures cost clearly more at one heading than at another.
+
+    Parameters
+    ----------
+    excess, counts : (n,) excess cost of each picture and its weight
+    independent : number of pictures that count as independent
+    """
+    costs = excess / counts
+    mean = np.average(costs, weights=counts)
+    spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts))
+    return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
+
+
+def _another_rotation(
+    times: Floats,
+    waves: NDArray[np.complex128],
+    theta: Floats,
+    counts: Floats,
+    independent: float,
+) -> bool:
+    """Return whether a stone that turns otherwise explains the pictures nearly as well.
+
+    Light that falls on a stone, or what is left of its granite, is a picture too, and one that does
+    not turn as the stone does. Each other spin may start at any heading, and drift as the curve
+    does.
+    """
+    since = times - times[0]
+    fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
+    turn = float(theta[-1] - theta[0]) / max(float(since[-1]), 1e-6)
+    for spin in turn + numbers.OTHER_SPINS:
+        turned = np.exp(1j * np.outer(spin * since, np.arange(numbers.HEADING_WAVES + 1)))
+        costs = ((waves * turned).sum(axis=0) @ fronts).real
+        other = _ANGLES[int(np.argmin(costs))] + spin * since
+        other = other + _drift(times, waves, other)
+        apart = np.abs(np.angle(np.exp(1j * (other - theta)))) > numbers.HEADING_MATCH / 2
+        if np.average(apart, weights=counts) < numbers.LEAST_APART:
+            continue
+        excess = _cost_at(waves, other) - _cost_at(waves, theta)
+        if not _is_clear(excess[apart], counts[apart], independent * float(apart.mean())):
+            return True
+    return False
 
 
 def likeliest_turn(views: HeadingViews, t: Floats, speed: Floats) -> tuple[Floats, float]:
@@ -271,22 +315,22 @@ def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
     Together they count as one.
     """
     way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (speed[1:] + speed[:-1]) / 2)])
-    place = np.floor(np.interp(times, t, way) / tuning.REPEATED_WAY)
+    place = np.floor(np.interp(times, t, way) / numbers.REPEATED_WAY)
     return 1 / np.count_nonzero(place[:, None] == place, axis=1)
 
 
 def _waves_of(views: HeadingViews, counts: Floats) -> NDArray[np.complex128]:
     """The waves by which what each heading costs is added up, (n, waves)."""
     cost = np.array(views.cost) * counts[:, None]
-    waves = np.fft.rfft(cost, axis=1)[:, : tuning.HEADING_WAVES + 1] / cost.shape[1]
+    waves = np.fft.rfft(cost, axis=1)[:, : numbers.HEADING_WAVES + 1] / cost.shape[1]
     waves[:, 1:] *= 2
     # the first heading is -π
-    return waves * np.exp(1j * np.pi * np.arange(tuning.HEADING_WAVES + 1))
+    return waves * np.exp(1j * np.pi * np.arange(numbers.HEADING_WAVES + 1))
 
 
 def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> SeenHeadings:
     """The heading near a curve that fits each picture best."""
-    off = np.linspace(-tuning.HEADING_MATCH, tuning.HEADING_MATCH, 29)
+    off = np.linspace(-numbers.HEADING_MATCH, numbers.HEADING_MATCH, 29)
     cost = _cost_at(waves, theta[:, None] + off)
     at = np.argmin(cost, axis=1)
     inside = np.clip(at, 1, len(off) - 2)
@@ -305,7 +349,7 @@ def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> S
 def _cost_at(waves: NDArray[np.complex128], theta: Floats) -> Floats:
     """Misfit of each picture at one heading (n,) or several (n, k)."""
     flat = theta.reshape(len(waves), -1)
-    turned = np.exp(1j * flat[..., None] * np.arange(tuning.HEADING_WAVES + 1))
+    turned = np.exp(1j * flat[..., None] * np.arange(numbers.HEADING_WAVES + 1))
     return np.einsum("nw,nkw->nk", waves, turned).real.reshape(theta.shape)
 
 
@@ -318,23 +362,23 @@ def _steady_rotation(
 ) -> Floats:
     """The heading at each time with the likeliest spin that falls as a power of the speed, (n,)."""
     share = np.clip(speed / max(float(np.nanmax(speed)), 1e-6), 0.0, 1.0)
-    fronts = np.exp(1j * np.outer(np.arange(tuning.HEADING_WAVES + 1), _ANGLES))
+    fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
     best, least = np.zeros(len(times)), np.inf
-    for power in tuning.SPIN_DECAY_POWERS:
+    for power in numbers.SPIN_DECAY_POWERS:
         rate = np.where(share > 0.02, share**power, 0.0)
         swept = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
         way = np.interp(times, t, swept)
         # A few at a time, so that their numbers stay in the fastest memory.
-        for spins in np.array_split(tuning.SPINS_TRIED, len(tuning.SPINS_TRIED) // 2):
+        for spins in np.array_split(numbers.SPINS_TRIED, len(numbers.SPINS_TRIED) // 2):
             turned = np.exp(1j * spins[:, None] * way)
-            total = np.empty((len(spins), tuning.HEADING_WAVES + 1), dtype=complex)
+            total = np.empty((len(spins), numbers.HEADING_WAVES + 1), dtype=complex)
             power_of = np.ones_like(turned)
-            for wave in range(tuning.HEADING_WAVES + 1):
+            for wave in range(numbers.HEADING_WAVES + 1):
                 total[:, wave] = power_of @ waves[:, wave]
                 power_of *= turned
             costs = np.real(total @ fronts)
             if known is not None:
-                costs += (((spins - known.spin) / tuning.SPIN_CHANGE_AT_CONTACT) ** 2)[:, None]
+                costs += (((spins - known.spin) / numbers.SPIN_CHANGE_AT_CONTACT) ** 2)[:, None]
             i, k = np.unravel_index(int(np.argmin(costs)), costs.shape)
             if costs[i, k] < least:
                 least, best = float(costs[i, k]), _ANGLES[k] + spins[i] * way
@@ -351,7 +395,7 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
     value = own[0]
     came_from: list[NDArray[np.intp]] = []
     for k in range(1, len(times)):
-        options = value + step**2 / (tuning.HEADING_DRIFT**2 * (times[k] - times[k - 1]))
+        options = value + step**2 / (numbers.HEADING_WANDER**2 * (times[k] - times[k - 1]))
         came_from.append(np.argmin(options, axis=1))
         value = own[k] + options.min(axis=1)
     at = int(np.argmin(value))
@@ -366,5 +410,5 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
 
 def _bell_mean(t: Floats, values: Floats) -> Floats:
     """The mean of values (n,) around each time, the nearest of which count most."""
-    bell = np.exp(-0.5 * ((t[:, None] - t) / (tuning.HEADING_NEIGHBOURS / 4)) ** 2)
+    bell = np.exp(-0.5 * ((t[:, None] - t) / (numbers.HEADING_NEIGHBOURS / 4)) ** 2)
     return bell @ values / bell.sum(axis=1)

@@ -18,7 +18,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.pose import place_sigma
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.detector import MIN_STONE_PX, DetectedPlace, Detector, OnIce
-from friction_estimation.tracking.tuning import SAME_PLACE
+from friction_estimation.tracking.joint.numbers import SAME_PLACE
 
 RED, AMBER = (40, 40, 230), (0, 170, 255)
 """Colours of drawings of stones and of doubtful stones, blue-green-red."""
