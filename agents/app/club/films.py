@@ -122,14 +122,14 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
 
 
 def waits(club: Club, session: Session, film: Film) -> bool:
-    """Whether a film is to be tracked: for the first time, or with other marks."""
+    """Return whether a film is to be tracked: for the first time, or with other marks."""
     return film.is_whole and (
         film.state in (State.WAITING, State.RUNNING) or has_other_marks(club, session, film)
     )
 
 
 def has_other_marks(club: Club, session: Session, film: Film) -> bool:
-    """Whether a film was tracked with other marks than its camera has now."""
+    """Return whether a film was tracked with other marks than its camera has now."""
     camera = club.camera_of(session, film)
     if film.marks is None or film.state is not State.DONE or camera is None or not camera.scene:
         return False

@@ -50,7 +50,7 @@ LEAST_COMMON = 0.5
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
-    """What was found in one film.
+    """Tracks found in one film.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class Part:
 
 
 def part_path(club: Club, session: Session, film: Film | None) -> Path:
-    """Where the tracks of a film are kept, or those that were imported."""
+    """Path of the tracks of a film, or of those that were imported."""
     name = IMPORTED if film is None else f"film-{film.id}"
     return club.folder_of(session) / PARTS / f"{name}.csv"
 
@@ -345,7 +345,7 @@ def _without_repeats(part: Part) -> Part:
 
 
 def _is_same(one: Trajectory, other: Trajectory) -> bool:
-    """Whether two tracks of a film are of one stone at one time."""
+    """Return whether two tracks of a film are of one stone at one time."""
     first, second = one.clock + one.t, other.clock + other.t
     low, high = max(first[0], second[0]), min(first[-1], second[-1])
     shorter = min(np.ptp(first), np.ptp(second))

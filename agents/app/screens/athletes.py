@@ -62,7 +62,7 @@ def show(request: Request) -> Response:
 
 
 def _seconds_per_speed(ice: Ice) -> float | None:
-    """What a speed is as a time from hog line to hog line, at draw weight [s per m/s]."""
+    """Change of the hog-to-hog time per unit of speed, at draw weight [s per m/s]."""
     speed = Aim(ice, Direction.AWAY).draw_weight()
     return None if speed is None else seconds_per_speed(ice, Throw(speed=speed), Direction.AWAY)
 
@@ -107,7 +107,7 @@ def _told(
 
 
 def _sentence(one: AthleteErrors, slope: float | None) -> str:
-    """What an athlete's throws have in common, in one sentence."""
+    """Summary of an athlete's throws, in one sentence."""
     group = _row(one.overall, slope)
     biases = [group[name][0] for name in ("weight_bias", "line_bias")]
     seen = [bias for bias in biases if bias != "none seen"]

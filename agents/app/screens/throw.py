@@ -77,7 +77,7 @@ def _plan(club: Club, document: Any) -> dict[str, Any]:
 
 
 def _habit(club: Club, key: str, seconds: float | None) -> str:
-    """How an athlete's usual error is taken in; empty for other hands, and where none is seen."""
+    """Advice against an athlete's usual error; empty for other hands, and where none is seen."""
     errors = errors_named(club, key)
     if errors is None or errors.seconds_per_speed is None or seconds is None:
         return ""

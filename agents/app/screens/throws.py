@@ -124,7 +124,7 @@ def show_throw(request: Request) -> Response:
 
 
 def read(request: Request) -> Response:
-    """How a call is read, while it is typed."""
+    """Answer how a call is read, while it is typed."""
     return JSONResponse(_reading(club_of(request), request.query_params.get("text", "")[:400]))
 
 
@@ -138,7 +138,7 @@ def _reading(club: Club, called: str) -> dict[str, Any]:
 
 
 def _rest(sheet: ThrowSheet, athletes: Sequence[str]) -> dict[str, Any]:
-    """Where a stone came to rest, as the thrower sees it, and its line of delivery."""
+    """Resting place of a stone from the thrower's view, and its line of delivery."""
     one = sheet.measures
     assert one.right is not None  # it was seen to rest
     assert one.past is not None
@@ -307,7 +307,7 @@ def _named_row(connection: sqlite3.Connection, table: str, name: str) -> int | N
 
 
 def _line(text: str) -> str:
-    """What was typed, as one line of a table."""
+    """Return typed text as one line of a table."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 

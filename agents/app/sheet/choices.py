@@ -99,7 +99,7 @@ def skill_of(club: Club, key: str) -> Skill:
 
 
 def errors_named(club: Club, key: str) -> AthleteErrors | None:
-    """How the athlete with a key throws; None for other keys, and with too few throws.
+    """Errors of the athlete with a key; None for other keys, and with too few throws.
 
     Raises
     ------

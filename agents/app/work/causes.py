@@ -1,4 +1,4 @@
-"""Why the throws of a session missed, and how its stones differ: worked out beside the server.
+"""Causes of misses and differences of stones in a session: worked out beside the server.
 
 An answer is kept in the session's folder with a digest of all that it follows from: tracks, notes,
 hands, both ices and the version of this program. Where the digest differs, the answer is worked out

@@ -1,4 +1,4 @@
-"""Why throws missed, how the stones differ and how athletes throw, before someone asks."""
+"""Causes of misses, differences of stones and errors of athletes, before someone asks."""
 
 from __future__ import annotations
 
