@@ -93,6 +93,7 @@ def page(
             here=here.split("/")[0],
             session=session,
             shared=network_address_of(request),
+            chooser=[] if session is None else club_of(request).sessions(),
             **content,
         )
     )

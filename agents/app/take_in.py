@@ -15,7 +15,7 @@ from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import ICE, TRACKS, added, plain
 from agents.app.club.database import row_of
 from agents.app.club.records import Hand, State
-from agents.app.club.session_files import Part, keep_part, write_files
+from agents.app.club.session_files import Part, finish_files, note_change, save_part, write_files
 from agents.coaching.throw_sheet import hands_beside
 from curling_env.errors import InputError
 from curling_env.ice import load_ice, save_ice
@@ -133,20 +133,21 @@ def fill_from(club: Club, session: Session, folder: Path) -> Session:
     alone = [found.throws[number] for number in without]
     if alone:
         nothing = [[None] * len(tracks) for tracks in alone]
-        keep_part(club, session, None, Part(throws=alone, handles=nothing))
+        save_part(club, session, None, Part(throws=alone, handles=nothing))
     for number, tracks in found.throws.items():
         if number in found.films:
             film = add_film(club, session, found.films[number], clock=tracks[0].clock)
             # Times of a film count from its first frame.
             part = [replace(track, clock=0.0, throw=0) for track in tracks]
-            keep_part(club, session, film, Part(throws=[part], handles=[[None] * len(part)]))
+            save_part(club, session, film, Part(throws=[part], handles=[[None] * len(part)]))
             shown[film.id] = number
+    write_files(club, session)
     before = {
         one.number: without[one.part] if one.film_id is None else shown[one.film_id]
         for one in club.throws(session)
     }
     _note(club, session, found, before)
-    write_files(club, session)
+    finish_files(club)
     if found.ice is not None:
         save_ice(load_ice(found.ice), club.ice_of(session))
     return session
@@ -252,4 +253,4 @@ def _note(club: Club, session: Session, found: Found, before: Mapping[int, int])
                 "and athlete_id is null and stone_id is null and called = '' and note = ''",
                 (athlete, stone, note.called, note.note, session.id, number),
             )
-        connection.execute("update session set stale = 1 where id = ?", (session.id,))
+        note_change(connection, "id = ?", session.id)

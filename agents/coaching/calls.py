@@ -2,16 +2,18 @@
 
 A call is a line of words in any order; capital letters do not matter:
 
-    what       draw, guard, freeze; hit (or takeout), hit-and-stay, peel
+    what       draw (or come around), guard, freeze; hit (or takeout), hit-and-stay (or stick),
+               hit-and-roll, double, runback, raise, tap back, tick, peel, throw-through
     where      0.3,-1.2 in metres from the tee: right, then past (negative: short); also 2ft,-4ft;
                or in words: 4 ft short 1 ft left; or a place by its name: button, top four,
-               back eight, left twelve, right corner guard; a guard without a place is a centre
-               guard, a draw without one is to the button
+               back eight, left twelve, four foot, right corner guard; a guard without a place is a
+               centre guard, a draw without one is to the button
     handle     in or out, by the athlete's hand
-    broom      broom 0.6 right: its position on the far tee line, from the centre line
-    weight     13.4 s: the time from hog line to hog line; or for hits a name: hack, board, control,
-               normal, firm
-    turns 3 turns: intended number of turns of the stone
+    broom      broom 0.6 right: its position on the far tee line, from the centre line; or
+               ice 4 ft: how far from the target, to the side that the handle asks for
+    weight     13.4 s (or 13.4): the time from hog line to hog line; 3.7 split: from the back line
+               to the hog line; or for hits a name: hack, bumper, board, control, normal, firm, peel
+    turns      3 turns: intended number of turns of the stone
 
 For example `draw button in`, `draw 0.3,-1.2 out broom 1.1 right`, `guard in`, `4 ft short`,
 `hit 0,1.2 normal out`. Other text is a note, not a call. All lengths are from the thrower's view;
@@ -27,8 +29,22 @@ from typing import Literal
 from curling_env.sheet import BACK_LINE_Y, HOG_TO_TEE, RING_RADII, TEE_Y
 from curling_env.units import FOOT, INCH, Units, length, side
 
-Shot = Literal["draw", "guard", "freeze", "takeout", "hit-and-stay", "peel"]
-"""Kind of shot, by the names of the planner's tasks."""
+Shot = Literal[
+    "draw",
+    "guard",
+    "freeze",
+    "takeout",
+    "hit-and-stay",
+    "peel",
+    "hit-and-roll",
+    "double",
+    "runback",
+    "raise",
+    "tap-back",
+    "tick",
+    "throw-through",
+]
+"""Kind of shot; the first six by the names of the planner's tasks."""
 Handle = Literal["in-turn", "out-turn"]
 WeightClass = Literal["guard", "draw", "hit"]
 """Class of throws whose errors are pooled."""
@@ -50,12 +66,15 @@ _RINGS = {
 _SIDES = {"top": (0.0, -1.0), "back": (0.0, 1.0), "left": (-1.0, 0.0), "right": (1.0, 0.0)}
 
 PLACES: dict[str, tuple[float, float]] = {
-    **dict.fromkeys(("button", "pin", "tee"), (0.0, 0.0)),
+    **dict.fromkeys(("button", "pin", "tee", "house"), (0.0, 0.0)),
     **{
         f"{where} {ring}": (x * radius, y * radius)
         for where, (x, y) in _SIDES.items()
         for ring, radius in _RINGS.items()
     },
+    "biter": (0.0, -_TWELVE - 0.1),
+    "tight guard": (0.0, -2.4),
+    "high guard": (0.0, -4.6),
     "centre guard": GUARD,
     "left corner guard": (-CORNER, GUARD[1]),
     "right corner guard": (CORNER, GUARD[1]),
@@ -71,8 +90,20 @@ SHOTS: dict[str, Shot] = {
     "take-out": "takeout",
     "hit-and-stay": "hit-and-stay",
     "peel": "peel",
+    "come-around": "draw",
+    "hit-and-roll": "hit-and-roll",
+    "double": "double",
+    "triple": "double",
+    "runback": "runback",
+    "raise": "raise",
+    "promote": "raise",
+    "tap-back": "tap-back",
+    "tap": "tap-back",
+    "tick": "tick",
+    "wick": "tick",
+    "throw-through": "throw-through",
 }
-WEIGHTS = ("hack", "board", "control", "normal", "firm")
+WEIGHTS = ("hack", "bumper", "board", "backline", "control", "normal", "firm")
 """Names of weights for hits. Teams mean different speeds by them, so only their own throws show the
 speed.
 """
@@ -98,7 +129,9 @@ class Call:
         past the tee, from the thrower's view [m]
     handle : by the athlete's hand
     broom : position of the broom on the far tee line, right of the centre line [m]
+    ice : distance of the broom from the target, to the side that handle and hand ask for [m]
     hog_to_hog : the weight as a time [s]
+    split : the weight as the time from the back line to the hog line [s]
     weight : the weight of a hit by its name
     turns : full turns of the stone
     """
@@ -108,7 +141,9 @@ class Call:
     target: tuple[float, float] | None = None
     handle: Handle | None = None
     broom: float | None = None
+    ice: float | None = None
     hog_to_hog: float | None = None
+    split: float | None = None
     weight: str | None = None
     turns: float | None = None
 
@@ -126,13 +161,15 @@ class Call:
 
     def in_words(self, units: Units = Units.METRES) -> str:
         """Return the call as a coach would say it."""
-        parts = ["hit" if self.shot == "takeout" else self.shot]
+        parts = ["hit" if self.shot == "takeout" else self.shot.replace("tap-", "tap ")]
         if self.target is not None:
             parts.append(place_in_words(self.target, units))
         if self.weight is not None:
             parts.append(f"{self.weight} weight")
         if self.hog_to_hog is not None:
             parts.append(f"{self.hog_to_hog:.1f} s")
+        if self.split is not None:
+            parts.append(f"split {self.split:.2f} s")
         if self.handle is not None:
             parts.append(self.handle)
         if self.turns is not None:
@@ -140,6 +177,8 @@ class Call:
         if self.broom is not None:
             where = side(self.broom, units)
             parts.append(f"broom {'on the centre line' if where == 'on the line' else where}")
+        elif self.ice is not None:
+            parts.append(f"{length(self.ice, units)} of ice")
         return ", ".join(parts)
 
 
@@ -166,15 +205,27 @@ def read_call(text: str) -> Call | None:
     None for text that is not a call: a word outside the grammar, something given twice, an
     impossible place, or neither a shot nor a place
     """
-    words = _Words(text)
     try:
-        return words.read()
+        return _Words(text).read()
     except _NoCallError:
         return None
 
 
+def why_no_call(text: str) -> str:
+    """Return why a text is no call, naming the word that is not known; empty for a call."""
+    try:
+        _Words(text).read()
+    except _NoCallError as error:
+        return str(error)
+    return ""
+
+
 class _NoCallError(Exception):
     """The text is not a call."""
+
+
+def _twice(what: str) -> _NoCallError:
+    return _NoCallError(f"the call has {what} twice")
 
 
 _NUMBER = r"[-+]?(?:\d+(?:\.\d+)?|\.\d+)"
@@ -194,22 +245,56 @@ _BROOM = re.compile(
     rf"broom\s+(?:(centre line|center line|centre|center)|{_LENGTH}\s*(right|left)?){_END}"
 )
 _SECONDS = re.compile(rf"({_NUMBER})\s*(?:seconds|second|sec|s){_END}")
+_SPLIT = re.compile(rf"(?:split\s+({_NUMBER})\s*s?|({_NUMBER})\s*s?\s+split){_END}")
+_ICE = re.compile(rf"(?:ice\s+{_LENGTH}|{_LENGTH}\s+(?:of\s+)?ice){_END}")
+_BARE_SECONDS = re.compile(rf"(?<![\w.,-])(\d{{1,2}}\.\d+){_END}(?!\s*,)")
 _TURNS = re.compile(rf"({_NUMBER})\s*(?:turns|turn|rotations|rotation){_END}")
 _WORD = re.compile(r"[^\s,;]+")
 _FILLERS = frozenset(
     ("to", "the", "at", "on", "weight", "handle", "and", "of", "from", "a", "hog", "line")
 )
 _SPELLINGS = (
-    (re.compile(r"\bhit (?:and|&) stay\b"), "hit-and-stay"),
+    (re.compile(r"\bhit[ -](?:(?:and|&|n)[ -])?(?:stay|stick)\b"), "hit-and-stay"),
+    (re.compile(r"\bhit[ -](?:(?:and|&|n)[ -])?roll\b"), "hit-and-roll"),
+    (re.compile(r"\bnose hit\b|\bhit (?:on the )?nose\b"), "hit-and-stay"),
+    (re.compile(r"\btap[ -]?back\b"), "tap-back"),
+    (re.compile(r"\bcome[ -]?around\b"), "come-around"),
+    (re.compile(r"\brun[ -]?back\b"), "runback"),
+    (re.compile(r"\bthrow[ -](?:through|away)\b"), "throw-through"),
+    (re.compile(r"\bdouble (?:take[ -]?out|peel)\b"), "double"),
+    (re.compile(r"\b(?:double|triple) raise\b|\braise (?:take[ -]?out)\b"), "runback"),
+    (re.compile(r"\bback[ -]?line weight\b"), "backline weight"),
+    (re.compile(r"\bt[ -]line\b"), "tee"),
     (re.compile(r"\btake out\b"), "takeout"),
     (re.compile(r"\b(in|out)[ -]turn\b"), r"\1-turn"),
     (re.compile(r"\b(top|back|left|right) (4|four)(?:[- ]?(?:ft|foot))?\b"), r"\1 four"),
     (re.compile(r"\b(top|back|left|right) (8|eight)(?:[- ]?(?:ft|foot))?\b"), r"\1 eight"),
     (re.compile(r"\b(top|back|left|right) (12|twelve)(?:[- ]?(?:ft|foot))?\b"), r"\1 twelve"),
+    (re.compile(r"\bfull (four|eight|twelve|4|8|12)\b(?: foot)?"), r"\1 foot"),
+    (re.compile(r"\b(top|back) (?:of )?(?:the )?(?:house|rings)\b"), r"\1 twelve"),
+    (re.compile(r"\btop button\b"), "button"),
+    (re.compile(r"\blong guard\b"), "high guard"),
+    (re.compile(r"\bin (?=\d{1,2}\.\d+$)"), ""),
     (re.compile(r"\bcenter\b"), "centre"),
     (re.compile(r"\bcorner guard (left|right)\b"), r"\1 corner guard"),
     (re.compile(r"\btee line\b"), "tee"),
 )
+
+_BARE_RINGS = tuple(
+    (
+        re.compile(
+            rf"(?<!top )(?<!back )(?<!left )(?<!right )(?<![\w.-])"
+            rf"(?:{number}(?:[- ]?(?:ft|foot)| ring)|{name}(?:[- ]?(?:ft|foot)| ring)?){_END}"
+        ),
+        meant,
+    )
+    for number, name, meant in (
+        (4, "four", "button"),
+        (8, "eight", "top eight"),
+        (12, "twelve", "top twelve"),
+    )
+)
+"""Rings without a side; read after lengths such as “4 foot short”."""
 
 KNOWN_WORDS = frozenset(
     word
@@ -218,7 +303,7 @@ KNOWN_WORDS = frozenset(
     for word in name.split()
 ).union(
     ("short", "past", "behind", "long", "broom", "center", "sec", "s", "second", "seconds"),
-    ("turn", "turns", "rotation"),
+    ("turn", "turns", "rotation", "split", "ice"),
 )
 """Words with a meaning in a call."""
 
@@ -235,30 +320,37 @@ class _Words:
 
     def read(self) -> Call:
         """Return the call; raise if absent."""
-        broom = self._broom()
+        broom, ice, split = self._broom(), self._ice(), self._split()
         target = self._pair()
         sided = self._sided()
         if target is not None and sided is not None:
-            raise _NoCallError
+            raise _twice("a place")
         target = sided if target is None else target
         seconds, turns = self._number(_SECONDS), self._number(_TURNS)
+        for written, meant in _BARE_RINGS:
+            self._rest = written.sub(meant, self._rest)
+        if seconds is None:
+            seconds = self._number(_BARE_SECONDS)
         named, shot = self._named_place()
         words = [word for word in _WORD.findall(self._rest) if word not in _FILLERS]
         shots: list[Shot] = [SHOTS[word] for word in words if word in SHOTS]
         handles: list[Handle] = [HANDLES[word] for word in words if word in HANDLES]
         weights = [word for word in words if word in WEIGHTS]
-        known = len(shots) + len(handles) + len(weights)
+        for word in words:
+            if word not in SHOTS and word not in HANDLES and word not in WEIGHTS:
+                raise _NoCallError(f"“{word}” is not a word of a call")
         # "draw weight", "peel weight" and the like name a shot twice, consistently.
         shots = list(dict.fromkeys([*shots, *shot]))
-        if known < len(words) or max(map(len, (shots, handles, weights))) > 1:
-            raise _NoCallError
+        for name, those in (("a shot", shots), ("a handle", handles), ("a weight", weights)):
+            if len(those) > 1:
+                raise _twice(name)
         if named is not None:
             if target is not None:
-                raise _NoCallError
+                raise _twice("a place")
             target = named
-        if not shots and target is None:
-            raise _NoCallError
-        what: Shot = shots[0] if shots else "draw"
+        if not shots and target is None and not weights:
+            raise _NoCallError("a shot or a place is missing, such as “draw” or “button”")
+        what: Shot = shots[0] if shots else "takeout" if weights else "draw"
         if target is None and what in ("draw", "guard"):
             target = GUARD if what == "guard" else (0.0, 0.0)
         call = Call(
@@ -267,12 +359,14 @@ class _Words:
             target=target,
             handle=handles[0] if handles else None,
             broom=broom,
+            ice=ice,
             hog_to_hog=seconds,
+            split=split,
             weight=weights[0] if weights else None,
             turns=turns,
         )
         if not _is_possible(call):
-            raise _NoCallError
+            raise _NoCallError("a stone cannot lie there, or have that weight or broom")
         return call
 
     def _take(self, pattern: re.Pattern[str]) -> list[re.Match[str]]:
@@ -283,16 +377,31 @@ class _Words:
     def _broom(self) -> float | None:
         found = self._take(_BROOM)
         if len(found) > 1:
-            raise _NoCallError
+            raise _twice("a broom")
         if not found:
             return None
         centre, number, unit, where = found[0].groups()
         return 0.0 if centre else _metres(number, unit) * (-1.0 if where == "left" else 1.0)
 
+    def _ice(self) -> float | None:
+        found = self._take(_ICE)
+        if len(found) > 1:
+            raise _twice("the ice")
+        if not found:
+            return None
+        first, first_unit, second, second_unit = found[0].groups()
+        return _metres(first or second, first_unit or second_unit)
+
+    def _split(self) -> float | None:
+        found = self._take(_SPLIT)
+        if len(found) > 1:
+            raise _twice("a split")
+        return float(found[0][1] or found[0][2]) if found else None
+
     def _pair(self) -> tuple[float, float] | None:
         found = self._take(_PAIR)
         if len(found) > 1:
-            raise _NoCallError
+            raise _twice("a place")
         if not found:
             return None
         x, x_unit, y, y_unit = found[0].groups()
@@ -308,7 +417,7 @@ class _Words:
             elif where not in ("left", "right") and past is None:
                 past = -value if where == "short" else value
             else:
-                raise _NoCallError
+                raise _twice("a place")
         if right is None and past is None:
             return None
         return right or 0.0, past or 0.0
@@ -316,7 +425,7 @@ class _Words:
     def _number(self, pattern: re.Pattern[str]) -> float | None:
         found = self._take(pattern)
         if len(found) > 1:
-            raise _NoCallError
+            raise _twice("a number")
         return float(found[0].group(1)) if found else None
 
     def _named_place(self) -> tuple[tuple[float, float] | None, list[Shot]]:
@@ -324,7 +433,7 @@ class _Words:
         for name in sorted(PLACES, key=len, reverse=True):
             found = self._take(re.compile(rf"(?<![\w-]){name}(?![\w-])"))
             if len(found) > 1:
-                raise _NoCallError
+                raise _twice("a place")
             if found:
                 return PLACES[name], ["guard"] if name.endswith("guard") else []
         return None, []
@@ -341,6 +450,10 @@ def _is_possible(call: Call) -> bool:
         if abs(right) > MAX_SIDEWAYS or not -HOG_TO_TEE < past < BACK_LINE_Y - TEE_Y + 0.2:
             return False
     if call.broom is not None and abs(call.broom) > MAX_SIDEWAYS:
+        return False
+    if call.ice is not None and not 0.0 <= call.ice <= 2 * MAX_SIDEWAYS:
+        return False
+    if call.split is not None and not 1.5 <= call.split <= 7.0:
         return False
     if call.hog_to_hog is not None and not 4.0 <= call.hog_to_hog <= 30.0:
         return False

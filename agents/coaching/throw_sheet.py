@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import hypot
 from pathlib import Path
 from types import MappingProxyType
@@ -146,12 +146,12 @@ def throw_table(
 def sheet_of(measures: ThrowMeasures, notes: Mapping[int, ThrowNote], hands: Hands) -> ThrowSheet:
     """Return the measures of a throw with its notes."""
     note = notes.get(measures.throw, ThrowNote())
-    return ThrowSheet(
-        measures=measures,
-        note=note,
-        call=read_call(note.called),
-        hand=hands.get(note.athlete, "right"),
-    )
+    call, hand = read_call(note.called), hands.get(note.athlete, "right")
+    if call is not None and call.ice is not None and call.handle and call.target:
+        # A stone curls to the side of its spin, so the broom stands on the other one.
+        broom = call.target[0] + spin_sign(call.handle, hand) * call.ice
+        call = replace(call, broom=broom if call.broom is None else call.broom)
+    return ThrowSheet(measures=measures, note=note, call=call, hand=hand)
 
 
 def handle_by_hand(spin: float, hand: Hand) -> Handle | None:

@@ -9,12 +9,14 @@ import sqlite3
 import unicodedata
 from collections.abc import Generator
 from contextlib import contextmanager
+from functools import lru_cache
 from pathlib import Path
 
 from agents.app.club.database import Database, row_of, rows_of
 from agents.app.club.records import Athlete, Camera, Film, Note, Session, Stone, Target, Throw
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
+from curling_env.infrastructure.provenance import sha256_of
 
 DATABASE = "club.sqlite"
 SESSIONS, FILMS, CAMERAS, PLAYABLE = "sessions", "films", "cameras", "playable"
@@ -240,6 +242,19 @@ def named(text: str, what: str) -> str:
     if not 1 <= len(name) <= LONGEST_NAME:
         raise InputError(f"the name of {what} has 1 to {LONGEST_NAME} letters")
     return name
+
+
+def digest_of_file(path: Path) -> str:
+    """A digest of a file's content; empty where there is none."""
+    try:
+        return _digest(path, path.stat().st_mtime_ns)
+    except OSError:
+        return ""
+
+
+@lru_cache(maxsize=512)
+def _digest(path: Path, _changed: int) -> str:
+    return str(sha256_of(path))
 
 
 def plain(name: str) -> str:

@@ -13,9 +13,9 @@ import sqlite3
 from dataclasses import replace
 from pathlib import Path
 
-from agents.app.club.club import FILMS, Club, added
+from agents.app.club.club import FILMS, Club, added, digest_of_file
 from agents.app.club.database import row_of
-from agents.app.club.records import Film, Session
+from agents.app.club.records import Film, Session, State
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import fitted, make_directory
 from friction_estimation.film.video import SUFFIXES, TIMES_SUFFIX
@@ -119,6 +119,36 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
         if row_of(connection, Film, query, (session.id, file)) is not None:
             raise InputError("is in this session already", source=file[:80])
         return _added(connection, session, inside.name, size, size, file)
+
+
+def waits(club: Club, session: Session, film: Film) -> bool:
+    """Return whether a film is to be tracked: for the first time, or with other marks."""
+    return film.is_whole and (
+        film.state in (State.WAITING, State.RUNNING) or has_other_marks(club, session, film)
+    )
+
+
+def has_other_marks(club: Club, session: Session, film: Film) -> bool:
+    """Return whether a film was tracked with other marks than its camera has now."""
+    camera = club.camera_of(session, film)
+    if film.marks is None or film.state is not State.DONE or camera is None or not camera.scene:
+        return False
+    path = club.path(camera.scene)
+    return path.exists() and digest_of_file(path) != film.marks
+
+
+def note_marks(connection: sqlite3.Connection, which: str, *given: object) -> None:
+    """Note that films were tracked with marks that are no longer known, unless theirs are known.
+
+    Parameters
+    ----------
+    which : condition on `film` and `session` whose marks are about to change
+    """
+    connection.execute(
+        "update film set marks = '' where marks is null and state = 'done' and id in (select "
+        f"film.id from film join session on session.id = film.session_id where {which})",
+        given,
+    )
 
 
 def films_there(club: Club) -> list[str]:

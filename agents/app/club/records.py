@@ -68,8 +68,9 @@ class Session:
     sheet : the ice, by its name
     camera_id : what films it; None for tracks alone
     folder : where its tracks and ice lie, from the club folder
-    stale : whether its files must be written anew from what the database says
+    stale : 1 where its files must be written again, 2 where only the tables of throws and athletes
     removed : when it was removed; None for what is there, here and below
+    ice_of : digest of the tracks that its ice was estimated from; None if it was not estimated here
     """
 
     id: int
@@ -78,8 +79,9 @@ class Session:
     sheet: str
     camera_id: int | None
     folder: str
-    stale: bool = False
+    stale: int = 0
     removed: str | None = None
+    ice_of: str | None = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,6 +99,7 @@ class Film:
     clock : when it began, since the session began [s]; None where nobody knows: right after the
         film before it
     camera_id : the camera as it stood in this film, where it was moved; None: the session's
+    marks : digest of the marks that it was tracked with; None if that was not noted
     """
 
     id: int
@@ -111,6 +114,7 @@ class Film:
     clock: float | None = None
     removed: str | None = None
     camera_id: int | None = None
+    marks: str | None = None
 
     @property
     def is_whole(self) -> bool:
@@ -124,13 +128,17 @@ class Throw:
 
     Parameters
     ----------
-    number : of the throw in the session's tracks file, in order of play
+    number : of the throw in the session's tracks file, from 0; it stays the same once `settled`
     film_id : the film that shows it; None for tracks alone
     part : which throw of its film, or of the tracks that were imported, it is
     clock : when its part of the film begins [s]
     seen_stone : the stone's number as tracking tells them apart
     athlete_id, stone_id, called, made, note : a coach's entries, which no program writes; what
         was called reads as in `agents.coaching`
+    settled : whether the number is final: all earlier films have been tracked
+    measures : encoded measurements, see `session_files.measures_of`; None if not measured yet,
+        empty where the stone slid too short a way
+    measured_of : digest of the tracks that were measured
     """
 
     id: int
@@ -146,6 +154,14 @@ class Throw:
     made: bool | None = None
     note: str = ""
     removed: str | None = None
+    settled: bool = True
+    measures: bytes | None = None
+    measured_of: str = ""
+
+    @property
+    def label(self) -> int:
+        """The number that people see, from 1; it is also the number in the address."""
+        return self.number + 1
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -78,7 +78,7 @@ def removed_in(club: Club, session: Session) -> list[Removed]:
     ]
     for one in throws:
         about = (names.get(one.athlete_id), one.called, shown.get(one.film_id or 0))
-        name = ", ".join(filter(None, (f"throw that was number {one.number + 1}", *about)))
+        name = ", ".join(filter(None, (f"throw {one.label}", *about)))
         found.append(Removed(kind="throw", id=one.id, name=name, when=one.removed or ""))
     return found
 

@@ -1,23 +1,29 @@
 """A session's files as every command reads them, made from its films' tracks and the database.
 
-The tracks of each film are kept as tracking found them. From these, and from what a coach entered,
-`tracks.csv`, `throws.csv` and `athletes.csv` are written anew whenever something changes. A session
-is marked as stale before and as clean after: so what a killed process left undone is done by the
-next start.
+The tracks of each film are kept as tracking found them, and measured when they come in. From these,
+and from what a coach entered, `tracks.csv`, `throws.csv` and `athletes.csv` are written again
+whenever something changes. A session is marked as stale before and as clean after: the next start
+finishes what a killed process left undone.
 """
 
 from __future__ import annotations
 
 import fcntl
-from collections.abc import Generator, Sequence
+import hashlib
+import sqlite3
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from agents.app.club.club import TRACKS, Club
-from agents.app.club.records import Film, Session
+import msgspec
+import numpy as np
+
+from agents.app.club.club import TRACKS, Club, added
+from agents.app.club.database import rows_of
+from agents.app.club.records import Film, Session, State, Throw
 from agents.app.club.targets import with_places
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.storage import write_json, write_table
@@ -25,17 +31,26 @@ from curling_env.infrastructure.files.writing import make_directory, together
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.tracking.stone_numbers import StoneNumbers
 from friction_estimation.tracks.throw_list import THROW_LIST
+from friction_estimation.tracks.throw_table import ThrowMeasures, throw_table
 
 PARTS = "parts"
 """Folder of what was found in each film, in the folder of a session."""
 IMPORTED = "imported"
 """Name of the part that came as a tracks file, and comes first in the order of play."""
 HANDS_LIST = "athletes.csv"
+LONGEST_CELL = 900
+"""Longest note in the table of throws; commands read at most 1,000 letters of a cell."""
+NOTES_CHANGED = 2
+"""State of a session's files in which only what a coach entered has changed since."""
+SAME_STONE = 0.3
+"""Two tracks of a film are of one stone if their median distance is less [m]."""
+LEAST_COMMON = 0.5
+"""Shortest common time of two such tracks, as a part of the shorter one."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Part:
-    """What was found in one film.
+    """Tracks found in one film.
 
     Parameters
     ----------
@@ -51,27 +66,40 @@ class Part:
 
 
 def part_path(club: Club, session: Session, film: Film | None) -> Path:
-    """Where the tracks of a film are kept, or those that were imported."""
+    """Path of the tracks of a film, or of those that were imported."""
     name = IMPORTED if film is None else f"film-{film.id}"
     return club.folder_of(session) / PARTS / f"{name}.csv"
 
 
 def keep_part(club: Club, session: Session, film: Film | None, part: Part) -> None:
-    """Keep what was found in a film so far, and bring the session's files up to date."""
+    """Keep the tracks found in a film, and bring the session's files up to date.
+
+    A throw that was found before keeps what a coach entered, whichever place it has in the film
+    now. A throw with entries that is no longer found is removed, and can be seen there.
+    """
+    with alone_in(club, session):
+        save_part(club, session, film, part)
+        _bring_up_to_date(club, session)
+
+
+def save_part(club: Club, session: Session, film: Film | None, part: Part) -> None:
+    """Keep the tracks found in a film; `write_files` brings the session's files up to date."""
     path = part_path(club, session, film)
     make_directory(path.parent)
-    with alone_in(club, session):
-        with together():
-            numbered = enumerate(part.throws)
-            write_tracks(path, [replace(k, throw=n) for n, tracks in numbered for k in tracks])
-            about = {"handles": [list(k) for k in part.handles], "camera": part.camera}
-            write_json(path.with_suffix(".json"), about)
-        _number_throws(club, session)
-        _write_files(club, session)
+    before = load_part(path)
+    if film is not None:
+        part = _without_repeats(part)
+    if before is not None and film is not None:
+        _move_entries(club, film, before.throws, part.throws)
+    with together():
+        numbered = enumerate(part.throws)
+        write_tracks(path, [replace(k, throw=n) for n, tracks in numbered for k in tracks])
+        about = {"handles": [list(k) for k in part.handles], "camera": part.camera}
+        write_json(path.with_suffix(".json"), about)
 
 
 def load_part(path: Path) -> Part | None:
-    """What was kept of a film; None where nothing was."""
+    """The part kept of a film; None if there is none."""
     if not path.exists():
         return None
     tracks = read_tracks(path)
@@ -83,18 +111,30 @@ def load_part(path: Path) -> Part | None:
 
 
 def write_files(club: Club, session: Session) -> None:
-    """Write the files of a session as the database and its films' tracks say."""
+    """Number and measure the throws of a session, and write its files."""
     with alone_in(club, session):
-        _write_files(club, session)
+        _bring_up_to_date(club, session)
 
 
 def finish_files(club: Club) -> None:
-    """Do what a killed process left undone."""
+    """Write the files of all sessions that have changed, or whose writer was killed."""
     for session in club.sessions():
-        if session.stale:
+        if session.stale == NOTES_CHANGED:
             with alone_in(club, session):
-                _number_throws(club, session)
-                _write_files(club, session)
+                _write_notes(club, session)
+        elif session.stale:
+            write_files(club, session)
+
+
+def note_change(connection: sqlite3.Connection, which: str, *given: object) -> None:
+    """Mark sessions whose tables of throws and athletes `finish_files` has to write.
+
+    Parameters
+    ----------
+    which : condition on `session`
+    """
+    query = f"update session set stale = {NOTES_CHANGED} where stale <> 1 and {which}"
+    connection.execute(query, given)
 
 
 @contextmanager
@@ -106,7 +146,26 @@ def alone_in(club: Club, session: Session) -> Generator[None]:
         yield
 
 
-class FoundThrow(NamedTuple):
+def measures_of(throw: Throw) -> ThrowMeasures | None:
+    """The measurements kept with a throw; None if it is not measured, or too short."""
+    if not throw.measures:
+        return None
+    return msgspec.msgpack.decode(throw.measures, type=ThrowMeasures, dec_hook=as_array)
+
+
+def as_list(value: Any) -> Any:
+    """NumPy's arrays and numbers as Python's, for msgspec."""
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    raise NotImplementedError
+
+
+def as_array(_kind: Any, value: Any) -> Any:
+    """An array that `as_list` made into a list, for msgspec."""
+    return np.array(value, dtype=np.float64)
+
+
+class _FoundThrow(NamedTuple):
     """A throw of a session.
 
     Parameters
@@ -122,13 +181,14 @@ class FoundThrow(NamedTuple):
     clock: float
     tracks: list[Trajectory]
 
+    @property
+    def key(self) -> tuple[int | None, int]:
+        return (None if self.film is None else self.film.id, self.part)
 
-def session_throws(club: Club, session: Session) -> list[FoundThrow]:
-    """All throws in order of play.
 
-    Throws and stones are numbered over the whole session, and clocks count from its beginning.
-    """
-    found: list[FoundThrow] = []
+def _throws_in_parts(club: Club, session: Session) -> list[_FoundThrow]:
+    """All throws in order of play, not numbered yet; clocks count from the session's beginning."""
+    found: list[_FoundThrow] = []
     numbers, clock = StoneNumbers(), 0.0
     for film in (None, *club.films(session)):
         part = load_part(part_path(club, session, film))
@@ -147,78 +207,198 @@ def session_throws(club: Club, session: Session) -> list[FoundThrow]:
                 replace(track, stone=stone, clock=round(clock + track.clock, 3))
                 for track, stone in zip(tracks, stones, strict=True)
             ]
-            found.append(FoundThrow(film, k, tracks[0].clock, numbered))
+            found.append(_FoundThrow(film, k, tracks[0].clock, numbered))
         clock = end
         if film is None:
             used = 1 + max((track.stone for one in found for track in one.tracks), default=-1)
             numbers.colours.extend([None] * used)
-    removed = _removed(club, session)
-    found = [one for one in found if (one.film.id if one.film else None, one.part) not in removed]
-    found.sort(key=lambda one: one.tracks[0].clock)
-    return [
-        one._replace(tracks=[replace(track, throw=number) for track in one.tracks])
-        for number, one in enumerate(found)
+    return sorted(found, key=lambda one: one.tracks[0].clock)
+
+
+def _bring_up_to_date(club: Club, session: Session) -> None:
+    """Number and measure the throws, write the files, and mark the session as clean."""
+    found = _throws_in_parts(club, session)
+    open_places = [
+        film.place
+        for film in club.films(session)
+        if not film.is_whole or film.state in (State.WAITING, State.RUNNING)
     ]
-
-
-def _removed(club: Club, session: Session) -> set[tuple[int | None, int]]:
-    """Film and part of the throws that were removed."""
+    first_open = min(open_places, default=10**9)
     with club.database.reading() as connection:
-        query = "select film_id, part from throw where session_id = ? and removed is not null"
-        return {(row["film_id"], row["part"]) for row in connection.execute(query, (session.id,))}
-
-
-def _number_throws(club: Club, session: Session) -> None:
-    """Bring the database's throws up to date; what a coach entered stays with its throw."""
-    throws = session_throws(club, session)
+        query = "select * from throw where session_id = ?"
+        known = rows_of(connection, Throw, query, (session.id,))
+    rows = {(one.film_id, one.part): one for one in known}
+    free = 1 + max((one.number for one in known if one.settled), default=-1)
+    shown: list[list[Trajectory]] = []
+    entered: list[tuple[Throw | None, dict[str, Any]]] = []
+    for one in found:
+        row = rows.get(one.key)
+        number = free if row is None or not row.settled else row.number
+        free = max(free, number + 1)
+        tracks = [replace(track, throw=number) for track in one.tracks]
+        settled = one.film is None or one.film.place <= first_open
+        film, part = one.key
+        values: dict[str, Any] = {
+            "session_id": session.id,
+            "film_id": film,
+            "part": part,
+            "number": number,
+            "clock": one.clock,
+            "seen_stone": tracks[0].stone,
+            "settled": settled or (row is not None and row.settled),
+        }
+        digest = _digest(tracks)
+        if row is None or row.measured_of != digest:
+            values |= {"measures": _measured(tracks), "measured_of": digest}
+        entered.append((row, values))
+        if row is None or row.removed is None:
+            shown.append(tracks)
     with club.database.writing() as connection:
-        for number, one in enumerate(throws):
-            values = (number, one.clock, one.tracks[0].stone)
-            key = (session.id, None if one.film is None else one.film.id, one.part)
-            changed = connection.execute(
-                "update throw set number = ?, clock = ?, seen_stone = ? "
-                "where session_id = ? and film_id is ? and part = ?",
-                (*values, *key),
-            ).rowcount
-            if not changed:
-                connection.execute(
-                    "insert into throw (number, clock, seen_stone, session_id, film_id, part) "
-                    "values (?, ?, ?, ?, ?, ?)",
-                    (*values, *key),
-                )
+        for row, values in entered:
+            if row is None:
+                added(connection, "throw", **values)
+            else:
+                names = ", ".join(f"{name} = ?" for name in values)
+                query = f"update throw set {names} where id = ?"
+                connection.execute(query, (*values.values(), row.id))
         connection.execute("update session set stale = 1 where id = ?", (session.id,))
+    _write_files(club, session, sorted(shown, key=lambda tracks: tracks[0].throw))
 
 
-def _write_files(club: Club, session: Session) -> None:
+def _measured(tracks: Sequence[Trajectory]) -> bytes:
+    """The measurements of a throw for its row, see `measures_of`."""
+    found = throw_table(tracks)
+    return msgspec.msgpack.encode(found[0], enc_hook=as_list) if found else b""
+
+
+def _digest(tracks: Sequence[Trajectory]) -> str:
+    """A digest of the measured stone's tracks with their numbers."""
+    made = hashlib.sha1(usedforsecurity=False)
+    for track in tracks:
+        made.update(f"{track.throw} {track.stone} {track.clock}".encode())
+        for values in (track.t, track.xy, track.theta):
+            made.update(np.ascontiguousarray(values).tobytes())
+    return made.hexdigest()
+
+
+def _write_files(club: Club, session: Session, throws: Sequence[Sequence[Trajectory]]) -> None:
     """Write `tracks.csv`, `throws.csv` and `athletes.csv`, and mark the session as clean."""
-    throws = session_throws(club, session)
-    if not throws:  # all of them were removed
-        for name in (TRACKS, THROW_LIST, HANDS_LIST):
-            (club.folder_of(session) / name).unlink(missing_ok=True)
-    else:
-        entries, targets = club.throws(session), club.named_targets()
-        athletes = {one.id: one for one in club.athletes()}
-        stones = {one.id: one.name for one in club.stones()}
-        folder = club.folder_of(session)
-        seen = [athletes[one.athlete_id] for one in entries if one.athlete_id is not None]
-        throwing = {one.name: one.hand.value for one in seen}
+    if throws:
         with together():
-            write_tracks(club.tracks_of(session), [track for one in throws for track in one.tracks])
+            write_tracks(club.tracks_of(session), [track for tracks in throws for track in tracks])
+            _write_notes(club, session)
+        return
+    for name in (TRACKS, THROW_LIST, HANDS_LIST):  # all of them were removed
+        (club.folder_of(session) / name).unlink(missing_ok=True)
+    _mark_clean(club, session)
+
+
+def _write_notes(club: Club, session: Session) -> None:
+    """Write `throws.csv` and `athletes.csv` from a coach's entries."""
+    folder = club.folder_of(session)
+    entries = [one for one in club.throws(session) if one.part >= 0]
+    targets = club.named_targets()
+    athletes = {one.id: one for one in club.athletes()}
+    stones = {one.id: one.name for one in club.stones()}
+    seen = [athletes[one.athlete_id] for one in entries if one.athlete_id is not None]
+    throwing = {one.name: one.hand.value for one in seen}
+    names = {one.id: one.name for one in seen}
+    if entries:
+        with together():
             write_table(
                 folder / THROW_LIST,
                 {
                     "throw": [one.number for one in entries],
-                    "athlete": [
-                        "" if one.athlete_id is None else athletes[one.athlete_id].name
-                        for one in entries
-                    ],
-                    "stone": [
-                        "" if one.stone_id is None else stones[one.stone_id] for one in entries
-                    ],
+                    "athlete": [names.get(one.athlete_id or 0, "") for one in entries],
+                    "stone": [stones.get(one.stone_id or 0, "") for one in entries],
                     "called": [with_places(one.called, targets) for one in entries],
-                    "note": [one.note for one in entries],
+                    "note": [_cell(one.note) for one in entries],
                 },
             )
             write_table(folder / HANDS_LIST, {"athlete": [*throwing], "hand": [*throwing.values()]})
+    _mark_clean(club, session)
+
+
+def _mark_clean(club: Club, session: Session) -> None:
     with club.database.writing() as connection:
         connection.execute("update session set stale = 0 where id = ?", (session.id,))
+
+
+def _cell(note: str) -> str:
+    """A note in one line of the table; the database keeps all of a long one."""
+    line = " ".join(note.split())
+    return line if len(line) <= LONGEST_CELL else f"{line[:LONGEST_CELL]} …"
+
+
+# --- throws that were found before ------------------------------------------------------------
+
+
+def _without_repeats(part: Part) -> Part:
+    """The throws of a film without those that track the stone of an earlier one again."""
+    kept: list[int] = []
+    for k, tracks in enumerate(part.throws):
+        if not any(_is_same(part.throws[other][0], tracks[0]) for other in kept):
+            kept.append(k)
+    return replace(
+        part, throws=[part.throws[k] for k in kept], handles=[part.handles[k] for k in kept]
+    )
+
+
+def _is_same(one: Trajectory, other: Trajectory) -> bool:
+    """Return whether two tracks of a film are of one stone at one time."""
+    first, second = one.clock + one.t, other.clock + other.t
+    low, high = max(first[0], second[0]), min(first[-1], second[-1])
+    shorter = min(np.ptp(first), np.ptp(second))
+    if high - low < LEAST_COMMON * shorter or shorter <= 0:
+        return False
+    at = np.linspace(low, high, 30)
+    apart = [
+        np.interp(at, first, one.xy[:, k]) - np.interp(at, second, other.xy[:, k]) for k in (0, 1)
+    ]
+    return bool(np.median(np.hypot(*apart)) < SAME_STONE)
+
+
+def _move_entries(
+    club: Club,
+    film: Film,
+    before: Sequence[Sequence[Trajectory]],
+    now: Sequence[Sequence[Trajectory]],
+) -> None:
+    """Let the rows of throws follow them to their places among those found now."""
+    moved = _places_now(before, now)
+    if all(moved.get(part) == part for part in range(len(before))):
+        return
+    with club.database.writing() as connection:
+        rows = rows_of(connection, Throw, "select * from throw where film_id = ?", (film.id,))
+        # Out of the way first: no two rows of a film may have one place.
+        connection.execute("update throw set part = -id where film_id = ?", (film.id,))
+        for row in rows:
+            part = moved.get(row.part)
+            if part is not None:
+                connection.execute("update throw set part = ? where id = ?", (part, row.id))
+            elif any((row.athlete_id, row.stone_id, row.called, row.note, row.made is not None)):
+                query = "update throw set removed = datetime('now', 'localtime') where id = ?"
+                connection.execute(query, (row.id,))
+            else:
+                connection.execute("delete from throw where id = ?", (row.id,))
+
+
+def _places_now(
+    before: Sequence[Sequence[Trajectory]], now: Sequence[Sequence[Trajectory]]
+) -> Mapping[int, int]:
+    """The places of earlier throws among those found now, by the time that they share."""
+
+    def common(one: Trajectory, other: Trajectory) -> float:
+        ends = min(one.clock + one.t[-1], other.clock + other.t[-1])
+        return float(ends - max(one.clock + one.t[0], other.clock + other.t[0]))
+
+    shared = [
+        (common(one[0], other[0]), k, n)
+        for k, one in enumerate(before)
+        for n, other in enumerate(now)
+    ]
+    found: dict[int, int] = {}
+    for time, k, n in sorted(shared, key=lambda one: -one[0]):
+        if time > 0 and k not in found and n not in found.values():
+            found[k] = n
+    return found

@@ -62,8 +62,11 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
             )
         kept = row_of(connection, Target, "select * from target where id = ?", (number,))
         # Calls that have named it before mean this place now.
-        query = "select session_id from throw where instr(lower(called), lower(?))"
-        connection.execute(f"update session set stale = 1 where id in ({query})", (name,))
+        connection.execute(
+            "update session set stale = 2 where stale <> 1 and id in "
+            "(select session_id from throw where instr(lower(called), lower(?)))",
+            (name,),
+        )
     assert kept is not None
     return kept
 

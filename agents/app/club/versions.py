@@ -52,5 +52,16 @@ _SECOND = tuple(
 
 _THIRD = ("alter table film add column camera_id integer references camera (id)",)
 
-VERSIONS = (_FIRST, _SECOND, _THIRD)
+_FOURTH = (
+    "alter table throw add column settled integer not null default 1",
+    "alter table throw add column measures blob",
+    "alter table throw add column measured_of text not null default ''",
+    "alter table film add column marks text",
+    "alter table session add column ice_of text",
+    # Numbers of what is removed are not reserved yet.
+    """update throw set settled = 0 where removed is not null
+        or film_id in (select id from film where removed is not null)""",
+)
+
+VERSIONS = (_FIRST, _SECOND, _THIRD, _FOURTH)
 """The statements of each version, oldest first."""

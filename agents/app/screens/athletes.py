@@ -1,4 +1,4 @@
-"""The screen *Athletes*: how everybody throws, by handle and weight, over sessions."""
+"""The screen *Athletes*: bias and spread of each, by handle and weight, over sessions."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from agents.app.club.planned_ice import sessions_with_causes
 from agents.app.pages import club_of, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.views.coached import errors_of
-from agents.app.views.pictures import hand_picture
+from agents.app.views.pictures import hand_picture, reach_of
+from agents.app.work.causes import ComingError
 from agents.coaching import AthleteErrors, ErrorSummary
 from agents.coaching.athletes import Interval
 from agents.planning.description import seconds_per_speed
@@ -24,18 +25,19 @@ from curling_env.throw import Throw
 
 
 def show(request: Request) -> Response:
-    """How the athletes of a session throw, from all its sessions' throws."""
+    """Show how the club's athletes throw, over the latest sessions."""
     club, session = club_of(request), session_of(request)
     sessions = sessions_with_causes(club)
-    errors = errors_of(club, sessions)
+    errors, coming = errors_of(club, sessions)
     named = [one for one in errors if one.name]
     if not named:
         text = (
-            "How somebody throws is told from throws of theirs with a called target: note on the "
-            "page Throws who threw, and what was called."
+            "Enter on the page Throws who threw, and what was called: two throws with a called "
+            "target show how an athlete throws."
         )
         return page(request, "empty.html", session=session, heading="Athletes", text=text)
     slope = _seconds_per_speed(load_ice(club.ice_of(sessions[0])))
+    reach = reach_of([(one.errors, one.overall) for one in named])
     ids = {one.name: one.id for one in club.athletes()}
     return page(
         request,
@@ -43,13 +45,15 @@ def show(request: Request) -> Response:
         session=session,
         sessions=len(sessions),
         seconds=slope is not None,
+        coming=coming[0] if coming else None,
         athletes=[
             {
                 "name": one.name,
                 "id": ids.get(one.name),
                 "sessions": one.sessions,
                 "rows": [_row(group, slope) for group in (one.overall, *one.groups)],
-                "picture": _picture(one, slope),
+                "sentence": _sentence(one, slope),
+                "picture": _picture(one, slope, reach),
                 "over": _over_sessions(club, one.name, sessions, slope),
             }
             for one in named
@@ -58,7 +62,7 @@ def show(request: Request) -> Response:
 
 
 def _seconds_per_speed(ice: Ice) -> float | None:
-    """What a speed is as a time from hog line to hog line, at draw weight [s per m/s]."""
+    """Change of the hog-to-hog time per unit of speed, at draw weight [s per m/s]."""
     speed = Aim(ice, Direction.AWAY).draw_weight()
     return None if speed is None else seconds_per_speed(ice, Throw(speed=speed), Direction.AWAY)
 
@@ -102,8 +106,20 @@ def _told(
     return told, f"{low:+.{digits}f} to {high:+.{digits}f}".replace("-", "−")
 
 
-def _picture(one: AthleteErrors, slope: float | None) -> dict[str, Any]:
-    made = hand_picture(one.errors, one.overall)
+def _sentence(one: AthleteErrors, slope: float | None) -> str:
+    """Summary of an athlete's throws, in one sentence."""
+    group = _row(one.overall, slope)
+    biases = [group[name][0] for name in ("weight_bias", "line_bias")]
+    seen = [bias for bias in biases if bias != "none seen"]
+    usual = " and ".join(seen) if seen else "neither light nor heavy, neither left nor right"
+    return (
+        f"On average {usual}; two of three throws within {group['weight_spread'][0]} of that weight"
+        f" and {group['line_spread'][0]} of that line."
+    )
+
+
+def _picture(one: AthleteErrors, slope: float | None, reach: tuple[float, float]) -> dict[str, Any]:
+    made = hand_picture(one.errors, one.overall, reach)
     speed = float(made["speed"])
     faster = f"{100 * speed:.0f} cm/s" if slope is None else f"{abs(slope) * speed:.2f} s"
     return {**made, "faster": faster}
@@ -117,7 +133,11 @@ def _over_sessions(
         return []
     rows: list[dict[str, Any]] = []
     for session in sessions:
-        found = next((one for one in errors_of(club, [session]) if one.name == name), None)
+        try:
+            errors, _ = errors_of(club, [session], only_kept=True)
+        except ComingError:
+            continue
+        found = next((one for one in errors if one.name == name), None)
         if found is not None:
             rows.append({"session": f"{session.name}, {session.day}"} | _row(found.overall, slope))
     return rows

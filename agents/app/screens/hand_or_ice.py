@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -30,8 +30,17 @@ TITLES = {
     "sweeping": "Sweeping",
     "neither": "Neither explains",
 }
+LEADS = {
+    "weight": "Most was lost by the weight",
+    "line": "Most was lost by the line",
+    "rotation": "Most was lost by the rotation",
+    "ice": "Most was lost because the ice was read wrong",
+    "sweeping": "Most was lost by the sweeping",
+    "neither": "Neither hand nor ice explains most of it",
+}
+EITHER = "goes either way"
 SMALL = 0.05
-"""A part that is shorter than this is not told [m]."""
+"""A shorter part is not shown [m]."""
 
 
 def show(request: Request) -> Response:
@@ -43,30 +52,32 @@ def show(request: Request) -> Response:
     club, session = club_of(request), session_of(request)
     heading = "Hand or ice?"
     if session is None:
-        return page(request, "empty.html", heading=heading, text="Nobody has thrown yet.")
+        return page(request, "empty.html", heading=heading, text="No throws yet.")
     believed = _believed(request, club, session)
-    found = causes_of(club, session, believed)
-    if found is None:
-        text = "Why throws missed is told once their tracks and the ice of the session are known."
+    answer = causes_of(club, session, believed)
+    if answer is None:
+        text = "Why throws missed is shown once the throws and the ice of the session are known."
         return page(request, "empty.html", session=session, heading=heading, text=text)
+    found = answer.kept.found
     athlete = request.query_params.get("athlete", "")
     patterns = {pattern.athlete: pattern for pattern in found.athletes}
     if athlete and athlete not in patterns:
         raise HTTPException(404, "Nobody of that name has thrown to a called target here.")
     shown = [one for one in found.throws if not athlete or one.athlete == athlete]
     chosen = _chosen(request, shown)
-    ids = {one.number: one.id for one in club.throws(session)}
+    there = {one.number for one in club.throws(session)}
     return page(
         request,
         "hand_or_ice.html",
         session=session,
         heading=heading,
+        coming=answer.job,
         titles={cause: TITLES[cause] for cause in CAUSES if _has(found, cause)},
         pattern=_pattern(patterns[athlete] if athlete else found.pattern),
         athletes=sorted(name for name in patterns if name),
         athlete=athlete,
-        throws=[_row(one, ids) for one in shown],
-        chosen=None if chosen is None else _row(chosen, ids),
+        throws=[_row(one, there) for one in shown],
+        chosen=None if chosen is None else _row(chosen, there),
         picture=None if chosen is None else _picture(chosen),
         believed=believed,
         earlier=earlier_sessions(club, session),
@@ -100,10 +111,10 @@ def _has(found: SessionCauses, cause: str) -> bool:
     return any(cause in one.parts for one in found.throws) or cause != "sweeping"
 
 
-def _row(one: ThrowCauses, ids: Mapping[int, int]) -> dict[str, Any]:
+def _row(one: ThrowCauses, there: Collection[int]) -> dict[str, Any]:
     return {
         "number": one.throw + 1,
-        "id": ids.get(one.throw),
+        "is_there": one.throw in there,
         "athlete": one.athlete,
         "called": one.call.text,
         "miss": _words(Measured(float(one.miss[0]), None), Measured(float(one.miss[1]), None)),
@@ -153,10 +164,23 @@ def _pattern(pattern: Pattern | None) -> dict[str, Any] | None:
                 "share": _share(share),
                 "half": f"± {100 * INTERVAL * (share.sigma or 0.0):.0f}",
                 "width": max(100 * share.value, 0.0),
-                "mean": _words(right, past) or "goes either way",
+                "mean": _words(right, past) or EITHER,
             }
         )
-    return {"throws": pattern.throws, "miss": f"{pattern.typical_miss:.2f} m", "rows": rows}
+    main = max(rows, key=lambda row: row["width"])
+    begin = 0.0
+    for row in rows:
+        row["x"] = begin
+        begin += row["width"]
+    return {
+        "throws": pattern.throws,
+        "miss": f"{pattern.typical_miss:.2f} m",
+        "rows": rows,
+        "whole": max(begin, 1.0),
+        "lead": f"{LEADS[main['cause']]}, on average {main['mean']}."
+        if main["mean"] != EITHER
+        else f"{LEADS[main['cause']]}, to either side.",
+    }
 
 
 def _picture(one: ThrowCauses) -> dict[str, Any]:

@@ -8,10 +8,12 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Club, Session
+from agents.app.club.club import digest_of_file
 from agents.app.pages import club_of, number_in, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.sheet.choices import findings_of, ice_of
 from agents.app.sheet.ice_sheet import EarlierIce, ice_document
+from agents.app.work.jobs import running
 from curling_env.errors import InputError
 
 MOST_EARLIER = 5
@@ -30,7 +32,9 @@ def show(request: Request) -> Response:
         session = next((s for s in club.sessions() if club.ice_of(s).exists()), session)
     ice = None if session is None else ice_of(club, session)
     if session is None or ice is None:
-        text = "No ice is known yet: it is estimated from the throws of a session."
+        text = (
+            "No ice is known yet: estimate it from the throws of a session, on the page Practice."
+        )
         return page(request, "empty.html", session=session, heading="Ice", text=text)
     trouble, found = "", None
     try:
@@ -54,10 +58,14 @@ def show(request: Request) -> Response:
         hand=hand,
         trouble=trouble,
         can_look=club.tracks_of(session).exists(),
+        looking=running(club, "discover", session),
+        estimating=running(club, "estimate", session),
+        stale=session.ice_of not in (None, digest_of_file(club.tracks_of(session))),
         picture={
             "sheet": document["sheet"],
             "radius": document["stone_radius"],
             "cells": document["cells"],
+            "seconds": document["seconds_per_share"],
             "change": None if against is None else against["cells"],
         },
     )

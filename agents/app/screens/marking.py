@@ -12,7 +12,8 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Camera, Club, Film, Session
-from agents.app.club.club import CAMERAS, added, plain
+from agents.app.club.club import CAMERAS, added, digest_of_file, plain
+from agents.app.club.films import note_marks, waits
 from agents.app.pages import club_of, session_of, work_of
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
@@ -45,7 +46,6 @@ async def answer(request: Request) -> Response:
     if request.method == "POST":
         asked = parse_json(await request.body(), source="the request")
     films = club.films(session) if film is None else [film]
-    opened = await run_in_threadpool(_annotation, club, films, camera)
 
     def keep(scene: Scene) -> None:
         if film is None:
@@ -53,7 +53,8 @@ async def answer(request: Request) -> Response:
         else:
             _keep_from(request, session, film, camera, scene)
 
-    marking = AnnotationPage(opened, keep)
+    # The page comes at once; its script waits for the film, which may take long to open.
+    marking = AnnotationPage(lambda: _annotation(club, films, camera), keep)
     status, kind, content = await run_in_threadpool(
         marking.answer, request.path_params["rest"], asked
     )
@@ -89,20 +90,22 @@ def _opened(club: Club, camera: Camera, file: str, marked: int) -> Annotation:
 
 
 def _keep(request: Request, camera: Camera, scene: Scene) -> None:
-    """Save a scene with its camera, and track what has waited for it."""
+    """Save a scene with its camera; track films that waited for it or had other marks."""
     club = club_of(request)
     _save(club, camera, scene)
     for session in club.sessions():
-        if session.camera_id == camera.id and any(k.is_whole for k in club.films(session)):
+        films = [k for k in club.films(session) if camera.id in (k.camera_id, session.camera_id)]
+        if any(waits(club, session, film) for film in films):
             work_of(request).submit("track", session)
 
 
 def _keep_from(
     request: Request, session: Session, film: Film, before: Camera, scene: Scene
 ) -> None:
-    """Save the scene of a camera that was moved: it holds from this film on, and is tracked anew.
+    """Save the scene of a camera that was moved; it holds from this film on.
 
-    Films before it keep the camera as it stood, and so do other sessions.
+    The film is tracked again. Films before it keep the camera as it stood, as do
+    other sessions.
     """
     club = club_of(request)
     name = f"{before.name[:40]}, from {film.name[:30]} on"
@@ -133,12 +136,20 @@ def _keep_from(
 
 def _save(club: Club, camera: Camera, scene: Scene) -> None:
     file = camera.scene or f"{CAMERAS}/{camera.id}-{plain(camera.name)}.scene.json"
+    path = club.path(file)
+    before = digest_of_file(path)
     try:
-        save_scene(scene, club.path(file))
+        save_scene(scene, path)
     except OSError as error:
         raise InputError(str(error)) from error
     with club.database.writing() as connection:
-        connection.execute("update camera set scene = ? where id = ?", (file, camera.id))
+        connection.execute(
+            "update camera set scene = ?, length = ?, width = ? where id = ?",
+            (file, scene.sheet.length, scene.sheet.width, camera.id),
+        )
+    if digest_of_file(path) != before:
+        with club.database.writing() as connection:
+            note_marks(connection, "coalesce(film.camera_id, session.camera_id) = ?", camera.id)
 
 
 # The token stands in the address, because that page's script knows of none.

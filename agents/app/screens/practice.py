@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import datetime
 
+from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
@@ -11,9 +12,17 @@ from starlette.routing import Route
 
 from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import added, named
-from agents.app.club.films import add_piece, begin_film, films_there, take_film
+from agents.app.club.films import (
+    add_piece,
+    begin_film,
+    films_there,
+    note_marks,
+    take_film,
+    waits,
+)
 from agents.app.club.records import State
 from agents.app.club.removal import removed_in, removed_sessions
+from agents.app.club.session_files import finish_files, note_change
 from agents.app.pages import (
     club_of,
     document_of,
@@ -27,19 +36,20 @@ from agents.app.pages import (
 from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.screens.removing import REMOVING
 from agents.app.screens.screen import Screen
-from agents.app.views.progress import events, job_events
+from agents.app.views.progress import events, job_events, state_of
 from curling_env.errors import InputError
-from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET
+from friction_estimation.camera.annotation.verdict import SHEETS as OFFERED
+from friction_estimation.camera.annotation.verdict import size_in_words
 from friction_estimation.film.video import SUFFIXES
 
-SHEETS = {
-    f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in (WORLD_CURLING_SHEET, PAPER_SHEET)
-}
+SHEETS = {f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in OFFERED}
 """Sizes of the ice that a camera may see."""
 WORK = ("track", "estimate", "discover")
 """What the page may ask for."""
 LONGEST_LIST = 400
 """Letters of a list of numbers."""
+LONGEST_NOTE = 5000
+"""Letters of a remark."""
 
 
 def show(request: Request) -> Response:
@@ -53,29 +63,59 @@ def show(request: Request) -> Response:
         sessions=club.sessions(),
         cameras=club.cameras(),
         camera=camera,
-        sizes=list(SHEETS),
+        sizes=[(key, size_in_words(sheet)) for key, sheet in SHEETS.items()],
         there=films_there(club),
         endings=",".join(SUFFIXES),
         today=datetime.date.today().isoformat(),
         can_be_marked=session is not None and can_be_marked(club, session),
+        athletes=club.athletes(),
+        stones=club.stones(),
         notes=[] if session is None else club.notes(session),
         removed=[] if session is None else removed_in(club, session),
         removed_sessions=removed_sessions(club),
+        state=None if session is None else state_of(club, work_of(request), session),
     )
 
 
 async def begin(request: Request) -> Response:
-    """A new session."""
+    """Begin a session."""
     club, form = club_of(request), await form_of(request)
-    day = form.get("day", "")
-    try:
-        datetime.date.fromisoformat(day)
-    except ValueError:
-        raise InputError("expected a day such as 2026-11-22") from None
-    sheet = named(form.get("sheet", ""), "the sheet")
-    name = named(form.get("name") or f"Practice on {sheet}", "the session")
-    session = club.add_session(name, day, sheet, _chosen_camera(club, form))
+    session = club.add_session(*_about(form), _chosen_camera(club, form))
     return go_to(request, f"practice/{session.id}")
+
+
+async def correct(request: Request) -> Response:
+    """Correct the name, day and sheet of a session."""
+    club, session = club_of(request), _session(request)
+    about = _about(await form_of(request))
+    with club.database.writing() as connection:
+        query = "update session set name = ?, day = ?, sheet = ? where id = ?"
+        connection.execute(query, (*about, session.id))
+    return go_to(request, f"practice/{session.id}")
+
+
+async def rename(request: Request) -> Response:
+    """Rename an athlete, a stone or a camera; another athlete or stone of that name is merged."""
+    club, form = club_of(request), await form_of(request)
+    table, name = form.get("table", ""), named(form.get("name", ""), "it")
+    if table not in ("athlete", "stone", "camera"):
+        raise InputError("expected an athlete, a stone or a camera")
+    number = number_in(form.get("id", ""), f"the {table}")
+    with club.database.writing() as connection:
+        query = f"select id from {table} where name = ? and id <> ?"
+        other = connection.execute(query, (name, number)).fetchone()
+        if other is None:
+            connection.execute(f"update {table} set name = ? where id = ?", (name, number))
+        elif table == "camera":
+            raise InputError("there is a camera of that name already", source=name)
+        else:
+            query = f"update throw set {table}_id = ? where {table}_id = ?"
+            connection.execute(query, (other[0], number))
+            connection.execute(f"delete from {table} where id = ?", (number,))
+        note_change(connection, "true")
+    await run_in_threadpool(finish_files, club)
+    session = form.get("session", "")
+    return go_to(request, f"practice/{session}" if session.isdecimal() else "practice")
 
 
 async def choose_camera(request: Request) -> Response:
@@ -83,6 +123,8 @@ async def choose_camera(request: Request) -> Response:
     club, form, session = club_of(request), await form_of(request), _session(request)
     camera = _chosen_camera(club, form)
     with club.database.writing() as connection:
+        if camera is None or camera.id != session.camera_id:
+            note_marks(connection, "film.camera_id is null and session.id = ?", session.id)
         query = "update session set camera_id = ? where id = ?"
         connection.execute(query, (None if camera is None else camera.id, session.id))
     _track_if_marked(request, session)
@@ -173,7 +215,9 @@ def again(request: Request) -> Response:
 async def write_note(request: Request) -> Response:
     """A remark about the session."""
     club, session, form = club_of(request), _session(request), await form_of(request)
-    text = form.get("text", "")[:2000]
+    text = form.get("text", "")
+    if len(text) > LONGEST_NOTE:
+        raise InputError(f"a remark has at most {LONGEST_NOTE} letters; this one has {len(text)}")
     if text:
         now = datetime.datetime.now().isoformat(" ", "minutes")
         with club.database.writing() as connection:
@@ -185,6 +229,17 @@ async def watch(request: Request) -> Response:
     """Server-sent events: how far all is."""
     told = events(club_of(request), work_of(request), _session(request))
     return StreamingResponse(told, media_type="text/event-stream")
+
+
+def _about(form: dict[str, str]) -> tuple[str, str, str]:
+    """The name, day and sheet of a session in a form."""
+    day = form.get("day", "")
+    try:
+        datetime.date.fromisoformat(day)
+    except ValueError:
+        raise InputError("expected a day such as 2026-11-22") from None
+    sheet = named(form.get("sheet", ""), "the sheet")
+    return named(form.get("name") or f"Practice on {sheet}", "the session"), day, sheet
 
 
 def _session(request: Request) -> Session:
@@ -204,8 +259,8 @@ def _track_if_marked(request: Request, session: Session) -> None:
     club = club_of(request)
     session = club.session(session.id) or session
     camera = club.camera(session.camera_id)
-    waits = any(film.is_whole and film.state is State.WAITING for film in club.films(session))
-    if waits and camera is not None and camera.scene is not None:
+    waiting = any(waits(club, session, film) for film in club.films(session))
+    if waiting and camera is not None and camera.scene is not None:
         work_of(request).submit("track", session)
 
 
@@ -241,7 +296,9 @@ SCREEN = Screen(
         Route("/practice/work/events", watch_work),
         Route("/practice/films/{film:int}/again", again, methods=["POST"]),
         Route("/practice/work/{job:int}/cancel", cancel, methods=["POST"]),
+        Route("/practice/rename", rename, methods=["POST"]),
         Route("/practice/{session:int}", show),
+        Route("/practice/{session:int}/correct", correct, methods=["POST"]),
         Route("/practice/{session:int}/camera", choose_camera, methods=["POST"]),
         Route("/practice/{session:int}/films", announce_film, methods=["POST"]),
         Route("/practice/{session:int}/take", take, methods=["POST"]),

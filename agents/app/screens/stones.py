@@ -8,13 +8,13 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
+from agents.app.club.planned_ice import believed_ice
 from agents.app.pages import club_of, page, session_of
 from agents.app.screens.screen import Screen
-from agents.app.views.coached import stones_of
 from agents.app.views.pictures import furthest, interval_bar
+from agents.app.work.causes import causes_of
 from agents.coaching import StoneFactor, StonePair
 from agents.coaching.athletes import Interval
-from curling_env.errors import InputError
 from curling_env.units import short_length
 
 LEAST_REACH = 0.03
@@ -25,13 +25,13 @@ def show(request: Request) -> Response:
     """The stones of a session against the set; the latest session without a number."""
     club, session = club_of(request), session_of(request)
     if session is None:
-        return page(request, "empty.html", heading="Stones", text="Nobody has thrown yet.")
-    text = "Stones are matched once the tracks and the ice of a session are known."
-    try:
-        found = stones_of(club, session)
-    except InputError as error:
-        found, text = None, f"These throws do not match stones: {error.problem}."
-    if found is None:
+        return page(request, "empty.html", heading="Stones", text="No throws yet.")
+    answer = causes_of(club, session, believed_ice(club, session))
+    found = None if answer is None else answer.kept.stones
+    if answer is None or found is None:
+        text = "Stones are matched once the throws and the ice of a session are known."
+        if answer is not None:
+            text = f"These throws do not match stones: {answer.kept.no_stones}."
         return page(request, "empty.html", session=session, heading="Stones", text=text)
     ends = [one.friction.low - 1 for one in found.stones] + [
         one.friction.high - 1 for one in found.stones
@@ -50,6 +50,7 @@ def show(request: Request) -> Response:
         more=found.more_throws,
         curls=bool(curls),
         spread=f"{100 * found.spread:.1f} %",
+        coming=answer.job,
         left_out=[(number + 1, why) for number, why in found.left_out.items()],
         remarks=found.remarks,
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Awaitable, Callable
+from statistics import median
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -11,13 +12,19 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from agents.app.club import Club
-from agents.app.club.session_files import finish_files
+from agents.app.club.session_files import finish_files, measures_of
 from agents.app.club.targets import keep_target, remove_target
 from agents.app.pages import club_of, document_of, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.sheet import calls, games, plans, runs
-from agents.app.sheet.choices import ice_named, ices_of, skill_of, skills_of
+from agents.app.sheet.choices import errors_named, ice_named, ices_of, skill_of, skills_of
 from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, TargetForm, asked
+from curling_env.units import side
+
+LEAST_SPLITS = 5
+"""Measured splits from which the relation of split and speed is measured."""
+USUAL_SPLIT = 7.7
+"""The product of split and speed at the hog line on most ice [m]."""
 
 
 def show(request: Request) -> Response:
@@ -32,10 +39,30 @@ def show(request: Request) -> Response:
         skills=skills_of(club),
         targets=_targets(club)["targets"],
         sizes=[
-            {"length": ice.sheet.length, "width": ice.sheet.width, "radius": ice.stone.radius}
-            for *_, ice in ices
+            {
+                "length": ice.sheet.length,
+                "width": ice.sheet.width,
+                "radius": ice.stone.radius,
+                **_split_of(club, key),
+            }
+            for key, _, ice in ices
         ],
     )
+
+
+def _split_of(club: Club, key: str) -> dict[str, Any]:
+    """The product of split and speed at the hog line on an ice [m], and if throws measured it."""
+    session = club.session(int(key)) if key.isdecimal() else None
+    measured = [] if session is None else map(measures_of, club.throws(session))
+    products = [
+        one.back_to_hog.value * one.speed.value
+        for one in measured
+        if one is not None and one.back_to_hog is not None and one.speed is not None
+    ]
+    return {
+        "split": median(products) if len(products) >= LEAST_SPLITS else USUAL_SPLIT,
+        "split_measured": len(products) >= LEAST_SPLITS,
+    }
 
 
 def _run(club: Club, document: Any) -> dict[str, Any]:
@@ -45,7 +72,24 @@ def _run(club: Club, document: Any) -> dict[str, Any]:
 
 def _plan(club: Club, document: Any) -> dict[str, Any]:
     form = asked(document, PlanForm)
-    return plans.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
+    found = plans.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
+    return found | {"habit": _habit(club, form.skill, found["call"]["hog_to_hog_s"])}
+
+
+def _habit(club: Club, key: str, seconds: float | None) -> str:
+    """Advice against an athlete's usual error; empty for other hands, and where none is seen."""
+    errors = errors_named(club, key)
+    if errors is None or errors.seconds_per_speed is None or seconds is None:
+        return ""
+    words: list[str] = []
+    (value, low, high), (right, left_end, right_end) = errors.overall.bias[:2]
+    if low * high > 0:
+        late = -errors.seconds_per_speed * value
+        kind = "heavy" if value > 0 else "light"
+        words.append(f"usually {abs(late):.1f} s {kind}: aim for {seconds + late:.1f} s")
+    if left_end * right_end > 0:
+        words.append(f"usually {side(right)}: aim {side(-right)} of the broom")
+    return f"{errors.name} is {', and '.join(words)}." if words else ""
 
 
 def _calls(club: Club, document: Any) -> dict[str, Any]:

@@ -3,8 +3,12 @@
 from __future__ import annotations
 
 import mimetypes
+import sqlite3
+from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
+from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import FileResponse, JSONResponse, Response
@@ -12,8 +16,9 @@ from starlette.routing import Route
 
 from agents.app.club import Club, Session, Throw
 from agents.app.club.club import named
+from agents.app.club.films import has_other_marks
 from agents.app.club.records import Hand, State
-from agents.app.club.session_files import finish_files
+from agents.app.club.session_files import finish_files, note_change
 from agents.app.club.targets import with_places
 from agents.app.pages import club_of, form_of, go_to, page, session_of
 from agents.app.screens.screen import Screen
@@ -21,53 +26,79 @@ from agents.app.views.film_view import throw_view
 from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
 from agents.app.views.told import COLUMNS, told
+from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
-from agents.app.work.jobs import COPY, latest, submit
-from agents.coaching import read_call
+from agents.app.work.jobs import COPY, MEASURE, latest, running, submit
+from agents.coaching import ThrowSheet, read_call
+from agents.coaching.calls import why_no_call
 from curling_env.errors import InputError
+from curling_env.infrastructure.files.reading import parse_json
 
 MADE = {"": None, "made": True, "missed": False}
-LONGEST = 300
-"""Of what was called, and of a note."""
+LONGEST = {"called": 300, "note": 5000}
+"""Letters of each text that a coach enters."""
+ENTRY = ("athlete", "hand", "stone", "called", "made", "note")
+"""Fields of a coach's entry."""
+COLOURS = 6
+"""Number of colours for athletes."""
 
 
 def show(request: Request) -> Response:
-    """The throws of a session; the latest session without a number."""
+    """The throws of a session; the latest session without a number.
+
+    `?athlete=NAME` shows the throws of one athlete.
+
+    Raises
+    ------
+    ComingError : they are being measured
+    """
     club, session = club_of(request), session_of(request)
-    sheets = [] if session is None else sheets_of(club, session)
-    if session is None or not sheets:
-        return page(
-            request, "empty.html", session=session, heading="Throws", text="Nobody has thrown yet."
-        )
-    throws = {one.number: one for one in club.throws(session)}
-    rows = [
-        {"throw": throws[sheet.throw], "sheet": sheet, "told": told(sheet)}
-        for sheet in sheets
-        if sheet.throw in throws
-    ]
-    athletes = sorted({sheet.athlete for sheet in sheets if sheet.athlete})
+    throws = [] if session is None else club.throws(session)
+    if session is None or not throws:
+        text = "No throws yet: drop films on the page Practice, or start a camera there."
+        return page(request, "empty.html", session=session, heading="Throws", text=text)
+    if all(one.measures is None for one in throws):
+        raise ComingError([running(club, MEASURE, session) or submit(club, MEASURE, session)])
+    sheets = {sheet.throw: sheet for sheet in sheets_of(club, session)}
     chosen = request.query_params.get("athlete", "")
-    if chosen:
-        rows = [row for row in rows if row["sheet"].athlete == chosen]
+    rows = [
+        {"throw": one, "sheet": sheets[one.number], "told": told(sheets[one.number])}
+        for one in throws
+        if one.number in sheets and chosen in ("", sheets[one.number].athlete)
+    ]
+    athletes = sorted({sheet.athlete for sheet in sheets.values() if sheet.athlete})
+    waiting = [film for film in club.films(session) if has_other_marks(club, session, film)]
     return page(
         request,
         "throws.html",
         session=session,
-        rows=rows,
+        rows=[{**row, "entry": _entry(row["throw"], row["sheet"])} for row in rows],
         columns=COLUMNS,
         athletes=athletes,
         chosen=chosen,
         unseen=len(throws) - len(sheets),
+        waiting=len(waiting),
+        known_athletes=club.athletes(),
+        known_stones=club.stones(),
+        rests=[_rest(row["sheet"], athletes) for row in rows if row["sheet"].measures.rests],
     )
 
 
 def show_throw(request: Request) -> Response:
-    """One throw: film, speed, numbers, and the coach's entry."""
+    """One throw: film, speed, numbers, and the coach's entry; its neighbours are of `?athlete=`."""
     club = club_of(request)
     session, throw = _asked_for(request)
-    throws = club.throws(session)
+    sheets = {sheet.throw: sheet for sheet in sheets_of(club, session)}
+    sheet = sheets.get(throw.number)
+    chosen = request.query_params.get("athlete", "")
+    throws = [
+        one
+        for one in club.throws(session)
+        if not chosen
+        or one.id == throw.id
+        or (one.number in sheets and sheets[one.number].athlete == chosen)
+    ]
     place = next(k for k, one in enumerate(throws) if one.id == throw.id)
-    sheet = next((one for one in sheets_of(club, session) if one.throw == throw.number), None)
     film = club.film(throw.film_id)
     return page(
         request,
@@ -78,16 +109,49 @@ def show_throw(request: Request) -> Response:
         words="" if sheet is None else in_words(sheet),
         told=[] if sheet is None else [k for k in told(sheet) if k.value],
         film=film,
+        waiting=film is not None and has_other_marks(club, session, film),
         copied=film is not None and copy_of(club, film).exists(),
-        athlete=next((a for a in club.athletes() if a.id == throw.athlete_id), None),
-        stone=next((s for s in club.stones() if s.id == throw.stone_id), None),
+        entry=_entry_of(club, throw),
         athletes=club.athletes(),
         stones=club.stones(),
-        call=read_call(with_places(throw.called, club.named_targets())),
+        reading=_reading(club, throw.called),
         targets=club.targets(),
+        chosen=chosen,
         before=throws[place - 1] if place else None,
         after=throws[place + 1] if place + 1 < len(throws) else None,
+        rests=[] if sheet is None or not sheet.measures.rests else [_rest(sheet, [])],
     )
+
+
+def read(request: Request) -> Response:
+    """Answer how a call is read, while it is typed."""
+    return JSONResponse(_reading(club_of(request), request.query_params.get("text", "")[:400]))
+
+
+def _reading(club: Club, called: str) -> dict[str, Any]:
+    """A call in words and where it is to rest; or the word that is not known."""
+    text = with_places(called, club.named_targets())
+    call = read_call(text)
+    if call is None:
+        return {"words": "", "problem": why_no_call(text) if text.strip() else "", "target": None}
+    return {"words": f"Read as: {call.in_words()}.", "problem": "", "target": call.target}
+
+
+def _rest(sheet: ThrowSheet, athletes: Sequence[str]) -> dict[str, Any]:
+    """Resting place of a stone from the thrower's view, and its line of delivery."""
+    one = sheet.measures
+    assert one.right is not None  # it was seen to rest
+    assert one.past is not None
+    team = athletes.index(sheet.athlete) if sheet.athlete in athletes else -1
+    return {
+        "number": sheet.throw + 1,
+        "athlete": sheet.athlete,
+        "colour": team % COLOURS if team >= 0 else "none",
+        "right": round(one.right.value, 3),
+        "past": round(one.past.value, 3),
+        "broom": None if one.line is None else round(one.line.value, 3),
+        "target": None if sheet.call is None else sheet.call.target,
+    }
 
 
 def show_track(request: Request) -> Response:
@@ -136,71 +200,124 @@ def make_playable(request: Request) -> Response:
 
 
 async def enter(request: Request) -> Response:
-    """The coach's entry: who, which stone, what was called, made or missed."""
+    """A coach's entry: who, which stone, what was called, made or missed, and a note.
+
+    Fields that the form does not have stay as they are, and so do those that it has not changed:
+    `was` holds what they were when the form was shown. Where another coach has changed one of
+    those that this form changes, nothing of it is saved, and both are shown.
+    """
     club, form = club_of(request), await form_of(request)
     session, throw = _asked_for(request)
-    if form.get("made", "") not in MADE:
+    given = {name: _line(form[name]) for name in ENTRY if name in form}
+    if "note" in given:
+        given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
+    if given.get("made", "") not in MADE:
         raise InputError("expected made, missed or neither")
-    for what in ("called", "note"):
-        if len(form.get(what, "")) > LONGEST:
-            raise InputError(f"at most {LONGEST} letters", source=what)
-    if form.get("hand", "right") not in [hand.value for hand in Hand]:
+    for what, most in LONGEST.items():
+        if len(given.get(what, "")) > most:
+            raise InputError(
+                f"has {len(given[what])} letters; at most {most} are kept", source=what
+            )
+    if given.get("hand", "right") not in [hand.value for hand in Hand]:
         raise InputError("a hand is right or left")
-    _keep(club, session, throw, form)
-    finish_files(club)
-    return go_to(request, f"throws/{session.id}/{throw.id}")
+    was = parse_json(form.get("was") or "{}", source="was")
+    if not isinstance(was, dict):
+        raise InputError("expected an object", source="was")
+    now = _entry_of(club, throw)
+    changed = {name: value for name, value in given.items() if value != was.get(name)}
+    theirs = {
+        name: now[name]
+        for name, value in changed.items()
+        if name in was and now[name] != was[name] and now[name] != value
+    }
+    if theirs:
+        words = "; ".join(f"{name} is now “{value or 'empty'}”" for name, value in theirs.items())
+        document = {"problem": f"Someone else has changed this: {words}", "now": now}
+        if _wants_json(request):
+            return JSONResponse(document | {"theirs": theirs}, 409)
+        raise HTTPException(409, document["problem"])
+    await run_in_threadpool(_keep, club, session, throw, changed)
+    if _wants_json(request):
+        found = club.throw(throw.id)
+        entry = _entry_of(club, throw if found is None else found)
+        return JSONResponse({"now": entry, **_reading(club, entry["called"])})
+    return go_to(request, f"throws/{session.id}/{throw.label}")
 
 
-def _keep(club: Club, session: Session, throw: Throw, form: dict[str, str]) -> None:
-    athlete, stone = form.get("athlete", ""), form.get("stone", "")
+def _wants_json(request: Request) -> bool:
+    return "application/json" in request.headers.get("Accept", "")
+
+
+def _entry_of(club: Club, throw: Throw) -> dict[str, str]:
+    """A coach's entry as the fields of its form."""
+    athlete = next((one for one in club.athletes() if one.id == throw.athlete_id), None)
+    stone = next((one for one in club.stones() if one.id == throw.stone_id), None)
+    return {
+        "athlete": "" if athlete is None else athlete.name,
+        "hand": "right" if athlete is None else athlete.hand.value,
+        "stone": "" if stone is None else stone.name,
+        **_typed(throw),
+    }
+
+
+def _entry(throw: Throw, sheet: ThrowSheet) -> dict[str, str]:
+    """The same from what is known of a throw already."""
+    note = sheet.note
+    about = {"athlete": note.athlete, "hand": sheet.hand, "stone": note.stone}
+    return about | _typed(throw)
+
+
+def _typed(throw: Throw) -> dict[str, str]:
+    made = next(word for word, value in MADE.items() if value is throw.made)
+    return {"called": throw.called, "made": made, "note": throw.note}
+
+
+def _keep(club: Club, session: Session, throw: Throw, changed: Mapping[str, str]) -> None:
+    """Write the fields of an entry that have changed, and the session's files."""
+    values: dict[str, object] = {k: changed[k] for k in ("called", "note") if k in changed}
+    if "made" in changed:
+        values["made"] = MADE[changed["made"]]
     with club.database.writing() as connection:
-        athlete_id = stone_id = None
-        if athlete:
-            name = named(athlete, "an athlete")
-            connection.execute(
-                "insert into athlete (name, hand) values (?, ?) "
-                "on conflict (name) do update set hand = excluded.hand",
-                (name, form.get("hand", "right")),
-            )
-            query = "select id from athlete where name = ?"
-            athlete_id = connection.execute(query, (name,)).fetchone()[0]
+        for table in ("athlete", "stone"):
+            if table in changed:
+                values[f"{table}_id"] = _named_row(connection, table, changed[table])
+        athlete = values.get("athlete_id", throw.athlete_id)
+        if "hand" in changed and athlete is not None:
+            query = "update athlete set hand = ? where id = ?"
+            connection.execute(query, (changed["hand"], athlete))
             # With another hand the handles of all their throws have other names.
-            connection.execute(
-                "update session set stale = 1 where id in "
-                "(select session_id from throw where athlete_id = ?)",
-                (athlete_id,),
-            )
-        if stone:
-            name = named(stone, "a stone")
-            connection.execute(
-                "insert into stone (name) values (?) on conflict do nothing", (name,)
-            )
-            query = "select id from stone where name = ?"
-            stone_id = connection.execute(query, (name,)).fetchone()[0]
-        connection.execute(
-            "update throw set athlete_id = ?, stone_id = ?, called = ?, made = ?, note = ? "
-            "where id = ?",
-            (
-                athlete_id,
-                stone_id,
-                _line(form.get("called", "")),
-                MADE[form.get("made", "")],
-                _line(form.get("note", "")),
-                throw.id,
-            ),
-        )
-        connection.execute("update session set stale = 1 where id = ?", (session.id,))
+            which = "id in (select session_id from throw where athlete_id = ?)"
+            note_change(connection, which, athlete)
+        if values:
+            names = ", ".join(f"{name} = ?" for name in values)
+            query = f"update throw set {names} where id = ?"
+            connection.execute(query, (*values.values(), throw.id))
+        note_change(connection, "id = ?", session.id)
+    finish_files(club)
+
+
+def _named_row(connection: sqlite3.Connection, table: str, name: str) -> int | None:
+    """The number of an athlete or a stone by name, added if there is none; None without a name."""
+    if not name:
+        return None
+    name = named(name, "an athlete" if table == "athlete" else "a stone")
+    query = f"insert into {table} (name) values (?) on conflict do nothing"
+    connection.execute(query, (name,))
+    return connection.execute(f"select id from {table} where name = ?", (name,)).fetchone()[0]
 
 
 def _line(text: str) -> str:
-    """What was typed, as one line of a table."""
+    """Return typed text as one line of a table."""
     return " ".join("".join(c if c.isprintable() else " " for c in text).split())
 
 
 def _asked_for(request: Request) -> tuple[Session, Throw]:
+    """The session, and its throw by the number that people see."""
     session = session_of(request)
-    throw = club_of(request).throw(request.path_params["throw"])
-    if session is None or throw is None or throw.session_id != session.id:
+    throws = [] if session is None else club_of(request).throws(session)
+    label = request.path_params["throw"]
+    throw = next((one for one in throws if one.label == label), None)
+    if session is None or throw is None:
         raise HTTPException(404, "There is no such throw.")
     return session, throw
 
@@ -210,6 +327,7 @@ SCREEN = Screen(
     title="Throws",
     routes=[
         Route("/throws", show),
+        Route("/throws/read", read),
         Route("/throws/films/{film:int}", show_film),
         Route("/throws/films/{film:int}/copy", show_copy),
         Route("/throws/films/{film:int}/copy", make_playable, methods=["POST"]),

@@ -14,9 +14,10 @@ from curling_env.infrastructure.files.reading import read_json
 from curling_env.throw import Skill, skill_named
 
 if TYPE_CHECKING:
+    from agents.coaching import AthleteErrors
     from friction_estimation.reports.missing_in_words import Findings
 
-MADE_UP = {"standard": "Usual championship ice (nobody has measured it)"}
+MADE_UP = {"standard": "Usual championship ice (not measured)"}
 """Presets that are offered beside the sessions' ices."""
 HANDS = {
     "elite": "an elite player",
@@ -88,13 +89,31 @@ def skill_of(club: Club, key: str) -> Skill:
     """
     if key in HANDS:
         return skill_named(key)
-    one = next((one for one in club.athletes() if key == f"{ATHLETE}{one.id}"), None)
-    if one is None:
-        raise InputError(f"there is no hand {key[:40]!r}; choose another")
-    for errors in errors_of(club, sessions_with_causes(club)):
-        if errors.name == one.name:
-            return errors.skill
-    raise InputError(f"too few throws of {one.name} with a called target tell of that hand yet")
+    name = _athlete_named(club, key)
+    if name is None:
+        raise InputError(f"unknown athlete or skill {key[:40]!r}; choose another")
+    errors = errors_named(club, key)
+    if errors is None:
+        raise InputError(f"too few throws of {name} with a called target yet")
+    return errors.skill
+
+
+def errors_named(club: Club, key: str) -> AthleteErrors | None:
+    """Errors of the athlete with a key; None for other keys, and with too few throws.
+
+    Raises
+    ------
+    ComingError : it is being worked out
+    """
+    name = _athlete_named(club, key)
+    if name is None:
+        return None
+    found, _ = errors_of(club, sessions_with_causes(club))
+    return next((errors for errors in found if errors.name == name), None)
+
+
+def _athlete_named(club: Club, key: str) -> str | None:
+    return next((one.name for one in club.athletes() if key == f"{ATHLETE}{one.id}"), None)
 
 
 def findings_of(club: Club, session: Session) -> Findings | None:

@@ -37,6 +37,9 @@ LANE_NAMES = (
 MOSTLY_SEEN = 0.7
 """Share of a path over measured ice from which its numbers are told as measured."""
 
+SAME_WEIGHT = 0.05
+"""Change of the time between the hog lines that nobody feels [s]."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class EarlierIce:
@@ -77,6 +80,8 @@ def ice_document(
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
         "stone_radius": ice.stone.radius,
         "cells": cells_document(ice),
+        # The time between the hog lines goes with one over the root of the friction.
+        "seconds_per_share": None if centre is None else round(-centre.seconds / 2, 3),
         "zones": [
             {"name": z.name, "words": z.words, "stands_out": z.stands_out, "seen": round(z.seen, 2)}
             for z in zones(ice)
@@ -208,13 +213,15 @@ def _compared(ice: Ice, centre: _Centre | None, other: EarlierIce) -> dict[str, 
     change = centre.seconds - then.seconds
     error = float(np.hypot(centre.seconds_sigma, then.seconds_sigma))
     told["seconds"] = {"then": round(then.seconds, 2), "change": round(change, 2)}
-    clear = abs(change) > max(SIGMAS * error, 0.05)
-    kind = "keener" if change > 0 else "heavier"
-    words = [
-        f"{kind} today: {abs(change):.1f} s {'longer' if change > 0 else 'shorter'} hog to hog"
-        if clear
-        else "of the same weight"
-    ]
+    clear = abs(change) > max(SIGMAS * error, SAME_WEIGHT)
+    longer = "longer" if change > 0 else "shorter"
+    words = ["of the same weight"]
+    if clear:
+        kind = "keener" if change > 0 else "heavier"
+        words = [f"{kind} today: {abs(change):.1f} s {longer} hog to hog"]
+    elif abs(change) >= SAME_WEIGHT:
+        limit = max(SIGMAS * error, 0.01)
+        words = [f"no clear change: {abs(change):.2f} s {longer} hog to hog, ± {limit:.2f} s"]
     for handle in centre.ice.keys() & then.ice.keys():
         (now, a), (before, b) = centre.ice[handle], then.ice[handle]
         if abs(now - before) > max(SIGMAS * float(np.hypot(a, b)), 0.1):

@@ -8,20 +8,18 @@ export const meta = (name) => document.querySelector(`meta[name="${name}"]`).con
 export const at = (path) => meta("root") + path.replace(/^\//, "");
 
 /** Ask the server; gives the document it answers with. Throws an Error in plain words. */
-export async function ask(path, { method = "GET", json, body, type } = {}) {
+export async function ask(path, { method = "GET", json, body, keepalive = false } = {}) {
   const headers = { Accept: "application/json" };
   if (method !== "GET") headers["X-CSRF-Token"] = meta("csrf");
   if (json !== undefined) {
     headers["Content-Type"] = "application/json";
     body = JSON.stringify(json);
-  } else if (type) {
-    headers["Content-Type"] = type;
   }
   let response, document;
   do {
     if (document) await new Promise((done) => setTimeout(done, SOON));
     try {
-      response = await fetch(at(path), { method, headers, body });
+      response = await fetch(at(path), { method, headers, body, keepalive });
     } catch {
       throw Object.assign(new Error("The app does not answer. Is it still running?"), { away: true });
     }

@@ -1,9 +1,9 @@
-// What is being worked out: how far it is, and then the page itself.
+// Work that this page waits for: how far it is, and then the page itself.
 
 import { element } from "./ask.js";
 import { jobLine, listen } from "./jobs.js";
 
-const list = document.getElementById("jobs");
+const list = document.getElementById("coming");
 const complain = (text) => list.append(element("li", { class: "problem" }, text));
 
 listen(`practice/work/events?jobs=${list.dataset.jobs}`, (jobs, events) => {

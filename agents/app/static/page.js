@@ -1,3 +1,8 @@
-// On every page: the current screen is in view, also where the navigation is wider than a phone.
+// On every page: the current screen is in view, forms lose nothing, and films go on being sent.
+
+import "./forms.js";
+import { sendFilms } from "./films.js";
 
 document.querySelector("nav [aria-current]")?.scrollIntoView({ inline: "center", block: "nearest" });
+document.getElementById("sessions")?.addEventListener("change", (event) => { location.href = event.target.value; });
+sendFilms();

@@ -56,7 +56,7 @@ export function hold(sheet) {
     if (event.type === "pointercancel") return;
     if (held && moved && (sheet.movable || held.dataset.held === "target")) sheet.tell(held, true);
     else if (held?.dataset.held === "stone") sheet.send("pick", { id: held.dataset.id });
-    else if (!held && !moved) click(sheet, event);
+    else if (!moved) click(sheet, event);
   };
   svg.addEventListener("pointerup", up);
   svg.addEventListener("pointercancel", up);

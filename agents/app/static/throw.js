@@ -1,7 +1,7 @@
 // The screen "Throw". All that it shows follows from the address, so that it can be shared and reloaded.
 
 import { TEE } from "./sheet.js";
-import { $, clearThrow, direction, keep, layStones, lying, play, post, readAddress, say, sheet, state, turnTo } from "./throw_board.js";
+import { $, clearThrow, direction, hand, ice, keep, layStones, lying, play, post, readAddress, say, sheet, state, turnTo } from "./throw_board.js";
 import { byHand, runThrow, setHand } from "./throw_by_hand.js";
 import { planIt } from "./throw_found.js";
 import { freshEnd, gameJson, goOn, newGame } from "./throw_game.js";
@@ -26,14 +26,21 @@ function setMode() {
   say("");
 }
 
+/** Handles by the name that the chosen hand has for them. */
+function nameHandles() {
+  const names = hand() === "left" ? ["out-turn", "in-turn"] : ["in-turn", "out-turn"];
+  ["clockwise", "counter-clockwise"].forEach((way, k) => { $("handle").options[k + 1].textContent = `${names[k]} (${way})`; });
+}
+
 function begin() {
+  if (state.mode === "target" && !state.target) state.target = { x: 0, y: direction() * TEE };
   setMode();
+  nameHandles();
   setPosition();
   setHand();
   if (state.mode === "target") planIt();
   if (state.mode === "hand") runThrow();
   if (state.mode === "play" && state.game) goOn({ since: Math.max(state.game.throws.length - 1, 0) });
-  if (state.mode === "target" && !state.target) say("Click where the stone should rest.");
 }
 
 function beginGame(laid) {
@@ -50,7 +57,7 @@ for (const input of document.querySelectorAll("#modes input")) input.addEventLis
 $("handle").addEventListener("change", () => { state.handle = $("handle").value; keep(); planIt(); });
 for (const id of ["ice", "skill"]) $(id).addEventListener("change", () => {
   state[id] = $(id).value;
-  Object.assign(sheet, JSON.parse($("ices").textContent)[$("ice").selectedIndex]);
+  Object.assign(sheet, ice());
   sheet.paint();
   keep();
   begin();
@@ -67,7 +74,14 @@ for (const id of ["speed", "broom", "spin"]) $(id).addEventListener("input", byH
 for (const id of ["hammer", "delivered", "ends-left", "score-home", "score-away"]) $(id).addEventListener("change", readPosition);
 $("add-home").addEventListener("click", () => addStone("home"));
 $("add-away").addEventListener("click", () => addStone("away"));
-$("clear").addEventListener("click", () => { state.stones = []; state.delivered = 0; stonesChanged(); });
+let cleared = null;
+$("clear").addEventListener("click", () => {
+  cleared = { stones: state.stones, delivered: state.delivered };
+  Object.assign(state, { stones: [], delivered: 0 });
+  stonesChanged();
+  $("undo").hidden = false;
+});
+$("undo").addEventListener("click", () => { Object.assign(state, cleared); stonesChanged(); $("undo").hidden = true; });
 $("ask-call").addEventListener("click", askCall);
 $("play-on").addEventListener("click", () => beginGame(true));
 $("new-game").addEventListener("submit", (event) => { event.preventDefault(); beginGame(false); });
@@ -89,6 +103,7 @@ sheet.addEventListener("target", ({ detail }) => {
   state.target = { x: detail.x, y: d * Math.abs(detail.y) };
   state.hit = false;
   $("calls").hidden = true;
+  keep(true);
   planIt();
 });
 sheet.addEventListener("pick", ({ detail }) => {
@@ -97,6 +112,7 @@ sheet.addEventListener("pick", ({ detail }) => {
   state.target = { x: stone.x, y: stone.y };
   state.hit = true;
   $("calls").hidden = true;
+  keep(true);
   planIt();
 });
 sheet.addEventListener("stone", ({ detail }) => {

@@ -37,8 +37,11 @@ export function keep(step = false) {
 
 // --- the sheet ------------------------------------------------------------------------------------
 
+const ices = JSON.parse($("ices").textContent);
+/** Size of the chosen ice, and its product of split and speed. */
+export const ice = () => ices[Math.max($("ice").selectedIndex, 0)];
 export const sheet = new Sheet($("sheet"), {
-  ...JSON.parse($("ices").textContent)[0], view: "house", wheel: true });
+  ...ices[0], view: "house", wheel: true });
 viewButtons(sheet, $("views"));
 /** The throw that is shown, as the server told it, and the stones of the game that is played. */
 export const desk = { shown: null };
@@ -58,7 +61,7 @@ export function leaveAside() {
 }
 
 /** Ask, and take only the latest answer, with a way to see whether it is still wanted; what goes wrong is one sentence. */
-export async function post(path, json, then) {
+export async function post(path, json, then, failed) {
   const number = ++asked, wanted = () => number === asked;
   $("throwing").setAttribute("aria-busy", "true");
   const soon = setTimeout(() => { if (wanted()) say("One moment …"); }, 700);
@@ -67,7 +70,10 @@ export async function post(path, json, then) {
     clearTimeout(soon);
     if (wanted()) await then(answer, wanted);
   } catch (error) {
-    if (wanted()) say(error.message, true);
+    if (wanted()) {
+      say(error.message, true);
+      failed?.();
+    }
   } finally {
     clearTimeout(soon);
     if (wanted()) $("throwing").removeAttribute("aria-busy");
@@ -104,6 +110,7 @@ export function clearThrow() {
   sheet.expect(null, null);
   sheet.ghost(null);
   $("result").hidden = true;
+  $("answer").hidden = true;
   $("act").replaceChildren();
   desk.shown = null;
 }

@@ -1,6 +1,6 @@
 // A throw by hand: speed, broom and turns by sliders, and the path that follows.
 
-import { $, asJson, cm, keep, lying, play, post, say, sheet, START, state } from "./throw_board.js";
+import { $, asJson, cm, keep, lying, play, post, say, sheet, START, state, turnOf } from "./throw_board.js";
 import { show } from "./throw_found.js";
 import { freshEnd } from "./throw_game.js";
 
@@ -34,13 +34,16 @@ export function runThrow() {
   });
 }
 
-function sayHand() {
-  const { speed, angle, spin } = state.throw, broom = -START * Math.tan(angle);
-  $("speed-said").textContent = `${speed.toFixed(2)} m/s`;
-  $("broom-said").textContent = Math.abs(broom) < 0.005 ? "on the centre line" : `${cm(Math.abs(broom))} ${broom > 0 ? "right" : "left"} (${(Math.abs(angle) * 180 / Math.PI).toFixed(2)}°)`;
-  const turn = Math.abs(spin) < 0.01 ? "none" : `${Math.abs(spin).toFixed(2)} rad/s ${spin > 0 ? "counter-clockwise" : "clockwise"}`;
-  $("spin-said").textContent = turn;
-  for (const [id, words] of [["speed", `${speed.toFixed(2)} metres a second`], ["broom", $("broom-said").textContent], ["spin", turn]]) $(id).setAttribute("aria-valuetext", words);
+/** What the sliders say: seconds and turns as soon as the throw is found. */
+export function sayHand(found = null) {
+  const { speed, angle, spin } = state.throw, broom = -START * Math.tan(angle), call = found?.call;
+  const weight = !call ? `${speed.toFixed(2)} m/s` : call.hog_to_hog_s === null ? "short of the hog line" : `${call.hog_to_hog_s.toFixed(1)} s`;
+  const where = Math.abs(broom) < 0.005 ? "on the centre line" : `${cm(Math.abs(broom))} ${broom > 0 ? "right" : "left"}`;
+  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
+  for (const [id, words] of [["speed", weight], ["broom", where], ["spin", turn]]) {
+    $(`${id}-said`).textContent = words;
+    $(id).setAttribute("aria-valuetext", words);
+  }
 }
 
 export function setHand() {

@@ -1,7 +1,9 @@
 // A throw's film with the stone's path drawn over it, in step with its speed.
 
 import { ask, at, element } from "./ask.js";
+import { drawHouse } from "./house.js";
 import { jobLine, listen } from "./jobs.js";
+import { TEE } from "./sheet.js";
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
 const HEIGHT = 180, LEFT = 44, BOTTOM = 28, TOP = 12;
@@ -90,12 +92,10 @@ function drawOverlay(svg, picture) {
   };
 }
 
-// Whoever is known brings their hand along.
-const hand = document.querySelector("select[name=hand]");
-document.querySelector("input[name=athlete]").addEventListener("change", (event) => {
-  const known = [...document.querySelectorAll("#athletes option")]
-    .find((option) => option.value === event.target.value);
-  if (known) hand.value = known.dataset.hand;
+// How the call is read, as soon as it is saved.
+document.querySelector("form.entry").addEventListener("saved", ({ detail }) => {
+  find("read").textContent = detail.words || (detail.problem ? `${detail.problem}; kept as a remark.` : "");
+  find("read").classList.toggle("warn", Boolean(detail.problem));
 });
 
 /** The throw's track; while the app does not answer, it is asked again. */
@@ -172,6 +172,8 @@ if (film) {
   find("slow").addEventListener("change", (event) => {
     film.playbackRate = event.target.checked ? SLOWLY : 1;
   });
+  const step = track.frame ?? 1 / 25;
+  for (const [id, by] of [["frame-back", -step], ["frame-on", step]]) find(id).addEventListener("click", () => { film.pause(); go(film.currentTime + by); });
   film.addEventListener("seeked", () => show(film.currentTime));
   // With each frame that is shown, where the browser tells of it.
   if ("requestVideoFrameCallback" in film) {
@@ -185,3 +187,22 @@ if (film) {
   }
 }
 go(t[0]);
+
+// --- from above, alone or beside another throw -----------------------------------------------------
+
+const [rest] = JSON.parse(find("rests").textContent);
+const above = drawHouse(find("above"), rest ? [rest] : [], { editable: false, view: "whole", stretch: [1.7, 2.6] });
+const pathOf = ({ ahead, right }, kind) => ({ x: right, y: ahead, kind });
+above.trace([pathOf(track, "home")]);
+if (rest?.broom != null) above.broom({ x: rest.broom, y: TEE }, { x: 0, y: -10.97 });
+if (rest?.target) {
+  above.aim({ x: rest.target[0], y: TEE + rest.target[1] });
+  above.layers.target.firstElementChild.removeAttribute("tabindex");
+}
+find("beside").addEventListener("change", async (event) => {
+  const number = Number(event.target.value), address = find("throw").dataset.track.split("/");
+  if (!number) { above.trace([pathOf(track, "home")]); return; }
+  address[2] = number;
+  const other = await ask(address.join("/")).catch((error) => { find("now").textContent = error.message; });
+  if (other) above.trace([pathOf(other, "away"), pathOf(track, "home")]);
+});

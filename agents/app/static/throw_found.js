@@ -1,8 +1,8 @@
-// A throw that the server told: drawn on the sheet, said in words, and run.
+// A throw that the server found: drawn on the sheet, in words, and run.
 
 import { element } from "./ask.js";
-import { $, asOwn, cm, desk, hand, keep, lying, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
-import { setHand } from "./throw_by_hand.js";
+import { $, asOwn, cm, desk, ice, keep, lying, percent, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
+import { sayHand, setHand } from "./throw_by_hand.js";
 import { throwInGame } from "./throw_game.js";
 
 function facts(rows) {
@@ -16,10 +16,28 @@ function button(words, act, plain = true) {
   return made;
 }
 
-/** Draw a throw that the server told, and say it in words. */
+/** The answer on the picture: weight, ice or broom, handle, and how sure it is. */
+function answer(found) {
+  const { call } = found, { split, split_measured } = ice();
+  const seconds = call.hog_to_hog_s;
+  const ready = [
+    ["Weight", seconds === null ? "short" : `${seconds.toFixed(1)} s`, `split ${split_measured ? "" : "about "}${(split / found.throw.speed).toFixed(2)} s`],
+    state.mode === "target" && !state.hit
+      ? ["Ice", cm(call.ice_m), `broom ${call.ice_side} of the target`] : ["Broom", call.broom_in_words.replace(" of the centre line", ""), "of the centre line"],
+    ["Handle", turnOf(call), `${call.turns} turns`],
+    found.miss ? ["Misses by", cm(found.miss.expected_m), "on average"]
+      : found.chance !== undefined ? ["Chance", percent(found.chance), found.success_means ?? ""] : null,
+  ].filter(Boolean);
+  $("answer").replaceChildren(...ready.map(([what, value, more]) => element("div", {}, element("dt", {}, what), element("dd", {}, value), element("dd", { class: "more" }, more))));
+  $("answer").hidden = false;
+}
+
+/** Draw a throw that the server found, and say it in words. */
 export function show(found) {
   desk.shown = found;
   const { call } = found, team = thrower();
+  answer(found);
+  if (state.mode === "hand") sayHand(found);
   if (state.mode === "play") { // the sliders go on from what is planned
     state.throw = found.throw;
     setHand();
@@ -33,14 +51,13 @@ export function show(found) {
   const words = [
     found.shot ? element("h2", {}, found.shot[0].toUpperCase() + found.shot.slice(1)) : "",
     facts([
-      ["Weight", call.hog_to_hog_s === null ? "short" : `${call.hog_to_hog_s.toFixed(1)} s`, "hog to hog"],
       ["Broom", call.broom_in_words.replace(" of the centre line", ""), "from the centre line"],
       state.mode === "target" && !state.hit ? ["Ice", `${call.ice_m.toFixed(2)} m`, `${call.ice_in_brooms} to the ${call.ice_side}`] : null,
-      ["Handle", turnOf(call), turnOf(call) === "no turn" ? "" : `of a ${hand()}-hander, ${call.turns} turns`],
       found.miss ? ["Expected miss", found.miss.words.split(" on average")[0], found.miss.words.split(", ")[1]] : null,
       found.chance !== undefined && !found.miss ? ["Succeeds", `${Math.round(100 * found.chance)} %`, found.success_means] : null,
       found.win !== undefined ? ["Wins the game", `${(100 * found.win).toFixed(0)} %`, `± ${(100 * found.win_error).toFixed(1)}`] : null,
     ])];
+  if (found.habit) words.push(element("p", { class: "lead" }, found.habit));
   if (found.sweep) words.push(element("p", {}, `Swept from ${found.sweep[0].toFixed(0)} to ${found.sweep[1].toFixed(0)} s.`));
   if (found.miss?.by_the_ice_m != null) words.push(element("p", { class: "small quiet" },
     `The hand alone misses by ${cm(found.miss.by_the_hand_m)}, what is not known of the ice by ${cm(found.miss.by_the_ice_m)}.`));

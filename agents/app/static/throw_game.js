@@ -40,6 +40,9 @@ export function goOn(more) {
       if (!wanted()) return;
     }
     stand(found);
+  }, () => { // it was not thrown: it is still the person's turn
+    play.mine = Boolean(more.throw);
+    allow(play.mine);
   });
 }
 

@@ -33,7 +33,7 @@ $("keep-target").addEventListener("submit", async (event) => {
   if (!state.target) { say("Click a target first.", true); return; }
   const { x, y } = state.target, name = $("target-name").value;
   if (await change("throw/targets", { name, place: { x, y } })) {
-    say(`Kept. A call may say “draw ${name.trim()}”.`);
+    say(`Saved. A call may say “draw ${name.trim()}”.`);
     $("target-name").value = "";
   }
 });

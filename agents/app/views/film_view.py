@@ -46,7 +46,8 @@ def throw_view(club: Club, session: Session, throw: Throw) -> dict[str, Any] | N
     Returns
     -------
     ``t`` [s] counts as the film does, or from the track's beginning where there is no film;
-    ``speed`` [m/s]; ``picture`` with ``size``, ``path`` and ``outlines`` in pixels, or None where
+    ``speed`` [m/s]; ``y`` on the sheet, and ``ahead`` and ``right`` as the thrower sees it [m];
+    ``picture`` with ``size``, ``path`` and ``outlines`` in pixels, or None where
     no film shows it. None where the track is not there.
     """
     film = club.film(throw.film_id)
@@ -56,6 +57,7 @@ def throw_view(club: Club, session: Session, throw: Throw) -> dict[str, Any] | N
     tracks = part.throws[throw.part]
     track = tracks[0]
     begin = 0.0 if film is None else throw.clock
+    sign = 1.0 if track.xy[-1, 1] >= track.xy[0, 1] else -1.0
     camera = None
     if film is not None:
         try:
@@ -66,6 +68,8 @@ def throw_view(club: Club, session: Session, throw: Throw) -> dict[str, Any] | N
         "t": np.round(track.t + begin, 3).tolist(),
         "speed": np.round(speeds(track), 3).tolist(),
         "y": np.round(track.xy[:, 1], 3).tolist(),
+        "ahead": np.round(sign * track.xy[:, 1], 3).tolist(),
+        "right": np.round(sign * track.xy[:, 0], 3).tolist(),
         "picture": None if camera is None else _in_picture(camera, track),
     }
 

@@ -25,23 +25,33 @@ def interval_bar(value: float, low: float, high: float, reach: float) -> dict[st
     return {"value": at(value), "low": at(low), "high": at(high)}
 
 
-def hand_picture(errors: Floats, overall: ErrorSummary) -> dict[str, Any]:
+def reach_of(hands: Sequence[tuple[Floats, ErrorSummary]]) -> tuple[float, float]:
+    """Half the width [m] and height [m/s] of pictures that show several hands on one scale."""
+    line, speed = [0.1], [0.01]
+    for errors, overall in hands:
+        seen = errors[np.isfinite(errors[:, :2]).all(axis=1)]
+        ellipse = _half(seen, overall)
+        line += [*np.abs(ellipse[:, 0]), *np.abs(seen[:, 1])]
+        speed += [*np.abs(ellipse[:, 1]), *np.abs(seen[:, 0])]
+    return 1.1 * float(max(line)), 1.1 * float(max(speed))
+
+
+def hand_picture(
+    errors: Floats, overall: ErrorSummary, reach: tuple[float, float]
+) -> dict[str, Any]:
     """Errors of throws, and the ellipse that holds half of them, in places of a picture.
 
     Parameters
     ----------
     errors : (n, 3) of speed [m/s], line [m] and spin [rad/s]; NaN where one was not measured
-    overall : what is known of them
+    overall : their summary
+    reach : see `reach_of`
 
     Returns
     -------
     points to draw: right of the broom to the right, faster upwards, and the ends of both axes
     """
-    ellipse = overall.ellipse()
     seen = errors[np.isfinite(errors[:, :2]).all(axis=1)]
-    line = np.concatenate([ellipse[:, 0], seen[:, 1], [0.1]])
-    speed = np.concatenate([ellipse[:, 1], seen[:, 0], [0.01]])
-    reach = 1.1 * float(np.abs(line).max()), 1.1 * float(np.abs(speed).max())
 
     def placed(pairs: Floats) -> list[list[float]]:
         x = WIDTH / 2 + pairs[:, 0] / reach[0] * (WIDTH / 2 - MARGIN)
@@ -53,10 +63,20 @@ def hand_picture(errors: Floats, overall: ErrorSummary) -> dict[str, Any]:
         "height": HEIGHT,
         "margin": MARGIN,
         "dots": placed(seen[:, [1, 0]]),
-        "half": " ".join(f"{x},{y}" for x, y in placed(ellipse)),
+        "half": " ".join(f"{x},{y}" for x, y in placed(_half(seen, overall))),
         "line": f"{100 * reach[0]:.0f} cm",
         "speed": reach[1],
     }
+
+
+def _half(seen: Floats, overall: ErrorSummary) -> Floats:
+    """The ellipse of a hand's spread, of the size that holds half of the throws seen, (m, 2)."""
+    ellipse = overall.ellipse()
+    centre = ellipse.mean(axis=0)
+    shape = np.linalg.inv(2 * np.cov((ellipse - centre).T, bias=True))
+    off = seen[:, [1, 0]] - centre
+    size = float(np.sqrt(np.median(np.einsum("ni,ij,nj->n", off, shape, off)))) if len(seen) else 1
+    return centre + size * (ellipse - centre)
 
 
 def furthest(ends: Sequence[float], least: float) -> float:

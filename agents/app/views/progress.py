@@ -11,13 +11,14 @@ from typing import Any
 from starlette.concurrency import run_in_threadpool
 
 from agents.app.club import Club, Job, Session
+from agents.app.club.films import has_other_marks
 from agents.app.club.records import State
+from agents.app.club.removal import removed_in
 from agents.app.views.measures import sheets_of
-from agents.app.work.jobs import CAUSES, COPY, OPEN
-from agents.app.work.kinds import IN_WORDS
+from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN
+from agents.app.work.kinds import KINDS
 from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet
-from curling_env.errors import CurlingError
 from friction_estimation.reports.throws_section import throw_in_words
 
 PAUSE = 0.5
@@ -26,7 +27,7 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNTOLD = (CAUSES, COPY)
+UNTOLD = (CAUSES, COPY, MEASURE)
 """Work that is begun by looking at a page, which tells how it ended."""
 
 
@@ -62,6 +63,8 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
     """Films, work and the latest throws of a session, for JSON."""
     session = club.session(session.id) or session
     throws, camera = club.throws(session), club.camera(session.camera_id)
+    films = club.films(session)
+    again = {film.id for film in films if has_other_marks(club, session, film)}
     seen = [one.film_id for one in throws]
     jobs = work.jobs(session)
     open_jobs = [job for job in jobs if job.state in OPEN]
@@ -74,16 +77,19 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
                 "name": film.name,
                 "size": film.size,
                 "received": film.received,
-                "state": film.state if film.is_whole else "coming",
+                "state": ("again" if film.id in again else film.state)
+                if film.is_whole
+                else "coming",
                 "said": film.said,
                 "mark": film.state is State.FAILED and film.is_whole and camera is not None,
                 "throws": seen.count(film.id),
             }
-            for film in club.films(session)
+            for film in films
         ],
         "jobs": [job_in_words(job) for job in (*open_jobs, *ended)],
         "count": len(throws),
         "latest": _latest(club, session),
+        "removed": len(removed_in(club, session)),
     }
 
 
@@ -92,7 +98,7 @@ def job_in_words(job: Job) -> dict[str, Any]:
     return {
         "id": job.id,
         "kind": job.kind,
-        "what": IN_WORDS.get(job.kind, job.kind),
+        "what": KINDS[job.kind][1] if job.kind in KINDS else job.kind,
         "state": job.state,
         "share": job.share,
         "says": job.says,
@@ -119,16 +125,7 @@ def in_words(sheet: ThrowSheet) -> str:
 
 def _latest(club: Club, session: Session) -> list[dict[str, Any]]:
     """The latest throws, the newest first."""
-    numbers = {one.number: one.id for one in club.throws(session)}
-    try:
-        sheets = sheets_of(club, session)[-SHOWN:]
-    except CurlingError:  # it is being written
-        return []
     return [
-        {
-            "id": numbers.get(sheet.throw),
-            "number": sheet.throw + 1,
-            "words": in_words(sheet),
-        }
-        for sheet in reversed(sheets)
+        {"number": sheet.throw + 1, "words": in_words(sheet)}
+        for sheet in reversed(sheets_of(club, session)[-SHOWN:])
     ]

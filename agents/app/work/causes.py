@@ -1,34 +1,34 @@
-"""Why the throws of a session missed: worked out beside the server, and kept with the session.
+"""Causes of misses and differences of stones in a session: worked out beside the server.
 
-What was worked out is kept beside a digest of all that it follows from: tracks, notes, hands, both
-ices and the version of this program. As long as the digest is the same, the answer is read from its
-file; else it is worked out anew.
+An answer is kept in the session's folder with a digest of all that it follows from: tracks, notes,
+hands, both ices and the version of this program. Where the digest differs, the answer is worked out
+again, and the earlier one is shown meanwhile.
 """
 
 from __future__ import annotations
 
 import hashlib
+from contextlib import suppress
 from functools import lru_cache
 from importlib.metadata import version
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
-import numpy as np
 
 from agents.app.club import Club, Job, Session
-from agents.app.club.club import ICE, TRACKS
+from agents.app.club.club import ICE, TRACKS, digest_of_file
 from agents.app.club.planned_ice import believed_ice, has_causes
 from agents.app.club.records import State
+from agents.app.club.session_files import as_array, as_list
 from agents.app.work.jobs import CAUSES, latest, submit
-from agents.coaching import SessionCauses, hand_or_ice
+from agents.coaching import SessionCauses, StoneMatch, hand_or_ice, match_stones
 from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
-from curling_env.errors import CurlingError
+from curling_env.errors import CurlingError, InputError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.reading import read_text
 from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.files.writing import make_directory
-from curling_env.infrastructure.provenance import sha256_of
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
 if TYPE_CHECKING:
@@ -52,14 +52,37 @@ class ComingError(CurlingError):
         self.jobs = jobs
 
 
-class _Kept(msgspec.Struct):
-    """An answer, and the digest of what it follows from."""
+class Kept(msgspec.Struct):
+    """An answer that was worked out.
+
+    Parameters
+    ----------
+    of : digest of what it follows from
+    found : why throws missed
+    stones : the stones against each other; None where these throws do not match stones
+    no_stones : why they do not
+    """
 
     of: str
     found: SessionCauses
+    stones: StoneMatch | None = None
+    no_stones: str = ""
 
 
-def causes_of(club: Club, session: Session, believed: Session | None) -> SessionCauses | None:
+class Answer(NamedTuple):
+    """The latest answer for a session.
+
+    Parameters
+    ----------
+    kept : the answer
+    job : the work on a newer one; None while nothing has changed since
+    """
+
+    kept: Kept
+    job: Job | None
+
+
+def causes_of(club: Club, session: Session, believed: Session | None) -> Answer | None:
     """Why the throws of a session missed; None while it has no tracks or no ice.
 
     Parameters
@@ -68,50 +91,57 @@ def causes_of(club: Club, session: Session, believed: Session | None) -> Session
 
     Raises
     ------
-    ComingError : it is being worked out
+    ComingError : it is being worked out for the first time
     """
     if not has_causes(club, session):
         return None
     path, digest = _path(club, session, believed), digest_of(club, session, believed)
-    if path.exists():
-        kept = _read(path, path.stat().st_mtime_ns)
-        if kept is not None and kept.of == digest:
-            return kept.found
-    raise ComingError([_asked_for(club, session, believed, digest)])
+    kept = _read(path, path.stat().st_mtime_ns) if path.exists() else None
+    if kept is not None and kept.of == digest:
+        return Answer(kept, None)
+    job = _requested(club, session, believed, digest)
+    if kept is None:
+        raise ComingError([job])
+    return Answer(kept, job)
 
 
 def prepare(club: Club, session: Session) -> None:
-    """Begin to work out what somebody will ask for next."""
-    believed = believed_ice(club, session)
-    if has_causes(club, session):
-        _asked_for(club, session, believed, digest_of(club, session, believed))
+    """Work out what the pages show of a session, unless that is known."""
+    with suppress(ComingError):
+        causes_of(club, session, believed_ice(club, session))
 
 
 def work_out(club: Club, session: Session, progress: Reported, given: str = "") -> None:
-    """Work out why throws missed, and keep it.
+    """Work out why throws missed and how the stones differ, and keep it.
 
     Parameters
     ----------
     given : the number of the session whose ice was believed in, or 0, and a digest of what was
-        there when it was asked for; if that has changed since, nothing is done
+        there when it was requested; if that has changed since, nothing is done
     """
-    number, _, asked = given.partition(" ")
+    number, _, wanted = given.partition(" ")
     believed = club.session(int(number))
     digest = digest_of(club, session, believed)
-    if asked and asked != digest:
+    if wanted and wanted != digest:
         return
-    tracks = club.tracks_of(session)
+    path = club.tracks_of(session)
+    tracks, ice, notes = load_tracks(path), load_ice(club.ice_of(session)), throws_beside(path)
     found = hand_or_ice(
-        load_tracks(tracks),
-        load_ice(club.ice_of(session)),
-        throws_beside(tracks),
+        tracks,
+        ice,
+        notes,
         believed=None if believed is None else load_ice(club.ice_of(believed)),
-        hands=hands_beside(tracks),
+        hands=hands_beside(path),
         progress=progress,
     )
+    kept = Kept(of=digest, found=found)
+    try:
+        kept.stones = match_stones(tracks, ice, notes)
+    except InputError as error:
+        kept.no_stones = error.problem
     path = _path(club, session, believed)
     make_directory(path.parent)
-    text = msgspec.json.encode(_Kept(of=digest, found=found), enc_hook=_as_list).decode()
+    text = msgspec.json.encode(kept, enc_hook=as_list).decode()
     _parsed(text)
     path.unlink(missing_ok=True)  # whatever it holds, it no longer holds true
     write_text(path, text)
@@ -123,11 +153,11 @@ def digest_of(club: Club, session: Session, believed: Session | None) -> str:
     paths = [folder / name for name in (TRACKS, ICE, THROW_LIST, HANDS_LIST)]
     if believed is not None:
         paths.append(club.ice_of(believed))
-    digests = [version("curling-sheet"), *(_digest(path, _changed(path)) for path in paths)]
+    digests = ["with stones", version("curling-sheet"), *(digest_of_file(path) for path in paths)]
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()[:16]
 
 
-def _asked_for(club: Club, session: Session, believed: Session | None, digest: str) -> Job:
+def _requested(club: Club, session: Session, believed: Session | None, digest: str) -> Job:
     given = f"{0 if believed is None else believed.id} {digest}"
     job = latest(club, CAUSES, session, given)
     if job is not None and job.state is not State.DONE:
@@ -140,37 +170,14 @@ def _path(club: Club, session: Session, believed: Session | None) -> Path:
     return club.folder_of(session) / FOLDER / f"hand-or-ice-{number}.json"
 
 
-@lru_cache(maxsize=24)
-def _read(path: Path, changed: int) -> _Kept | None:
-    """What is kept in a file; None where it cannot be read."""
+@lru_cache(maxsize=64)
+def _read(path: Path, _changed: int) -> Kept | None:
+    """The answer kept in a file; None where it cannot be read."""
     try:
         return _parsed(read_text(path))
     except (CurlingError, msgspec.DecodeError):
         return None
 
 
-def _parsed(text: str) -> _Kept:
-    return msgspec.json.decode(text, type=_Kept, dec_hook=_as_array)
-
-
-def _as_list(value: Any) -> Any:
-    if isinstance(value, np.ndarray):
-        return value.tolist()
-    raise NotImplementedError
-
-
-def _as_array(_kind: Any, value: Any) -> Any:
-    return np.array(value, dtype=np.float64)
-
-
-@lru_cache(maxsize=256)
-def _digest(path: Path, changed: int) -> str:
-    return str(sha256_of(path)) if changed else ""
-
-
-def _changed(path: Path) -> int:
-    """When a file was changed last; 0 where there is none."""
-    try:
-        return path.stat().st_mtime_ns
-    except OSError:
-        return 0
+def _parsed(text: str) -> Kept:
+    return msgspec.json.decode(text, type=Kept, dec_hook=as_array)

@@ -33,7 +33,7 @@ def copy_of(club: Club, film: Film) -> Path:
     return club.path(f"{PLAYABLE}/film-{film.id}.mp4")
 
 
-def make_copy(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+def do_copy(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Make the copy of a film whose number is given.
 
     Raises

@@ -13,13 +13,13 @@ from threading import Event, Lock, Thread
 from agents.app.club import Club, Job, Session
 from agents.app.club.database import row_of, rows_of
 from agents.app.club.records import State
-from agents.app.work.jobs import CAUSES, COPY, submit
+from agents.app.work.jobs import CAUSES, COPY, MEASURE, submit
 
 MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
-BESIDE = ("record", CAUSES, COPY)
+BESIDE = ("record", CAUSES, COPY, MEASURE)
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
@@ -93,7 +93,10 @@ class WorkQueue:
 
     def those(self, numbers: Collection[int]) -> list[Job]:
         """Work by its numbers."""
-        return [job for job in self.jobs() if job.id in numbers]
+        marks = ", ".join("?" * len(numbers))
+        with self.club.database.reading() as connection:
+            query = f"select * from job where id in ({marks}) order by id desc"
+            return rows_of(connection, Job, query, tuple(numbers))
 
     def jobs(self, session: Session | None = None) -> list[Job]:
         """Work of a session, or of all, the latest first."""

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from agents.app.work.reported import Reported
 
 
-def record(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+def do_record(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Record throws until the stream ends or the work is cancelled; the last one is kept too.
 
     Parameters
@@ -39,7 +39,7 @@ def record(club: Club, session: Session, progress: Reported, given: str = "") ->
     if camera is None or camera.scene is None:
         raise InputError("mark the sheet in the camera's picture first", source=session.name)
     if re.fullmatch(SOURCE, given, re.IGNORECASE) is None:
-        raise InputError("is no number of a camera, and no address of a stream", source=given[:80])
+        raise InputError("expected a camera index or a stream URL", source=given[:80])
     scene = load_scene(club.path(camera.scene))
     feed = open_feed(given)
     count = 0

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Film, Session
+from agents.app.club.films import waits
 from agents.app.club.records import State
-from agents.app.club.session_files import Part, keep_part, load_part, part_path
+from agents.app.club.session_files import Part, keep_part, load_part, part_path, write_files
+from agents.app.work.jobs import submit
 from curling_env.errors import CurlingError, InputError
+from curling_env.infrastructure.provenance import sha256_of
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking import TrackedFilm, track_each
 from friction_estimation.tracking.films.resume import Checkpoints
@@ -19,28 +21,35 @@ if TYPE_CHECKING:
     from agents.app.work.reported import Reported
 
 
-def track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
-    """Track the films of a session that are there and not tracked yet, in the order of play.
+def do_track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Track the films of a session that wait, or whose marks have changed, in the order of play.
 
-    A film that shows no throw is said to, and the next one is taken.
+    A film without a throw says so, and the next one is tracked. Where films were tracked again,
+    the ice that was estimated from them is estimated again.
 
     Raises
     ------
     InputError : the session's camera has not been marked
     """
-    films = list(_waiting(club, session))
+    films = [film for film in club.films(session) if waits(club, session, film)]
+    again = any(film.state is State.DONE for film in films)
     scenes = {film.id: scene_file(club, session, film) for film in films}
     for k, film in enumerate(films):
         progress.piece(k, len(films))
         set_state(club, film, State.RUNNING)
+        marks = sha256_of(scenes[film.id])
         try:
             scene = load_scene(scenes[film.id])
             said = _track_film(club, session, film, scene, progress)
         except CurlingError as error:
             problem = error.problem if isinstance(error, InputError) else str(error)
-            set_state(club, film, State.FAILED, problem)
+            set_state(club, film, State.FAILED, problem, marks)
         else:
-            set_state(club, film, State.DONE, said)
+            set_state(club, film, State.DONE, said, marks)
+    if films:
+        write_files(club, session)  # numbers of later throws are final now
+    if again and session.ice_of is not None:
+        submit(club, "estimate", session)
 
 
 def scene_file(club: Club, session: Session, film: Film) -> Path:
@@ -56,26 +65,31 @@ def scene_file(club: Club, session: Session, film: Film) -> Path:
     return club.path(camera.scene)
 
 
-def set_state(club: Club, film: Film, state: State, said: str = "") -> None:
-    """Write how far tracking of a film is."""
+def set_state(
+    club: Club, film: Film, state: State, said: str = "", marks: str | None = None
+) -> None:
+    """Write how far tracking of a film is, and with which marks it was done."""
     with club.database.writing() as connection:
-        query = "update film set state = ?, said = ? where id = ?"
-        connection.execute(query, (state, said, film.id))
-
-
-def _waiting(club: Club, session: Session) -> Iterator[Film]:
-    for film in club.films(session):
-        if film.is_whole and film.state in (State.WAITING, State.RUNNING):
-            yield film
+        query = "update film set state = ?, said = ?, marks = coalesce(?, marks) where id = ?"
+        connection.execute(query, (state, said, marks, film.id))
 
 
 def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress: Reported) -> str:
-    """Track a film, throw by throw; gives what there is to say of it."""
+    """Track a film, throw by throw; return what there is to say of it."""
     found: list[TrackedFilm] = []
     said: list[str] = []
-    kept = load_part(part_path(club, session, film))
+    path = part_path(club, session, film)
+    kept = load_part(path)
     camera = None if kept is None else kept.camera
-    checkpoints = Checkpoints(part_path(club, session, film))
+    # What was found before stays until as much is found again.
+    least = 0 if kept is None else len(kept.throws)
+    again = film.state is State.DONE
+
+    def keep() -> None:
+        throws, handles = [k.tracks for k in found], [k.handles for k in found]
+        keep_part(club, session, film, Part(throws=throws, handles=handles, camera=camera))
+
+    checkpoints = Checkpoints(path)
     for one in track_each(
         [club.path(film.file)],
         scene,
@@ -87,13 +101,13 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         found.append(one)
         if one.found is not None and one.found.refined.measured:
             camera = camera_document(one.found.refined)
-        part = Part(
-            throws=[k.tracks for k in found], handles=[k.handles for k in found], camera=camera
-        )
-        keep_part(club, session, film, part)
+        if len(found) > least and not again:
+            keep()
         moved = 0.0 if one.found is None else one.found.moved_px
         if moved:
             far = f"by {moved:.1f} px" if moved < 100 else "far"
-            said.append(f"the camera had moved {far} since it was marked, and was solved anew")
+            said.append(f"the camera had moved {far} since it was marked, and was solved again")
+    if found and (again or len(found) <= least):
+        keep()
     checkpoints.delete()
     return "; ".join(dict.fromkeys(said))

@@ -8,7 +8,7 @@ import cv2
 
 from agents.app.club import Club, Job
 from agents.app.club.database import row_of
-from agents.app.work.kinds import KINDS
+from agents.app.work.kinds import do
 from agents.app.work.reported import Reported
 from curling_env.errors import CurlingError
 
@@ -35,10 +35,10 @@ def do_job(folder: Path, number: int) -> None:
         return
     problem = None
     try:
-        KINDS[job.kind](club, session, Reported(club, number), job.given)
+        do(job.kind, club, session, Reported(club, number), job.given)
     except CurlingError as error:
         problem = str(error)
-    except Exception as error:  # a mistake of the program is told, not retried
+    except Exception as error:  # a mistake of the program is reported, not retried
         problem = f"a mistake of this program: {type(error).__name__}: {str(error)[:200]}"
     state, share = ("done", 1.0) if problem is None else ("failed", 0.0)
     with club.database.writing() as connection:

@@ -7,6 +7,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, TypeAlias
@@ -21,6 +22,7 @@ from friction_estimation.camera.annotation.height_range import (
     height_from_clicks,
     height_from_paint,
 )
+from friction_estimation.camera.annotation.verdict import SHEETS, better_sheet, problems_of
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.expected import (
     ExpectedError,
@@ -29,7 +31,7 @@ from friction_estimation.camera.expected import (
 )
 from friction_estimation.camera.markings import curves_of, keypoints_of
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import refine, unrefined
+from friction_estimation.camera.refinement import RefinedCamera, refine, unrefined
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.camera.top_view import TopView
 from friction_estimation.film.pictures import SUFFIXES, read_picture
@@ -58,6 +60,9 @@ class AnnotatedCamera:
     paint_px : root mean square distance between the paint and its projection [px]; None if the
         paint was not searched for, too little of it is in view, or a part of it disagrees
     disagreeing : names of rings and lines that are elsewhere than the camera puts them
+    problems : sentences about what is wrong although the fit succeeded; empty if the paint was not
+        searched for
+    better : the size of the ice that the paint fits clearly better, if it is another one
     height_range : between which heights the camera hangs with 95 % probability, as far as an
         unknown lens leaves that open [m]
     expected : error of tracks to expect, by place
@@ -70,6 +75,8 @@ class AnnotatedCamera:
     expected: Sequence[ExpectedError]
     paint_px: float | None = None
     disagreeing: tuple[str, ...] = ()
+    problems: tuple[str, ...] = ()
+    better: Sheet | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -192,11 +199,21 @@ class Annotation:
         measured = refined.measured > 0
         heights = height_from_paint(refined) if measured else height_from_clicks(scene, camera)
         there = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
-        apart = camera.project(there) - scene.points_px
+        apart = np.linalg.norm(camera.project(there) - scene.points_px, axis=1)
+        problems = list[str]()
+        if measured:
+            names = [name for name in keypoints_of(self.sheet) if name in clicks]
+            if set(names) == set(CORNERS):
+                names = [*CORNERS]
+            off = dict(zip(names, apart.tolist(), strict=True))
+            problems = problems_of(camera, self.sheet, self.stills[0], off, heights)
+        better = None
+        if paint and (problems or not measured):
+            better = better_sheet(refined, self._on_other_sheets(clicks))
         return AnnotatedCamera(
             scene=scene,
             camera=camera,
-            misfit_px=float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))),
+            misfit_px=float(np.sqrt(np.mean(apart**2))),
             expected=(
                 expected_errors([refined], scene.stone_radius, scene.stone_height)
                 if measured
@@ -204,8 +221,21 @@ class Annotation:
             ),
             paint_px=refined.rms_px if measured else None,
             disagreeing=refined.disagreeing,
+            problems=tuple(problems),
+            better=better,
             height_range=heights,
         )
+
+    def _on_other_sheets(self, clicks: Clicks) -> list[tuple[Sheet, RefinedCamera]]:
+        """Other sizes of the ice, and the cameras that the same clicks and the paint give there."""
+        found: list[tuple[Sheet, RefinedCamera]] = []
+        for sheet in SHEETS:
+            if (sheet.length, sheet.width) != (self.sheet.length, self.sheet.width):
+                with suppress(InputError):  # no camera sees it so
+                    scene = replace(self, sheet=sheet).scene(clicks)
+                    camera = camera_from_scene(scene, self.size)
+                    found.append((sheet, refine(camera, scene, self.stills[0])))
+        return found
 
     def lines_px(self, camera: Camera) -> list[list[list[float]]]:
         """The lines of the sheet as a camera sees them: polylines of raw pixels in the image."""

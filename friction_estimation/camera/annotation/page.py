@@ -7,6 +7,7 @@ from __future__ import annotations
 import base64
 import json
 from collections.abc import Callable
+from dataclasses import replace
 from http import HTTPStatus
 from importlib.resources import files
 from typing import Any
@@ -17,9 +18,11 @@ from numpy.typing import NDArray
 
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.page_policy import directives_of
+from curling_env.sheet import Sheet
 from curling_env.units import Units
 from friction_estimation.camera.annotation.annotate import VIEW_PX_PER_M, Annotation, Clicks
 from friction_estimation.camera.annotation.thrower import thrower, thrower_px
+from friction_estimation.camera.annotation.verdict import SHEETS, size_in_words
 from friction_estimation.camera.expected import expected_in_words
 from friction_estimation.camera.markings import keypoints_of
 from friction_estimation.camera.scene import Scene
@@ -33,20 +36,25 @@ class AnnotationPage:
 
     Parameters
     ----------
-    annotation : the film or picture
+    annotation : the film or picture, or a function that opens it: the page itself needs none
     save : called with the scene; a `CurlingError` that it raises is shown on the page
     units : what the page tells lengths in
     """
 
     def __init__(
         self,
-        annotation: Annotation,
+        annotation: Annotation | Callable[[], Annotation],
         save: Callable[[Scene], None],
         *,
         units: Units = Units.METRES,
     ) -> None:
-        self.annotation = annotation
+        self._open = (lambda: annotation) if isinstance(annotation, Annotation) else annotation
         self._save, self._units = save, units
+
+    @property
+    def annotation(self) -> Annotation:
+        """The film or picture."""
+        return self._open()
 
     @property
     def policy(self) -> str:
@@ -82,8 +90,11 @@ class AnnotationPage:
             "name": self.annotation.name,
             "size": self.annotation.size,
             "stills": len(self.annotation.stills),
-            "sheet": {"length": sheet.length, "width": sheet.width},
-            "keypoints": keypoints_of(sheet),
+            "sheet": _size(sheet),
+            "sheets": [
+                {**_size(one), "words": size_in_words(one), "keypoints": keypoints_of(one)}
+                for one in dict.fromkeys((sheet, *SHEETS))
+            ],
             "clicks": dict(self.annotation.clicks),
             "lens": self.annotation.known.get("camera_matrix") is not None,
             "px_per_m": VIEW_PX_PER_M,
@@ -96,18 +107,21 @@ class AnnotationPage:
             clicks, still = _clicks(request), request.get("still", 0)
             if not isinstance(still, int):
                 raise InputError("expected the number of a frame")
-            found = self.annotation.solve(clicks, paint=bool(request.get("paint")))
+            annotation = self._of_size(request)
+            found = annotation.solve(clicks, paint=bool(request.get("paint")))
         except CurlingError as error:
             return {"problem": _plain(error)}
         camera = found.camera
-        still = still if 0 <= still < len(self.annotation.stills) else 0
-        view = _jpeg(self.annotation.top_view(camera, still), 88)
+        still = still if 0 <= still < len(annotation.stills) else 0
+        view = _jpeg(annotation.top_view(camera, still), 88)
         return {
             "problem": None,
             "misfit_px": found.misfit_px,
             "paint_px": found.paint_px,
             "disagreeing": list(found.disagreeing),
-            "lines": self.annotation.lines_px(camera),
+            "problems": list(found.problems),
+            "better": None if found.better is None else _size(found.better),
+            "lines": annotation.lines_px(camera),
             "view": "data:image/jpeg;base64," + base64.b64encode(view).decode(),
             "focal_px": camera.lens.focal_px,
             "position": camera.position.tolist(),
@@ -116,13 +130,27 @@ class AnnotationPage:
             "thrower": [shape.tolist() for shape in thrower_px(camera)],
         }
 
+    def _of_size(self, request: Any) -> Annotation:
+        """The film with the size of the ice that a request names; its own without one."""
+        wanted, sheet = request.get("sheet"), self.annotation.sheet
+        if wanted is None or wanted == _size(sheet):
+            return self.annotation
+        found = next((one for one in SHEETS if _size(one) == wanted), None)
+        if found is None:
+            raise InputError("expected a size of the ice that is offered")
+        return replace(self.annotation, sheet=found)
+
     def _save_scene(self, request: Any) -> dict[str, Any]:
         try:
-            scene = self.annotation.solve(_clicks(request)).scene
+            scene = self._of_size(request).solve(_clicks(request)).scene
             self._save(scene)
         except CurlingError as error:
             return {"problem": _plain(error)}
         return {"problem": None}
+
+
+def _size(sheet: Sheet) -> dict[str, float]:
+    return {"length": sheet.length, "width": sheet.width}
 
 
 def _plain(error: CurlingError) -> str:

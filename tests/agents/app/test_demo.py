@@ -6,14 +6,15 @@ from dataclasses import replace
 
 from agents.app import Hand, demo
 from agents.app.views.measures import sheets_of
+from agents.closed_loop import made_up_evening as made
 from curling_env.ice import load_ice
 
 
 def test_a_made_up_evening_fills_every_table(club, monkeypatch):
-    monkeypatch.setattr(demo, "THROWS", 9)
-    monkeypatch.setattr(demo, "FILMED", 1)
-    monkeypatch.setattr(demo, "FPS", 10.0)
-    monkeypatch.setattr(demo, "FILM", replace(demo.FILM, size=(320, 180), fps=4.0))
+    monkeypatch.setattr(made, "THROWS", 9)
+    monkeypatch.setattr(made, "FILMED", 1)
+    monkeypatch.setattr(made, "FPS", 10.0)
+    monkeypatch.setattr(made, "FILM", replace(made.FILM, size=(320, 180), fps=4.0))
     begun = demo.begin_evening(club, "2026-11-20")
     assert demo.begin_evening(club, "2026-11-20") is None  # once is enough
     session = demo.fill(club, begun)

@@ -7,7 +7,12 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.coaching import PLACES, Call, read_call
+from agents.coaching.calls import why_no_call
+from agents.coaching.throw_sheet import sheet_of
+from curling_env.sheet import Direction
 from curling_env.units import Units
+from friction_estimation.tracks.throw_list import ThrowNote
+from friction_estimation.tracks.throw_table import ThrowMeasures
 
 
 @pytest.mark.parametrize(
@@ -31,6 +36,19 @@ from curling_env.units import Units
         ("draw broom centre line in", {"broom": 0.0, "target": (0.0, 0.0)}),
         ("draw 13.4 s 3 turns", {"hog_to_hog": 13.4, "turns": 3.0}),
         ("draw 0.3 , −1.2", {"target": (0.3, -1.2)}),
+        ("hit and stick normal", {"shot": "hit-and-stay", "weight": "normal"}),
+        ("hit and roll out", {"shot": "hit-and-roll", "handle": "out-turn"}),
+        ("raise in", {"shot": "raise"}),
+        ("tap back hack", {"shot": "tap-back", "weight": "hack"}),
+        ("come around button in", {"shot": "draw", "target": (0.0, 0.0)}),
+        ("run back firm", {"shot": "runback", "weight": "firm"}),
+        ("double takeout", {"shot": "double"}),
+        ("board weight", {"shot": "takeout", "weight": "board"}),
+        ("draw 4 foot in turn", {"target": (0.0, 0.0), "handle": "in-turn"}),
+        ("draw button out ice 4 feet", {"ice": 4 * 0.3048, "handle": "out-turn"}),
+        ("draw button in 13.8", {"hog_to_hog": 13.8, "handle": None}),
+        ("draw button 3.7 split", {"split": 3.7}),
+        ("long guard", {"shot": "guard", "target": PLACES["high guard"]}),
     ],
 )
 def test_calls(text, meant):
@@ -52,6 +70,22 @@ def test_calls(text, meant):
 )  # fmt: skip
 def test_text_that_is_not_a_call(text):
     assert read_call(text) is None
+
+
+def test_the_word_that_is_not_known_is_named():
+    assert why_no_call("draw button nice") == "“nice” is not a word of a call"
+    assert why_no_call("draw in out") == "the call has a handle twice"
+    assert why_no_call("draw button") == ""
+
+
+def test_ice_is_a_broom_on_the_side_that_hand_and_handle_ask_for():
+    measures = ThrowMeasures(throw=0, stone=0, clock=0.0, direction=Direction.AWAY)
+    brooms = {
+        hand: sheet_of(measures, {0: ThrowNote(athlete="A", called="draw in ice 1.2")}, {"A": hand})
+        for hand in ("right", "left")
+    }
+    assert brooms["right"].call.broom == pytest.approx(-1.2)
+    assert brooms["left"].call.broom == pytest.approx(1.2)
 
 
 def test_errors_are_pooled_by_weight_class():

@@ -36,7 +36,7 @@ def test_the_latest_ice_is_shown_against_those_before(visitor, evenings):
     text = visitor.get("ice").text
     assert "Ice: Friday" in text
     assert "<b>Tuesday, 2026-11-17</b>: of the same weight" in text
-    assert "Other sheet" not in text
+    assert "Other sheet" not in text.partition("<main")[2]
     assert "hog to hog" in text
 
 
@@ -70,3 +70,18 @@ def test_what_discovery_misses_is_told_with_its_throws(visitor, club, evenings):
     answer = visitor.get("ice")
     assert answer.status == 200
     assert "report.json" in answer.text
+
+
+def test_ice_that_is_looked_at_or_no_longer_true_says_so(visitor, club, evenings):
+    session = evenings[2]
+    club.tracks_of(session).write_text("throw,t,x,y,theta")
+    page = f"ice/{session.id}"
+    assert "Look for it now" in visitor.get(page).text
+    visitor.post(f"practice/{session.id}/work", {"kind": "discover"})
+    text = visitor.get(page).text
+    assert "This is being looked for now." in text
+    assert "Look for it now" not in text
+    assert "estimate it again" not in text
+    with club.database.writing() as connection:
+        connection.execute("update session set ice_of = 'other tracks'")
+    assert "Throws have come or changed since this ice was estimated" in visitor.get(page).text

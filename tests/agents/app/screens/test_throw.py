@@ -51,7 +51,7 @@ def test_every_way_of_asking_answers(visitor):
         ("run", {"ice": "../../etc/passwd", "throw": DRAW}, "there is no ice"),
         ("run", {"ice": "77", "throw": DRAW}, "there is no ice"),
         ("run", {"ice": "standard"}, "the request: missing throw"),
-        ("plan", {"ice": "standard", "target": TARGET, "skill": "wizard"}, "there is no hand"),
+        ("plan", {"ice": "standard", "target": TARGET, "skill": "wizard"}, "unknown athlete"),
         ("plan", {"ice": "standard", "target": {"x": 9, "y": 17}}, "off the ice"),
         ("calls", {"ice": "standard", "position": {"delivered": 99}}, "position.delivered"),
     ],

@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import json
+
 import numpy as np
 import pytest
 
 from agents.app import Part, State, keep_part
+from agents.app.club import session_files
 from agents.app.take_in import add_film, take_in
 from agents.app.views.film_view import speeds
 from agents.app.views.told import rounded
 from agents.coaching import read_call
 from curling_env.trajectory import Trajectory, write_tracks
+from friction_estimation.tracks.throw_list import throws_beside
 
 SPEED, DECELERATION = 2.1, 0.088
 
@@ -42,7 +46,7 @@ def session(club, tmp_path):
 def enter(visitor, session, throw, **fields):
     given = {"athlete": "Ben", "hand": "left", "stone": "red 3", "called": "draw button in"}
     given |= {"made": "missed", "note": "hurried"}
-    return visitor.post(f"throws/{session.id}/{throw.id}", given | fields)
+    return visitor.post(f"throws/{session.id}/{throw.label}", given | fields)
 
 
 def test_the_table_tells_what_was_measured(visitor, session):
@@ -58,12 +62,12 @@ def test_a_coachs_entry_stands_in_the_table_and_in_the_files(visitor, club, sess
     assert enter(visitor, session, throw).status == 303
     kept = club.throw(throw.id)
     assert (kept.called, kept.made, kept.note) == ("draw button in", False, "hurried")
-    page = visitor.get(f"throws/{session.id}/{throw.id}").text
+    page = visitor.get(f"throws/{session.id}/{throw.label}").text
     assert "Read as: draw, button, in-turn." in page
     table = visitor.get(f"throws/{session.id}?athlete=Ben").text
     assert table.count('<th scope="row">') == 1
     # By the hand of the athlete: counter-clockwise is a left-hander's in-turn.
-    assert "<td>in-turn</td>" in table
+    assert '<td data-label="Handle">in-turn</td>' in table
     assert (
         "1,Ben,red 3,draw button in,hurried" in (club.folder_of(session) / "throws.csv").read_text()
     )
@@ -87,7 +91,7 @@ def test_tracking_again_leaves_what_the_coach_entered(visitor, club, session, tm
     [
         {"made": "perhaps"},
         {"called": "x" * 301},
-        {"note": "x" * 301},
+        {"note": "x" * 5001},
         {"athlete": "x" * 81},
         {"stone": "x" * 81},
         {"hand": "both"},
@@ -103,7 +107,7 @@ def test_an_entry_that_cannot_be_kept_changes_nothing(visitor, club, session, fi
 def test_names_are_text(visitor, club, session):
     throw = club.throws(session)[0]
     enter(visitor, session, throw, athlete='"><img src=x>', called="<i>draw</i>\nto the pin")
-    for path in (f"throws/{session.id}", f"throws/{session.id}/{throw.id}"):
+    for path in (f"throws/{session.id}", f"throws/{session.id}/{throw.label}"):
         page = visitor.get(path).text
         assert "<img src=x>" not in page
         assert "<i>draw" not in page
@@ -113,7 +117,7 @@ def test_names_are_text(visitor, club, session):
 def test_a_throw_of_another_session_is_not_here(visitor, club, session):
     other = club.add_session("Wednesday", "2026-11-18", "2", None)
     throw = club.throws(session)[0]
-    assert visitor.get(f"throws/{other.id}/{throw.id}").status == 404
+    assert visitor.get(f"throws/{other.id}/{throw.label}").status == 404
     assert enter(visitor, other, throw).status == 404
     assert club.throw(throw.id) == throw
 
@@ -141,7 +145,7 @@ def test_the_speed_of_a_stone_that_slows_evenly():
 
 def test_the_curve_has_a_speed_for_each_time(visitor, club, session):
     throw = club.throws(session)[0]
-    found = visitor.get(f"throws/{session.id}/{throw.id}/track").document
+    found = visitor.get(f"throws/{session.id}/{throw.label}/track").document
     assert len(found["t"]) == len(found["speed"]) == len(straight())
     assert found["picture"] is None
 
@@ -164,11 +168,70 @@ def test_a_call_may_name_a_kept_target_and_commands_read_its_place(visitor, club
     throw = club.throws(session)[0]
     enter(visitor, session, throw, called="draw pocket out")
     table = club.folder_of(session) / "throws.csv"
-    page = f"throws/{session.id}/{throw.id}"
-    assert "Kept as a remark" in visitor.get(page).text
+    page = f"throws/{session.id}/{throw.label}"
+    assert "“pocket” is not a word of a call; kept as a remark" in visitor.get(page).text
     kept = {"name": "pocket", "place": {"x": 0.6, "y": 17.3735 + 0.3}}
     assert visitor.send("throw/targets", kept).status == 200
     text = visitor.get(page).text
     assert f"Read as: {read_call('draw 0.60,0.30 out').in_words()}." in text
     assert 'value="draw pocket out"' in text
     assert "draw 0.60,0.30 out" in table.read_text()
+
+
+def test_next_is_the_next_throw_of_the_chosen_athlete(visitor, club, session):
+    for throw in club.throws(session)[::2]:
+        enter(visitor, session, throw, athlete="Anna")
+    page = visitor.get(f"throws/{session.id}/1?athlete=Anna").text
+    assert f'rel="next" href="/{visitor.secret}/throws/{session.id}/3?athlete=Anna"' in page
+
+
+def test_only_what_was_changed_is_saved_and_a_newer_entry_is_not_overwritten(
+    visitor, club, session
+):
+    throw = club.throws(session)[0]
+    page = f"throws/{session.id}/{throw.label}"
+    was = {"athlete": "", "hand": "right", "stone": "", "called": "", "made": "", "note": ""}
+    fields = was | {"was": json.dumps(was)}
+    assert visitor.post(page, fields | {"called": "guard", "made": "made"}).status == 303
+    assert visitor.post(page, fields | {"note": "late"}).status == 303
+    kept = club.throw(throw.id)
+    assert (kept.called, kept.made, kept.note) == ("guard", True, "late")
+    answer = visitor.post(page, fields | {"called": "draw button"})
+    assert answer.status == 409
+    assert "Someone else has changed this: called is now “guard”" in answer.text
+    assert club.throw(throw.id).called == "guard"
+
+
+def test_nothing_that_is_typed_is_cut(visitor, club, session):
+    throw = club.throws(session)[0]
+    note = "x" * 3000
+    assert enter(visitor, session, throw, note=note).status == 303
+    assert club.throw(throw.id).note == note
+    assert note in visitor.get(f"throws/{session.id}/{throw.label}").text
+    answer = enter(visitor, session, throw, note="y" * 6000)
+    assert "has 6000 letters; at most 5000 are kept" in answer.text
+    for path in ("practice", f"throws/{session.id}", f"throws/{session.id}/1", "throw"):
+        assert "maxlength" not in visitor.get(path).text
+    # The table that commands read has the beginning of it.
+    assert throws_beside(club.tracks_of(session))[0].note.endswith(" …")
+
+
+def test_nothing_is_measured_when_someone_looks(visitor, club, session, monkeypatch):
+    def looked(*_, **__):
+        raise AssertionError("measured when someone looked")
+
+    monkeypatch.setattr(session_files, "throw_table", looked)
+    monkeypatch.setattr(session_files, "read_tracks", looked)
+    for screen in ("practice", "throws", f"throws/{session.id}/2"):
+        assert visitor.get(screen).status == 200, screen
+    assert "3 throws in all" in visitor.get("practice").text
+
+
+def test_throws_of_an_earlier_version_are_measured_by_a_job(visitor, club, session, work_off):
+    with club.database.writing() as connection:
+        connection.execute("update throw set measures = null, measured_of = ''")
+    answer = visitor.get("throws")
+    assert answer.status == 202
+    assert "Measuring the throws: waiting" in answer.text
+    assert work_off(club) == ["measure"]
+    assert visitor.get("throws").status == 200

@@ -12,6 +12,8 @@ import pytest
 import simulated_club as made
 
 from agents.app import Club, WorkQueue
+from agents.app.views import coached
+from agents.app.work import causes
 from agents.app.work.causes import prepare
 from curling_env.ice import save_ice
 from curling_env.infrastructure import write_table
@@ -84,7 +86,7 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     page = f"hand-or-ice/{session.id}?believed=0"
     coming = visitor.get(page)
     assert coming.status == 202
-    assert "Telling the hand from the ice: waiting" in plain(coming.text)
+    assert "Working out why throws missed, and how the stones differ: waiting" in plain(coming.text)
     assert visitor.get(page).status == 202  # and asks for it once
     assert work_off(club) == ["causes"]
     assert "was not given" in plain(visitor.get(page).text)
@@ -94,13 +96,38 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     assert visitor.get(page).status == 200
     notes.write_text(before.replace("Ada <i>", "Eve", 1))
     os.utime(notes, ns=(1, 1))
-    assert visitor.get(page).status == 202
+    stale = visitor.get(page)  # the earlier answer is shown meanwhile, and says so
+    assert stale.status == 200
+    assert "it is being worked out again" in plain(stale.text)
+    assert "The pattern of" in plain(stale.text)
+    kept = [*club.folder_of(session).glob("coaching/*")]
+    before_them = [path.read_text() for path in kept]
+    for path in kept:
+        path.unlink()
     asked = {"target": {"x": 0, "y": 17.3735}, "ice": "standard", "skill": "athlete:1"}
     answer = visitor.send("throw/plan", asked)  # a script is told to ask again
     assert (answer.status, answer.document["coming"]) == (503, True)
     notes.write_text(before)
+    for path, text in zip(kept, before_them, strict=True):
+        path.write_text(text)
     work_off(club)  # what has changed again meanwhile is not worked out for nothing
-    assert visitor.get(page).status == 200
+    answer = visitor.get(page)
+    assert answer.status == 200
+    assert "being worked out" not in plain(answer.text)
+
+
+def test_nothing_is_worked_out_when_someone_looks(visitor, evening, monkeypatch):
+    def looked(*_, **__):
+        raise AssertionError("worked out when someone looked")
+
+    for module, name in (
+        (causes, "hand_or_ice"),
+        (causes, "match_stones"),
+        (coached, "athlete_errors"),
+    ):
+        monkeypatch.setattr(module, name, looked)
+    for screen in ("hand-or-ice", "athletes", "stones"):
+        assert visitor.get(screen).status == 200, screen
 
 
 def test_work_that_failed_is_said_and_begun_again_only_when_asked_for(visitor, evening, work_off):
@@ -163,10 +190,10 @@ def test_athletes_have_their_bias_and_their_hand_can_be_planned_with(visitor, ev
 def test_stones_are_ordered_and_told_apart(visitor, evening):
     session = evening[1]
     words = plain(visitor.get(f"stones/{session.id}").text)
-    first, second = (words.index(f" {stone} 6 ") for stone in (1, 2))
+    first, second = (re.search(rf" {stone} [^%]{{5,60}} 6 ", words).start() for stone in (1, 2))
     assert first < second  # the keenest first
-    assert re.search(r" 1 6 −\d\.\d %", words)
-    assert re.search(r" 2 6 \+\d\.\d %", words)
+    assert re.search(r" 1 .{5,60} 6 −\d\.\d %", words)
+    assert re.search(r" 2 .{5,60} 6 \+\d\.\d %", words)
     assert "shorter" in words[second:]
 
 

@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from agents.app.sheet.choices import findings_of
-from agents.app.work.kinds import KINDS
+from agents.app.work.kinds import do
 from curling_env import Throw, load_ice, write_tracks
 from curling_env.errors import InputError
 from curling_env.physics import slide
@@ -23,7 +23,7 @@ def test_what_discovery_says_of_a_session_is_found_by_its_page(club, visitor, rn
         seen = path.xy + 0.002 * rng.standard_normal(path.xy.shape)
         tracks.append(replace(path, throw=k, clock=60.0 * k, xy=seen))
     write_tracks(club.tracks_of(session), tracks)
-    KINDS["discover"](club, session, lambda *_: None, "")
+    do("discover", club, session, lambda *_: None, "")
     found = findings_of(club, session)
     assert found is not None
     assert found.verdict.startswith("Nothing is named: 3 throws slide freely")
@@ -34,4 +34,4 @@ def test_what_discovery_says_of_a_session_is_found_by_its_page(club, visitor, rn
 def test_only_sessions_with_throws_can_be_looked_at(club):
     session = club.add_session("Empty", "2026-11-22", "B", None)
     with pytest.raises(InputError, match="tracks"):
-        KINDS["discover"](club, session, lambda *_: None, "")
+        do("discover", club, session, lambda *_: None, "")

@@ -6,12 +6,15 @@ import asyncio
 import json
 import time
 from concurrent.futures import ThreadPoolExecutor
+from itertools import pairwise
 
 import numpy as np
+import pytest
 
 from agents.app import Part, State, WorkQueue, begin_film, keep_part
 from agents.app.views.progress import events, time_left
 from agents.app.work.queue import MAX_LOSSES, MOST
+from agents.app.work.reported import Reported
 from curling_env.trajectory import Trajectory
 
 
@@ -164,6 +167,36 @@ def test_a_time_is_told_no_more_exactly_than_it_is_known():
         "about 50 min left",
         "2 h left",
     ]
+
+
+def test_a_remaining_time_is_reported_only_while_estimates_agree(club, monkeypatch):
+    session = club.add_session("Tuesday", "2026-11-17", "1", None)
+    work = WorkQueue(club)
+    number = work.submit("track", session).id
+    now = 100.0
+    monkeypatch.setattr("agents.app.work.reported.time.monotonic", lambda: now)
+    reported = Reported(club, number)
+
+    def left(rate, seconds, begin=0.0):
+        """What is reported while work goes on at a rate [share/s]."""
+        nonlocal now
+        found = []
+        for k in range(seconds):
+            now += 1.0
+            reported("at it", begin + rate * (k + 1))
+            found.append(work.those([number])[0].left)
+        return found
+
+    first = left(0.04, 12)
+    assert first[:5] == [None] * 5
+    assert first[-1] == pytest.approx(13, abs=2)
+    # Another stage begins: nothing is reported until its rate is known.
+    second = left(0.004, 30)
+    assert second[:12] == [None] * 12
+    assert second[-1] == pytest.approx(220, rel=0.15)
+    # One that stands still and then hurries: never seconds in place of minutes at once.
+    third = [one for one in left(0.0, 20, 0.2) + left(0.05, 15, 0.2) if one is not None]
+    assert all(b / a < 2 and a / b < 2 for a, b in pairwise(third))
 
 
 def test_a_film_whose_tracking_is_cancelled_waits_again(club, monkeypatch):

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError, OutputError
-from curling_env.sheet import PAPER_SHEET
+from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET
 from friction_estimation import load_scene
 from friction_estimation.camera import (
     CORNERS,
@@ -92,6 +92,22 @@ def test_the_paint_shows_how_far_clicks_are_off(annotation, seen):
     assert exact.paint_px < 0.5
     assert exact.misfit_px < 0.5
     assert wrong.misfit_px == pytest.approx(np.hypot(3, 2), abs=0.7)
+
+
+def test_a_camera_is_questioned_where_the_picture_contradicts_it(tmp_path):
+    renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(1280, 720)))
+    path, camera = tmp_path / "gantry.png", renderer.camera
+    cv2.imwrite(str(path), np.asarray(renderer.still, dtype=np.uint8))
+    clicks = clicks_at(camera, CORNERS)
+    right = Annotation.open(path, PAPER_SHEET).solve(clicks, paint=True)
+    assert (right.problems, right.better) == ((), None)
+    # Ice of the wrong size: the rings lie elsewhere, and say which size it is.
+    wrong = Annotation.open(path, WORLD_CURLING_SHEET).solve(clicks, paint=True)
+    assert wrong.better == PAPER_SHEET
+    # A corner that the paint corrects is named all the same.
+    u, v = clicks["home_left"]
+    off = Annotation.open(path, PAPER_SHEET).solve({**clicks, "home_left": (u + 25, v)}, paint=True)
+    assert any("home left" in one for one in (*off.problems, *off.disagreeing))
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,90 @@
+"""Problems of a camera that was marked by hand, beyond how well it was fitted."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
+from curling_env.typing import Image
+from curling_env.units import FOOT
+from friction_estimation.camera.agreement import TOLERANCE_PX, seen_curves
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.markings import grey_levels, markings_of
+from friction_estimation.camera.refinement import RefinedCamera
+
+SHEETS = (WORLD_CURLING_SHEET, PAPER_SHEET)
+"""Sizes of ice that clubs have."""
+MAX_CLICK_SHARE = 0.005
+"""Largest distance of a click from where the paint puts it, as a part of the picture's width."""
+MAX_HEIGHT = 30.0
+"""No camera of a rink hangs higher [m]; with the wrong size of the ice, stones look too small."""
+BETTER_BY = 25.0
+"""Another size of the ice is right if it lowers the misfit by this [squared standard errors]."""
+LEAST_SEEN = 0.9
+"""Paint measured with another size of the ice, as a part of that measured with this one."""
+
+
+def problems_of(
+    camera: Camera,
+    sheet: Sheet,
+    still: Image,
+    apart_px: Mapping[str, float],
+    height_range: tuple[float, float],
+) -> list[str]:
+    """Return what is wrong with a camera, in sentences; nothing where all that is seen agrees.
+
+    Parameters
+    ----------
+    camera : as the paint has corrected it
+    sheet : the ice that was marked
+    still : the picture at its own size
+    apart_px : distance of each click from where the camera puts it, by the name of its keypoint
+    height_range : between which heights the camera hangs [m]
+    """
+    problems: list[str] = []
+    low, high = height_range
+    if low > MAX_HEIGHT:
+        problems.append(
+            f"The camera would hang {low:.0f} to {high:.0f} m above the ice, and stones would be "
+            "too small: check the size of the ice."
+        )
+    name = max(apart_px, key=lambda one: apart_px[one])
+    if apart_px[name] > MAX_CLICK_SHARE * camera.size[0]:
+        problems.append(
+            f"The {name.replace('_', ' ')} is {apart_px[name]:.0f} px from where the paint puts it:"
+            " move it onto the paint."
+        )
+    curves = seen_curves(camera, grey_levels(still), (0, 0), markings_of(sheet))
+    off = [k.name for k in curves if k.contradicts or TOLERANCE_PX < k.miss_px < np.inf]
+    if off:
+        problems.append(
+            f"The {' and '.join(off)} in the picture {'is' if len(off) == 1 else 'are'} more than "
+            f"{TOLERANCE_PX:g} px from the drawn line."
+        )
+    return problems
+
+
+def better_sheet(own: RefinedCamera, others: Sequence[tuple[Sheet, RefinedCamera]]) -> Sheet | None:
+    """Return the size of ice that rings and borders fit clearly better than this one; or None.
+
+    Parameters
+    ----------
+    own : the camera with the ice as it is marked
+    others : other sizes of the ice with the camera that the same clicks give on each
+    """
+    for sheet, found in others:
+        if (
+            found.measured >= LEAST_SEEN * own.measured
+            and found.measured
+            and (not own.measured or found.misfit + BETTER_BY < own.misfit)
+        ):
+            return sheet
+    return None
+
+
+def size_in_words(sheet: Sheet) -> str:
+    """Length and width of a sheet, in metres and feet."""
+    feet = (f"{side / FOOT:.1f}".removesuffix(".0") for side in (sheet.length, sheet.width))
+    return f"{sheet.length:g} × {sheet.width:g} m ({' × '.join(feet)} ft)"
