@@ -319,17 +319,17 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
     - ``standard``: championship ice. A draw takes 24 to 25 s from hog line to tee and curls 1.1 to
       1.5 m. Friction is 0.0082·s^(-1/4) at the sliding speed s of each contact, air drag 9.5e-4·v²
       and curl 0.0082·v^0.2. `spin_drag` adds the torque that the running band lacks for the
-      observed decay of the spin, 0.02·v^(-0.6) rad/s² in all at draw weight. - ``fcv1``: the law of
-      the Digital Curling competition's simulator, a point contact with dv/dt = -g·[0.00200985/(v +
-      0.06385782) + 0.00626286], a sideways acceleration of 0.0082·v^0.2 and dω/dt = -0.025/max(v,
-      0.001). Its stones lose nothing when they collide (restitution 1, friction 0.2, 19.96 kg,
-      inertia ½mR²) and its sheet is the rule book's, 45.72 × 4.75 m. - ``fitted``: the law of the
-      standard ice fitted to all published rows of championship ice at once: friction
-      0.00822·s^(-0.269), curl 0.0067·v^0.2. A draw takes 24.6 s and curls 1.2 m. - ``club``: the
-      standard ice slower and straighter, like the measured ice of a club: a stone of 2.09 m/s and
-      1.01 rad/s runs 25.6 m and curls 0.78 m (Jensen & Shegelski 2004, as quoted by Penner). A draw
-      takes 23.8 s from hog line to tee and curls 0.9 m. - ``paper``: uniform Coulomb friction of
-      0.0019 under the paper's own stone.
+      observed decay of the spin, 0.02·v^(-0.6) rad/s² in all at draw weight.
+    - ``fcv1``: the law of the Digital Curling competition's simulator, a point contact with
+      dv/dt = -g·[0.00200985/(v + 0.06385782) + 0.00626286], a sideways acceleration of 0.0082·v^0.2
+      and dω/dt = -0.025/max(v, 0.001). Its stones lose nothing when they collide (restitution 1,
+      friction 0.2, 19.96 kg, inertia ½mR²) and its sheet is the rule book's, 45.72 × 4.75 m.
+    - ``fitted``: the law of the standard ice fitted to all published rows of championship ice at
+      once: friction 0.00822·s^(-0.269), curl 0.0067·v^0.2. A draw takes 24.6 s and curls 1.2 m.
+    - ``club``: the standard ice slower and straighter, like the measured ice of a club: a stone of
+      2.09 m/s and 1.01 rad/s runs 25.6 m and curls 0.78 m (Jensen & Shegelski 2004, as quoted by
+      Penner). A draw takes 23.8 s from hog line to tee and curls 0.9 m.
+    - ``paper``: uniform Coulomb friction of 0.0019 under the paper's own stone.
 
     `fcv1` has 92 × 10 cells; the others have the paper's sheet, 44.5 × 4.5 m in 89 × 9 cells of
     0.5 m. Only its stones collide without loss; the others have a restitution of 0.85, which has

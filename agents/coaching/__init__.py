@@ -8,7 +8,8 @@
 - `seen_throws`, `released`: the actual throw; `intended`, `habits`: the intended one
 - `throw_parts`: the contribution of each cause to a miss
 - `runs`, `session_ice`, `shared_ice`: throws simulated on ices, the ice before each of them, and
-its correction by all of them - `tuning`: chosen constants
+  its correction by all of them
+- `tuning`: chosen constants
 """
 
 from agents.coaching.athletes import AthleteErrors, ErrorSummary, athlete_errors

@@ -2,10 +2,11 @@
 
 - `simulator`: one throw after another: execution error, sweeping, physics, ruling, wear
 - `state`: the complete, immutable state of a game, from which a search can branch; the random
-numbers of every throw - `ice_evolution`: changes of the ice during a game: wear along the paths,
-frost, unequal stones - `team_judgement`: a team's reading of the ice, and its default sweeping -
-`players`: views and decisions of players, and their lookup by name - `opponents`: the built-in
-players
+  numbers of every throw
+- `ice_evolution`: changes of the ice during a game: wear along the paths, frost, unequal stones
+- `team_judgement`: a team's reading of the ice, and its default sweeping
+- `players`: views and decisions of players, and their lookup by name
+- `opponents`: the built-in players
 """
 
 from __future__ import annotations
