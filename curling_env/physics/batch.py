@@ -303,8 +303,9 @@ def throw_batch(
     if isinstance(ices, IceVariants):
         slide(ices.family.base, ices.laws, index, np.arange(n))
     else:
+        first = index if len(ices) == 1 else np.zeros_like(index)
         for k, surface in enumerate(ices):
-            slide(surface, _laws_of(surface), np.zeros_like(index), np.flatnonzero(index == k))
+            slide(surface, _laws_of(surface), first, np.flatnonzero(index == k))
     return Rests(x=x, y=y, theta=theta, time=time, end=end, paths=paths if fps else None)
 
 

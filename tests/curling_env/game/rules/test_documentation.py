@@ -44,7 +44,7 @@ def said_of(rules: RuleSet) -> dict[str, str]:
         else " ".join(str(player + 1) for player in rules.throwers),
         "Stones on the sheet before": "one a team" if rules.placed_stones else "none",
         "Protected at first": whom,
-        "… until so many": str(max(rules.free_guard_until, rules.no_takeout_until)),
+        "… until this many": str(max(rules.free_guard_until, rules.no_takeout_until)),
         "… from": "leaving the zone" if rules.guards_stay else "being put out",
         "No-tick": yes[rules.no_tick],
         "… after a tick": tick if rules.no_tick else "–",
