@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from agents.app.club import Club, Session
+from agents.app.club.records import Hand
 from agents.app.club.session_files import measures_of
 from agents.app.club.targets import with_places
 from agents.coaching import ThrowSheet
-from agents.coaching.throw_sheet import sheet_of
+from agents.coaching.throw_sheet import Hands, sheet_of
 from friction_estimation.tracks.throw_list import ThrowNote
 
 
@@ -14,7 +15,9 @@ def sheets_of(club: Club, session: Session) -> list[ThrowSheet]:
     """Return the throws of a session that are measured; throws that slid too short are not."""
     athletes = {one.id: one for one in club.athletes()}
     stones = {one.id: one.name for one in club.stones()}
-    hands = {one.name: one.hand.value for one in athletes.values()}
+    hands: Hands = {
+        one.name: "left" if one.hand is Hand.LEFT else "right" for one in athletes.values()
+    }
     targets = club.named_targets()
     found: list[ThrowSheet] = []
     for throw in club.throws(session):
