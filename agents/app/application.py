@@ -26,7 +26,7 @@ from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.qr_code import qr_outline
 
 TRACEBACK = "CURLING_TRACEBACK"
-"""Environment variable: where it is set, mistakes of the program show their place in the code."""
+"""Environment variable: if it is set, internal errors are printed with their traceback."""
 
 
 def application(
@@ -95,7 +95,7 @@ async def _say_what_is_wrong(request: Request, error: Exception) -> Response:
 
 
 async def _show_it_coming(request: Request, error: Exception) -> Response:
-    """How far that is which was asked for; a script asks again until it is there."""
+    """Show the progress of the requested work; a script asks again until it is done."""
     assert isinstance(error, ComingError)
     is_open = any(job.state in OPEN for job in error.jobs)
     if not (request.method in READING and "text/html" in request.headers.get("Accept", "")):
@@ -114,7 +114,7 @@ async def _show_it_coming(request: Request, error: Exception) -> Response:
 
 
 async def _own_up(request: Request, error: Exception) -> Response:
-    """A mistake of the program, which is said to be one; it goes on with everything else."""
+    """Report an internal error as such, and keep serving."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)
     told = "That is a mistake of this program, not of yours."

@@ -1,9 +1,9 @@
-"""What keeps strangers out: nothing behind the gate is reached without the secret.
+"""Gate that keeps strangers out: nothing behind it is reached without the secret.
 
 A request must name this server as its host, come from its own pages if from any, and know the
 secret, which is the first part of every address: so addresses can be shared and opened again, and a
-page of somebody else, which cannot know it, can neither ask nor send. What changes something also
-brings the token that stands in every form.
+page of another site, which cannot know it, can neither ask nor send. A request that changes
+something also brings the token that is in every form.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""What every screen answers with: its page, the form it was sent, the club it is about."""
+"""Common parts of all screens: the page, the form that was sent, the club it is about."""
 
 from __future__ import annotations
 
@@ -39,7 +39,7 @@ def at(request: Request, path: str) -> str:
 
 
 def network_address_of(request: Request) -> str | None:
-    """The address for other machines in the network; None while there is none."""
+    """Return the address for other machines in the network; None if not shared."""
     network, port = request.app.state.network, request.scope["server"][1]
     return None if network is None else f"http://{network[0]}:{port}/{network[1]}/"
 
@@ -50,7 +50,7 @@ def go_to(request: Request, path: str) -> RedirectResponse:
 
 
 def session_of(request: Request) -> Session | None:
-    """The session that the address names, or the latest one; None while there is none.
+    """Return the session that the address names, or the latest one; None without sessions.
 
     Raises
     ------

@@ -27,12 +27,12 @@ def serve(
 ) -> None:
     """Serve a club until it is interrupted.
 
-    The address is there at once. Whoever opens it waits for the few seconds in which the app is
-    loaded and what an earlier one left undone is finished.
+    The address is there at once. A browser that opens it waits for the few seconds in which the
+    app is loaded and work that an earlier one left undone is finished.
 
     Parameters
     ----------
-    club : its folder, which nobody else serves meanwhile
+    club : its folder, which no other process serves meanwhile
     port : where; 0 takes any free one, None the usual one or else any free one
     share : whether other machines of the network may open it
     opened : called with the address on this machine, and with that in the network if it is shared
@@ -75,7 +75,7 @@ async def _serve(app: ASGIApp, listener: socket.socket) -> None:
 
 
 def _usual_port(address: str) -> int:
-    """The usual port if nobody has it, or else any."""
+    """Return the usual port if it is free, or else any."""
     try:
         with socket.create_server((address, USUAL_PORT)):
             return USUAL_PORT

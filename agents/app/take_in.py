@@ -31,7 +31,7 @@ FILM_OF_THROW = re.compile(r".*-(\d{1,5})\.mp4")
 
 @dataclass(frozen=True, kw_only=True)
 class Found:
-    """What a folder holds of a session.
+    """Files of a session found in a folder.
 
     Parameters
     ----------
@@ -154,7 +154,7 @@ def fill_from(club: Club, session: Session, folder: Path) -> Session:
 
 
 def is_in(club: Club, folder: Path) -> bool:
-    """Whether the tracks of a folder were taken in before, into a session that is still there."""
+    """Return whether a folder's tracks were imported before, into a session that still exists."""
     with club.database.reading() as connection:
         query = (
             "select 1 from setting join session on cast(session.id as text) = setting.value "
@@ -202,7 +202,7 @@ def add_film(club: Club, session: Session, path: Path, *, clock: float | None = 
 
 
 def _camera(club: Club, scene: Path) -> Camera:
-    """The club's camera with this scene, which is added if there is none."""
+    """Return the club's camera with this scene, which is added if missing."""
     seen, name = load_scene(scene), scene.name.removesuffix(".scene.json")
     for camera in club.cameras():
         if camera.scene is not None and camera.name.partition(" (")[0] == name:
@@ -224,7 +224,7 @@ def _camera(club: Club, scene: Path) -> Camera:
 
 
 def _note(club: Club, session: Session, found: Found, before: Mapping[int, int]) -> None:
-    """Enter what is noted beside the tracks, and nothing over what somebody has entered here.
+    """Enter the notes beside the tracks, and overwrite nothing that was entered here.
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
 """Ten fixed tasks with fixed seeds, so that results of different people can be compared.
 
 - `tasks`: what is asked for, on which ices, and how it is measured
-- `contestants`: who may be measured: players, the planner, trained models, functions
+- `contestants`: the contestants: players, the planner, trained models, functions
 - `scores`: the measurement, with an interval
 - `rows`: a row as one JSON file, which is checked
 - `ices`: the hundred ices, as a file that is checked

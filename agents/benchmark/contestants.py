@@ -1,4 +1,4 @@
-"""Who is measured: a player by name, the planner, chance, a trained model, or a function."""
+"""Contestants: a player by name, the planner, chance, a trained model, or a function."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ Contestant = Callable[[Any, Any], Any]
 
 
 def contestant(given: Any) -> Contestant:
-    """Who is measured.
+    """Return the contestant that is given by name, file or object.
 
     Parameters
     ----------
@@ -74,7 +74,7 @@ def contestant(given: Any) -> Contestant:
 
 
 def can_do(given: str, task: BenchmarkTask) -> bool:
-    """Whether somebody by name can do a task at all; others than the package's are taken to."""
+    """Return whether a contestant supports a task; third-party contestants are assumed to."""
     ends, asked = task.metric == "points", task.options.get("task", "draw")
     if given == "planner":
         return not ends

@@ -25,7 +25,7 @@ FILE = "ices.npz"
 SHA256 = "ddd50db81f14066644fd199885d5dcfb5c8f39c302773099ec9ace01c2e2a0f2"
 """Digest of the file: other ices would be another benchmark."""
 DISTRIBUTION = RandomIces(level=0.06, areas=0.04, curl=0.1, error=0.015)
-"""Where they are from; training may draw others from it."""
+"""Distribution of the ices; training may draw others from it."""
 COUNT, SEED = 100, 20261127
 STEP = 1e-4
 """Step in which ln μ is kept."""

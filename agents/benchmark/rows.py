@@ -27,7 +27,7 @@ Values = Annotated[list[float], msgspec.Meta(min_length=2, max_length=10**6)]
 
 
 class TaskDocument(Document, kw_only=True):
-    """What counted in one task.
+    """Results in one task.
 
     Parameters
     ----------

@@ -22,7 +22,7 @@ RESAMPLES = 2000
 
 @dataclass(frozen=True, kw_only=True)
 class Score:
-    """The score of somebody at a task.
+    """The score of a contestant at a task.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ class Score:
 
 @dataclass(frozen=True, kw_only=True)
 class Difference:
-    """By how much somebody scores more than another in the same episodes.
+    """Score of one contestant less that of another in the same episodes.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ def measure(
     episodes: int = 200,
     progress: Progress = no_progress,
 ) -> Score:
-    """The score of somebody at a task; see `played`."""
+    """Measure the score of a contestant at a task; see `played`."""
     return score_of(task, *played(task, who, episodes=episodes, progress=progress))
 
 
@@ -99,7 +99,7 @@ def played(
     Parameters
     ----------
     task : the task
-    who : who plays, from `contestants.contestant`
+    who : the contestant, from `contestants.contestant`
     episodes : number of episodes
     progress : called after every episode
 
@@ -109,7 +109,7 @@ def played(
 
     Raises
     ------
-    InputError : no episode, or somebody who cannot do this task
+    InputError : too few episodes, or a contestant that cannot do this task
     """
     if episodes < 2:
         raise InputError(f"an interval needs at least 2 episodes, got {episodes}")
@@ -128,7 +128,7 @@ def played(
 
 
 def score_of(task: BenchmarkTask, values: Floats, rewards: Floats | None = None) -> Score:
-    """The score of somebody who has `played` a task.
+    """Return the score of a contestant that has `played` a task.
 
     Parameters
     ----------

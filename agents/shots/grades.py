@@ -117,7 +117,7 @@ class GradeModel:
 
 
 def _keys(shot: GradedShot, spin: float) -> tuple[tuple[Hashable, float], ...]:
-    """What each kind of effect belongs to, and the sign with which it counts."""
+    """Return the owner of each kind of effect, and the sign with which it counts."""
     return (
         (shot.team, 1.0),
         (shot.player, 1.0),
@@ -268,7 +268,7 @@ class _Design:
 
 @dataclass(frozen=True, kw_only=True)
 class HeldOut:
-    """How well grades of held-out games are predicted.
+    """Quality of the predicted grades of held-out games.
 
     Parameters
     ----------

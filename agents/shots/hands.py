@@ -42,7 +42,7 @@ NOT_SEPARATED = (
     "seem to throw worse",
     "grades: whoever grades more strictly in a game makes its players seem worse",
 )
-"""What the table cannot separate from hands."""
+"""Influences that the table cannot separate from hands."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -69,7 +69,7 @@ class PlayerHand:
 
 @dataclass(frozen=True, kw_only=True)
 class Hands:
-    """What a table of shots says of hands.
+    """Hands as estimated from a table of shots.
 
     Parameters
     ----------

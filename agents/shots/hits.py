@@ -1,9 +1,9 @@
-"""Errors of hits: with which hands the engine makes as many of them as the teams did.
+"""Errors of hits: the hands with which the engine makes the same share of them as the teams did.
 
 For real positions before takeouts, doubles and clearings the throw is searched that makes the shot
 most often with the given handle. It is thrown with the errors of `openings` times a factor, and the
-factor is the one with which as many succeed as in the table. A team that called another shot than
-the surest one would have made it less often, so that the factor is an upper bound.
+factor is the one with which the same share succeeds as in the table. A team that called another
+shot than the surest one would have made it less often, so that the factor is an upper bound.
 """
 
 from __future__ import annotations

@@ -28,7 +28,7 @@ from curling_env.typing import Floats
 FEWEST = 20
 """Least number of openings with one handle on one side that are fitted."""
 NEAR_CALL = 4.0
-"""Openings farther from the usual call than so many scales are other calls, and do not count."""
+"""Openings farther from the usual call than this [scales] are other calls, and do not count."""
 RESAMPLES = 40
 """Resampled sets of games for the intervals."""
 FIRST_SPEED, FIRST_LINE = 0.015, 0.004

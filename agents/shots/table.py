@@ -34,11 +34,11 @@ TASKS = (
     *("draw", "front", "guard", "raise", "wick", "freeze", "takeout", "hit and roll"),
     *("clearing", "double takeout", "promotion takeout", "through"),
 )
-"""What the numbers of tasks stand for; -1 is a stone that was not thrown."""
+"""Tasks by their numbers; -1 is a stone that was not thrown."""
 HANDLES = (-1.0, 1.0)
 """Sign of the spin of handle 0, clockwise, and 1, counter-clockwise."""
 SIDES: tuple[Side, Side] = ("right", "left")
-"""What PowerPlay 1 and 2 stand for."""
+"""Sides of PowerPlay 1 and 2."""
 NOT_SCORED = 9
 """Result of an end that a concession cut short; as a grade, a shot that was not graded."""
 BEST_GRADE = 4
@@ -137,7 +137,7 @@ class TableEnd:
 
     @property
     def kind(self) -> str:
-        """Why the stones do not count as written, in words; empty where they do."""
+        """Reason why the stones do not count as written, in words; empty where they do."""
         if self.agrees:
             return ""
         if self.stopped:
@@ -453,7 +453,7 @@ _PLACED: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = (
     ((1089.0, 1916.0), (1150.0, 850.0)),
     ((411.0, 1916.0), (350.0, 850.0)),
 )
-"""Where the guard and the stone in the house are drawn: without power play, right, left."""
+"""Places where the guard and the stone in the house are drawn: without power play, right, left."""
 
 
 def error_needed(position: Floats, written: int) -> float:

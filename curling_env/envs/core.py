@@ -40,7 +40,7 @@ class Core(ABC, Generic[Episodes]):
     """
 
     details: bool = False
-    """Whether `info` has `DETAILS` too."""
+    """True if `info` also has `DETAILS`."""
 
     def __init__(
         self,
@@ -136,7 +136,7 @@ def gathered(parts: Iterable[Part], among: Flags) -> dict[str, Any]:
     Parameters
     ----------
     parts : entries of different episodes
-    among : (n,) True for the episodes to report; entries of others are left out
+    among : (n,) True for the episodes to report; entries of others are dropped
 
     Returns
     -------
@@ -192,7 +192,7 @@ def _first(value: Any) -> Any:
 
 
 def row_of(observations: Any, row: int) -> Any:
-    """The observation of one episode among those of many, as an array of its own."""
+    """Return the observation of one episode among those of many, as a separate array."""
     if type(observations) is dict:
         parts = cast("dict[str, Any]", observations)
         return {name: array[row].copy() for name, array in parts.items()}

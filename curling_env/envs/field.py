@@ -83,7 +83,7 @@ class Field:
 
         Parameters
         ----------
-        stones : (n, k, 2) the stones before, sheet frame; NaN where there is none [m]
+        stones : (n, k, 2) the stones before, sheet frame; NaN for missing ones [m]
         identifiers : (k,) of these stones
         releases : (n,) from `releases_of`
         direction : the end played to, 1 or -1

@@ -26,9 +26,9 @@ IceOption = Ice | str | Path | Mapping[str, Any]
 IcePair = tuple[Ice, Ice]
 """An ice, and the ice as it is known."""
 GivenIce = tuple[Ice | None, Ice | None]
-"""The ice that `reset` was asked for, and what is to be known of it."""
+"""The ice and the known ice given to `reset`; None where not given."""
 Made = TypeVar("Made")
-"""What an environment plays on: made of an ice and of what is known of it."""
+"""Playing surface of an environment: made of an ice and of what is known of it."""
 
 ICES_GROUP = "curling.ices"
 """The entry-point group of distributions of ices."""
@@ -126,7 +126,7 @@ class EpisodeIces(Generic[Made]):
 
     @property
     def are_drawn(self) -> bool:
-        """Whether every episode has an ice of its own."""
+        """True if every episode has its own ice."""
         return self._has_ices or self.has_sigma
 
     @property
@@ -148,12 +148,12 @@ class EpisodeIces(Generic[Made]):
         return ice, known
 
     def draw(self, rng: np.random.Generator, given: GivenIce = (None, None)) -> Made:
-        """What an episode that begins is played on.
+        """Draw the playing surface of an episode that begins.
 
         Parameters
         ----------
         rng : source of the randomness
-        given : what `reset` was asked for
+        given : the ice and the known ice given to `reset`
 
         Raises
         ------
@@ -174,7 +174,7 @@ class EpisodeIces(Generic[Made]):
     def draw_many(
         self, rngs: Sequence[np.random.Generator], given: GivenIce = (None, None)
     ) -> list[Made]:
-        """What episodes that begin are played on, as by `draw` with each generator."""
+        """Draw the playing surfaces of episodes that begin, as by `draw` with each generator."""
         family = self._family
         many = self._make_many
         if many is None or family is None or given != (None, None) or self.known_ice is not None:
@@ -183,7 +183,7 @@ class EpisodeIces(Generic[Made]):
         return [one for block in blocks for one in many(family, family.draw_many(block))]
 
     def on(self, ice: Ice, known: Ice) -> Made:
-        """What is played on, made of an ice and the ice as it is known."""
+        """Return the playing surface made of an ice and the ice as it is known."""
         key = id(ice), id(known)
         kept = self._made.get(key)
         if kept is not None and kept[0] is ice and kept[1] is known:
@@ -194,7 +194,7 @@ class EpisodeIces(Generic[Made]):
         return made
 
     def known_as(self, ice: Ice) -> KnownIce:
-        """What the agent knows of an ice; the same object for ices that recur."""
+        """Return the agent's knowledge of an ice; the same object for ices that recur."""
         kept = self._knowns.get(id(ice))
         if kept is not None and kept[0] is ice:
             return kept[1]
@@ -204,7 +204,7 @@ class EpisodeIces(Generic[Made]):
         return known
 
     def _recurs(self, ice: Ice) -> bool:
-        """Whether an ice comes again in later episodes."""
+        """Return whether an ice comes again in later episodes."""
         return (
             ice is self._usual
             or ice is self.known_ice

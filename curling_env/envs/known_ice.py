@@ -1,4 +1,4 @@
-"""What an agent is told of an ice, as numbers within ±1.
+"""Ice features of an observation, as numbers within ±1.
 
 The mean friction, its differences from place to place, and every parameter of every effect, as the
 effects' cards say: one number each, unless a card says that two act as one. All is seen along the
@@ -32,7 +32,7 @@ VARIATION_SCALE = 0.2
 WEAR_SCALE = 0.05
 """Relative change of a band's friction by wear that counts as 1."""
 LINEAR = 0.5
-"""Numbers up to this are told as they are; larger ones approach ±1, so that none is cut off."""
+"""Numbers up to this are kept as they are; larger ones approach ±1, so that none is cut off."""
 
 
 def told(value: ArrayLike) -> Floats:
@@ -44,14 +44,14 @@ def told(value: ArrayLike) -> Floats:
 
 
 def untold(value: ArrayLike) -> Floats:
-    """The numbers that `told` tells so."""
+    """Invert `told`."""
     value = np.asarray(value, dtype=np.float64)
     room = np.maximum(1.0 - np.abs(value), np.finfo(np.float32).eps)
     return np.where(room >= LINEAR, value, np.copysign(LINEAR**2 / room, value))
 
 
 def mean_friction(value: ArrayLike) -> Floats:
-    """The mean friction that the first number of `KnownIce.features` tells.
+    """Return the mean friction that the first number of `KnownIce.features` stands for.
 
     Beyond e² times more or less than `MU_SCALE`, as on no curling ice, it is taken for that.
     """
@@ -59,12 +59,12 @@ def mean_friction(value: ArrayLike) -> Floats:
 
 
 def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
-    """The parameters of the effects of the ice that an agent is told, as their cards say.
+    """List the effect parameters of the ice that an agent observes, as their cards say.
 
     Returns
     -------
     card, parameter and the value that counts as 1, in order; an effect that the ice does not have
-    reads 0, and one of which an ice may have several is listed as often as it is told
+    reads 0, and one of which an ice may have several is listed as often as it is observed
     """
     return [
         (card, parameter, _scale(card, parameter))
@@ -75,7 +75,7 @@ def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
 
 
 def ice_names() -> tuple[str, ...]:
-    """What each number of `KnownIce.features` is."""
+    """Return the names of the numbers of `KnownIce.features`, in order."""
     effects: list[str] = []
     for card in _cards(of_stones=False):
         for number in range(card.observed_times):
@@ -86,22 +86,22 @@ def ice_names() -> tuple[str, ...]:
 
 
 def wear_names() -> tuple[str, ...]:
-    """What each number of `KnownIce.wear` is."""
+    """Return the names of the numbers of `KnownIce.wear`, in order."""
     return tuple(f"wear of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES)
 
 
 def stone_names() -> tuple[str, ...]:
-    """What each number of `KnownIce.of_stones` is, for one stone."""
+    """Return the names of the numbers of `KnownIce.of_stones` for one stone, in order."""
     return tuple(f"{card.name}.{parameter.name}" for card, parameter in _stone_parameters())
 
 
 class KnownIce:
-    """An ice as an agent is told of it.
+    """An ice as an agent observes it.
 
     Parameters
     ----------
     ice : the ice as it is known
-    told : the ice with what else is told, such as how it will change; by default the same
+    told : the ice with what else is observed, such as how it will change; by default the same
     """
 
     def __init__(self, ice: Ice, told: Ice | None = None) -> None:
@@ -112,7 +112,7 @@ class KnownIce:
         self._numbers_of_a_stone = len(stone_names())
 
     def features(self, direction: Direction) -> Singles:
-        """What is told of the ice seen along a direction of play, in the order of `ice_names`."""
+        """Return the ice features along a direction of play, in the order of `ice_names`."""
         if direction not in self._features:
             features = ice_features(self._told, direction)
             features.setflags(write=False)
@@ -120,7 +120,7 @@ class KnownIce:
         return self._features[direction]
 
     def of_stones(self, identifiers: Sequence[int]) -> Singles:
-        """What is told of single stones, (k, m) in the order of `stone_names`; 0 for usual ones."""
+        """Return features of stones, (k, m) in the order of `stone_names`; 0 for usual ones."""
         numbers = np.zeros((len(identifiers), self._numbers_of_a_stone), dtype=np.float32)
         if self._of_stones:
             for row, identifier in enumerate(identifiers):
@@ -129,7 +129,7 @@ class KnownIce:
         return numbers
 
     def wear(self, wear: Floats | None, direction: Direction) -> Singles:
-        """How bands of the ice have worn since the game began, in the order of `wear_names`.
+        """Return the wear of bands of the ice since the game began, in the order of `wear_names`.
 
         Parameters
         ----------
@@ -143,7 +143,7 @@ class KnownIce:
 
 
 def ice_features(ice: Ice, direction: Direction) -> Singles:
-    """What an agent is told of an ice, seen along a direction of play.
+    """Return the features of an ice that an agent observes, seen along a direction of play.
 
     Parameters
     ----------
@@ -160,7 +160,7 @@ def ice_features(ice: Ice, direction: Direction) -> Singles:
 
 
 def features_of_maps(ice: Ice, mu: Floats, effects: Floats, direction: Direction) -> Singles:
-    """What agents are told of many ices, (n, m) as `ice_features`.
+    """Return the features of many ices, (n, m) as `ice_features`.
 
     Parameters
     ----------
@@ -198,7 +198,7 @@ def _band_weights(sheet: Sheet, bilinear: bool, direction: Direction) -> Floats:
 
 
 def effect_numbers(ice: Ice, direction: Direction) -> Floats:
-    """The parameters of an ice's effects on the scales of their cards, before they are `told`."""
+    """Return the parameters of an ice's effects on the scales of their cards, before squashing."""
     numbers: list[float] = []
     for card in _cards(of_stones=False):
         effects = [effect for effect in ice.effects if effect.name == card.name]
@@ -227,7 +227,7 @@ def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction
 
 
 def _values(card: EffectCard, effect: ActiveEffect) -> Values:
-    """All parameters of an effect as agents are told them, those that its ice leaves out too."""
+    """Return all parameters of an effect as agents observe them, also those its ice leaves out."""
     names = (parameter.name for parameter in card.parameters)
     given = dict(zip(names, card.theta(effect.parameters), strict=True))
     for parameter in card.parameters:
@@ -255,7 +255,7 @@ def _stone_parameters() -> list[tuple[EffectCard, Parameter]]:
 
 
 def _own_numbers(ice: Ice) -> dict[int, Floats]:
-    """For each stone with effects of its own, its numbers in the order of `stone_names`."""
+    """Return, for each stone with its own effects, its numbers in the order of `stone_names`."""
     parameters = _stone_parameters()
     found: dict[int, Floats] = {}
     for card in _cards(of_stones=True):

@@ -1,8 +1,7 @@
 """Options of the environments as plain data: numbers, names, lists and mappings.
 
 So that a specification can be written as JSON or YAML, every option that is an object may be given
-as a mapping of its fields as well. Whatever is given wrongly is told in one line with what would be
-right.
+as a mapping of its fields as well. A wrong option is reported in one line, with what was expected.
 """
 
 from __future__ import annotations
@@ -121,7 +120,7 @@ def floats_from(wanted: str, given: Any) -> Floats:
 
 
 def is_whole_number(value: Any) -> bool:
-    """Whether a value is a whole number of Python or NumPy; True and False are none."""
+    """Return whether a value is a whole number of Python or NumPy; True and False are not."""
     return isinstance(value, int | np.integer) and not isinstance(value, bool)
 
 
@@ -158,7 +157,7 @@ def skill_from(name: str, given: Any) -> Skill:
 
 
 def delivery_from(given: Any) -> Delivery:
-    """Where throws begin: a name, a `Delivery`, or a mapping of its fields."""
+    """Return where throws begin, from a name, a `Delivery`, or a mapping of its fields."""
     if isinstance(given, Mapping):
         return dataclass_from(Delivery, "delivery", given)
     return delivery_named(given)
@@ -181,11 +180,11 @@ def rules_from(given: Any, ends: int | None = None) -> RuleSet:
 
 
 EVOLUTIONS = {"none": NO_EVOLUTION, "typical": TYPICAL_EVOLUTION}
-"""How ice changes during a game, by name."""
+"""Changes of ice during a game, by name."""
 
 
 def evolution_from(given: Any) -> IceEvolution:
-    """How the ice changes: a name, an `IceEvolution`, or a mapping of its fields."""
+    """Return how the ice changes, from a name, an `IceEvolution`, or a mapping of its fields."""
     if isinstance(given, str):
         if given not in EVOLUTIONS:
             raise InputError(

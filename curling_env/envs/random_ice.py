@@ -23,7 +23,7 @@ from curling_env.sheet import Direction
 from curling_env.typing import Floats, Singles
 
 KNOWLEDGE = ("map", "mean", "nothing")
-"""What an agent may know of an ice: its estimated map, only the mean of that map, or nothing."""
+"""Knowledge of an ice: its estimated map, only the mean of that map, or nothing."""
 
 
 class DrawnIces(NamedTuple):
@@ -47,7 +47,7 @@ class DrawnIces(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class RandomIces:
-    """Ices like a base ice, each with friction of its own.
+    """Ices like a base ice, each with its own friction.
 
     Parameters
     ----------
@@ -137,7 +137,7 @@ class RandomIces:
         return DrawnIces(ices, estimated, self.error)
 
     def features(self, drawn: DrawnIces, direction: Direction) -> Singles:
-        """What agents know of ices, (n, m); see `KnownIce.features`."""
+        """Return the features of ices as agents know them, (n, m); see `KnownIce.features`."""
         known_mu = drawn.estimated
         if self.knows == "nothing":
             known = ice_features(self.family.base, direction)
@@ -160,7 +160,7 @@ class RandomIces:
 
     @cached_property
     def family(self) -> IceFamily:
-        """What the ices have in common: all but the map and the strength of the curl."""
+        """Common part of the ices: all but the map and the strength of the curl."""
         return IceFamily(load_ice(self.base), "curl")
 
     @cached_property

@@ -33,7 +33,7 @@ HELD = FPS
 class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
     """Films whole episodes into ``FOLDER/PREFIX-episode-N.mp4``, throw by throw.
 
-    A film appears under its name when its episode is over, begins anew or is closed.
+    A film appears under its name when its episode is over, begins again or is closed.
 
     Parameters
     ----------
@@ -115,7 +115,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
 
 def _now_and_then(episode: int) -> bool:
-    """Whether an episode is filmed by default."""
+    """Return whether an episode is filmed by default."""
     return round(episode ** (1 / 3)) ** 3 == episode if episode < 1000 else episode % 1000 == 0
 
 

@@ -1,4 +1,4 @@
-"""How Gymnasium finds the environments by their names."""
+"""Registration of the environments with Gymnasium, by their names."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How environments are shown: render modes, pictures, films since the last call, a window."""
+"""Display of environments: render modes, pictures, films since the last call, a window."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ RENDER_MODES = ("rgb_array", "rgb_array_list", "human")
 FPS = 30
 """Pictures a second of films and windows."""
 FILM_SPEED = 4.0
-"""How many times faster than it happened a film shows a throw, unless asked otherwise."""
+"""Default factor by which a film shows a throw faster than it happened."""
 
 Clip = TypeVar("Clip")
 """A throw with the positions before and after it, or a position alone."""
@@ -36,7 +36,7 @@ class ClipRenderer(ABC, Generic[Clip]):
     title: str
     """Title of the window."""
     window_speed: float
-    """How many times faster than it happened a window shows a throw."""
+    """Factor by which a window shows a throw faster than it happened."""
 
     def __init__(self) -> None:
         self._ice: Ice | None = None
@@ -51,7 +51,7 @@ class ClipRenderer(ABC, Generic[Clip]):
         """A throw as a film, `speed` times as fast as it happened."""
 
     def sheet(self, ice: Ice, direction: Direction) -> SheetRenderer:
-        """What draws an ice as played to an end; the empty sheet is painted once for each."""
+        """Return the renderer of an ice as played to an end; it paints the sheet only once."""
         if ice is not self._ice:
             self._ice, self._sheets = ice, {}
         if direction not in self._sheets:

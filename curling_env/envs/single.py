@@ -125,7 +125,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
 
     @abstractmethod
     def _renderer(self) -> ClipRenderer[Any]:
-        """What draws the clips of this environment."""
+        """Return the renderer of the clips of this environment."""
 
     @abstractmethod
     def _clips(self) -> Sequence[Any]:

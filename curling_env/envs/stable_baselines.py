@@ -156,7 +156,7 @@ class CurlingVecEnv(VecEnv):
         return [result[i] if of_each else result for i in self._get_indices(indices)]
 
     def env_is_wrapped(self, wrapper_class: type, indices: EnvIndices = None) -> list[bool]:
-        """Whether a wrapper's work is done here: only that of `Monitor`."""
+        """Return whether a wrapper's work is done here: only that of `Monitor`."""
         return [issubclass(wrapper_class, Monitor) for _ in self._get_indices(indices)]
 
 

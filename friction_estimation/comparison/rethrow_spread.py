@@ -1,7 +1,7 @@
-"""How far off a prediction may be: what the ice and the measured release leave open of the rest.
+"""Uncertainty of a predicted rest, from the errors of the ice and of the measured release.
 
 A throw is repeated on ices that the standard errors of the ice allow. On each of them its release
-is fitted to the first seconds anew, to positions with new errors like those measured. So what one
+is fitted to the first seconds again, to positions with new errors like those measured. So what one
 part gets wrong and another makes good is not counted twice.
 """
 

@@ -64,7 +64,7 @@ def uniform_bound(
 
 @dataclass(frozen=True, kw_only=True)
 class ThrowResponse:
-    """What one throw with an unknown release can tell about the cells.
+    """Information of one throw with an unknown release about the cells.
 
     Parameters
     ----------
@@ -79,7 +79,7 @@ class ThrowResponse:
 
 
 def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> ThrowResponse:
-    """How the path of a straight throw responds to the friction of each cell.
+    """Return the response of a straight throw's path to the friction of each cell.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""How many throws of which kind a map of wanted detail needs, before any is made.
+"""Number and kinds of throws that a map of wanted detail needs, before any is made.
 
 Throws are chosen one by one, each time of the kind that leaves the least error over the ice that is
 played on (greedy A-optimal design), judged by the Cramér–Rao bound. The estimator comes within some
@@ -78,12 +78,12 @@ class Design:
 
     @property
     def reached(self) -> bool:
-        """Whether the throws reach the wanted precision."""
+        """True if the throws reach the wanted precision."""
         return self.error[-1] <= self.precision
 
     @property
     def counts(self) -> dict[ThrowKind, int]:
-        """How often each kind is thrown, the most frequent first."""
+        """Number of throws of each kind, the most frequent first."""
         each = {kind: self.kinds.count(kind) for kind in dict.fromkeys(self.kinds)}
         return dict(sorted(each.items(), key=lambda item: -item[1]))
 

@@ -14,7 +14,7 @@ from curling_env.typing import Floats, Indices
 
 
 class Informative(NamedTuple):
-    """What one throw tells.
+    """Information of one throw.
 
     Parameters
     ----------

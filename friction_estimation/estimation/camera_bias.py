@@ -1,4 +1,4 @@
-"""What a session says of a bias of its camera along the sheet, in words and numbers."""
+"""Bias of a session's camera along the sheet, in words and numbers."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class CameraBias:
 
     @property
     def found(self) -> bool:
-        """Whether the camera has a bias, which the ice was freed of."""
+        """True if the camera has a bias, of which the ice was freed."""
         return bool(len(self.nodes))
 
     @property

@@ -124,7 +124,7 @@ class Estimate:
 
     @property
     def remarks(self) -> list[str]:
-        """What the ice lacks, what of it is believed, and what the session could not show."""
+        """Remarks on effects: lacking in the ice, assumed, or not shown by the session."""
         said = what_is_lacking(self.ice)
         said += [belief_in_words(name) for name in believed_effects(self.ice)]
         remarks = [f"{words[0].upper()}{words[1:]}." for words in said]
@@ -213,7 +213,7 @@ class Estimate:
         return entry
 
     def place(self, slide: FreeSlide) -> int | None:
-        """Which throw of the fit a free slide is; None if it is none of them."""
+        """Return the index of a free slide's throw in the fit; None if it is not among them."""
         if self.fit is None:
             return None
         session, track = self.fit.session, slide.track

@@ -26,7 +26,7 @@ from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsCh
 
 @dataclass(frozen=True, kw_only=True)
 class Choices:
-    """What an estimate was asked for, so that an update asks for the same; as of `estimate_ice`."""
+    """Options of an estimate, kept so that an update uses the same; as of `estimate_ice`."""
 
     effects: EffectsChoice = "all"
     uniform: bool = False
@@ -37,12 +37,12 @@ class Choices:
 
 @dataclass(frozen=True, kw_only=True)
 class Evidence:
-    """What is behind an ice file.
+    """Evidence behind an ice file.
 
     Parameters
     ----------
     tracks : tracks that the ice was estimated from
-    choices : what was asked for
+    choices : options of the estimate
     """
 
     tracks: list[Trajectory]
@@ -64,7 +64,7 @@ class Evidence:
 
 
 def evidence_path(ice: str | Path) -> Path:
-    """Where the evidence of an ice file is kept."""
+    """Return the path of an ice file's evidence."""
     return Path(ice).with_name(fitted(Path(ice).stem, ".evidence.npz"))
 
 

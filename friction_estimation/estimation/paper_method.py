@@ -65,7 +65,7 @@ def average_cells(
     Parameters
     ----------
     slides : free slides of all throws
-    start : sheet and stone; its effects are left out of the result, this method knows none
+    start : sheet and stone; its effects are dropped from the result, this method knows none
     uniform : whether one μ is wanted instead of a map
     window : width of the windows in which a track is differentiated [s]
 

@@ -58,8 +58,8 @@ def estimate_ice(
 
     Parameters
     ----------
-    tracks : tracks of one session, in order of play; lead-in, rest and wild rows are found and left
-        out
+    tracks : tracks of one session, in order of play; lead-in, rest and wild rows are found and
+        dropped
     effects : ``all``, the map together with the effects; ``none``, the friction alone, the effects
         of `start` being known
     start : sheet and stone, and effects that are expected about their values; the paper's sheet by
@@ -157,7 +157,7 @@ def _estimate_by_gates(
 def _fit(
     model: Model, session: Session, camera_bias: CameraBiasChoice, *, uniform: bool = False
 ) -> tuple[SessionFit, RippleSearch | None]:
-    """The fit of a model, with the likeliest map and the bias of the camera, if it has one."""
+    """Fit a model, with the most likely map and the bias of the camera, if it has one."""
     fitted = fit_with_noise(model, session)
     if uniform:
         return fitted, None

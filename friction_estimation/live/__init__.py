@@ -3,7 +3,7 @@
 The path of a throw is known best when all of it has been seen, and on the ice there is half a
 minute until the next one. So nothing is tracked in a hurry: while one throw is recorded, the throw
 before it is tracked in another process, as any film is, and the ice is estimated there from all
-throws so far. A recording begins when something moves on the ice and ends when all has been still
+throws to date. A recording begins when something moves on the ice and ends when all has been still
 for some seconds. If the ice is never quiet between throws, the recording is cut into them as any
 long film is. Films without a thrown stone are reported and kept.
 """

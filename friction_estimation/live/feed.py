@@ -1,4 +1,4 @@
-"""What a camera or a stream sends: frames to look at, and the same frames encoded, for the film.
+"""Input of a camera or a stream: frames to look at, and the same frames encoded, for the film.
 
 The packets of a stream are kept as they came: encoding them again would cost time and blur what is
 to be measured. The frames of a camera are encoded at the finest step of MPEG-4, which does not
@@ -60,7 +60,7 @@ class Packet:
 
     @property
     def t(self) -> float:
-        """When its frame was taken, since the first one [s]."""
+        """Time at which its frame was taken, since the first one [s]."""
         return float(self.pts * self.unit)
 
 
@@ -222,8 +222,8 @@ def _decoded(packet: Any) -> list[Any]:
 class Webcam:
     """A camera of this computer.
 
-    Its frames have the times that its driver gives them, or else those of their arrival. A thread
-    of its own takes them, so that encoding one frame does not delay the time of the next.
+    Its frames have the times that its driver gives them, or else those of their arrival. A separate
+    thread takes them, so that encoding one frame does not delay the time of the next.
 
     Parameters
     ----------
@@ -245,7 +245,7 @@ class Webcam:
         self.fps = float(fps) if np.isfinite(fps) and 1 <= fps <= 1000 else DEFAULT_FPS
 
     def _take(self) -> tuple[float, float, Image] | None:
-        """When a frame arrived, when its driver says it was taken [s], and the frame; or None."""
+        """Take a frame: times of arrival and from its driver [s], and the frame; None if absent."""
         ok, frame = self._capture.read()
         if not ok:
             return None

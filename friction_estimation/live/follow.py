@@ -37,7 +37,7 @@ from friction_estimation.tracks.throw_table import throw_table
 
 @dataclass(frozen=True, kw_only=True)
 class TrackedClip:
-    """A throw in a recorded film, or why there is none.
+    """The throws of a recorded film, or the reason why it has none.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class TrackedClip:
 
 @dataclass(frozen=True, kw_only=True)
 class IceSoFar:
-    """What all throws so far say about the ice.
+    """Estimate of the ice from all throws to date.
 
     Parameters
     ----------
@@ -100,10 +100,10 @@ def follow_stream(
     scene : the camera's view of the sheet
     folder : folder that keeps the films
     throws : number of throws to wait for; None waits as long as the stream lasts
-    report : an existing folder for a page that shows the ice so far; with None there is no page,
+    report : an existing folder for a page that shows the current ice; with None there is no page,
         and only one number is estimated for the ice
     reload_seconds : time after which a browser loads that page again [s]
-    units : what the page tells lengths in
+    units : units of lengths on the page
     tracker : finds the stones in each film; another process must be able to import it
     on_frame : called after every frame with the number of films that wait to be tracked
 
@@ -136,7 +136,7 @@ def follow_stream(
 
 @dataclass(frozen=True, kw_only=True)
 class _Result:
-    """What tracking a film gave: its throws, and pictures of the last one for the page."""
+    """Result of tracking a film: its throws, and pictures of the last one for the page."""
 
     throws: tuple[TrackedFilm, ...]
     stills: tuple[Still, ...]
@@ -183,7 +183,7 @@ class _Analysis:
             self._films.append((clip, pending))
 
     def finished(self) -> Iterator[TrackedClip | IceSoFar]:
-        """What has been finished since the last call."""
+        """Yield the results finished since the last call."""
         while self._films and self._films[0][1].done():
             yield from self._next_clip()
         if self._estimate is not None and self._estimate.done():

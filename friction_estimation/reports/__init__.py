@@ -1,4 +1,4 @@
-"""What a person reads: figures and pages of an estimate, a comparison and a discovery."""
+"""Reports for people: figures and pages of an estimate, a comparison and a discovery."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
 

@@ -44,7 +44,7 @@ ACCELERATION_WINDOW = 3.0
 EVERY_NTH_ROW = 8
 """Rows from one such window to the next."""
 COMPONENT = {"along": 0, "left": 1, "turn": 2, "along the sheet": 0, "across the sheet": 1}
-"""Which of the accelerations along the travel, to its left and of the rotation a push changes."""
+"""Index of the acceleration that a push changes: along the travel, to its left, rotation."""
 LABELS = {
     "speed": "speed [m/s]",
     "y": "along the sheet, y [m]",
@@ -61,7 +61,7 @@ LABELS = {
 
 
 def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
-    """Where the throws held out ran and where they were forecast, as their throwers see it.
+    """Draw the measured and forecast paths of the held-out throws, as their throwers see them.
 
     Across the sheet it is drawn wider, so that a difference of a stone's width shows.
 
@@ -154,7 +154,7 @@ def _shown_over(label: str) -> str:
 
 
 def _pushes(label: str) -> tuple[Push, ...]:
-    """Where an effect pushes; nowhere if it is not known."""
+    """Return the pushes of an effect; empty if it is not known."""
     way = way_of(label)
     return way.pushes if way is not None else ()
 

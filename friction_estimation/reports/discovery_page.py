@@ -1,4 +1,4 @@
-"""The report of a discovery as one page: paths, names, sizes and doubts, then the evidence."""
+"""The report of a discovery as one page: paths, names, sizes, open questions, then evidence."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def write_report_page(
     throws: str = "",
     units: Units = Units.METRES,
 ) -> None:
-    """Write `report.html`: paths before and after, names, sizes and doubts, then the rest folded.
+    """Write `report.html`: paths before and after, names, sizes, questions, then the rest folded.
 
     Parameters
     ----------
@@ -169,7 +169,7 @@ def _effects(report: dict[str, Any]) -> str:
 
 
 def _open_questions(report: dict[str, Any]) -> list[str]:
-    """Doubts, remarks and proxies, and what no throws can show."""
+    """List uncertainties, remarks and proxies, and properties that no throws can show."""
     items = [*report["doubts"], *report["remarks"]]
     for effect in report["effects"]:
         proxies = ", ".join(readable(name) for name in effect["evidence"].get("proxies", []))

@@ -1,4 +1,4 @@
-"""What a friction means to a curler: the draw to the tee on even ice."""
+"""Friction in a curler's terms: the draw to the tee on even ice."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class DrawWeight(NamedTuple):
 
 
 def draw_weight(ice: Ice, mu: float) -> DrawWeight | None:
-    """What a draw to the tee takes on even ice.
+    """Return the weight of a draw to the tee on even ice.
 
     Parameters
     ----------
@@ -57,7 +57,7 @@ def draw_weight(ice: Ice, mu: float) -> DrawWeight | None:
 
 
 def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
-    """What one per cent less friction does to a draw to the tee.
+    """Return the effect of one per cent less friction on a draw to the tee.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ def worth_of_a_per_cent(ice: Ice, mu: float) -> tuple[float, float] | None:
 
 
 def curl_of_a_draw(ice: Ice, mu: float) -> float | None:
-    """How far a draw to the tee with a usual turn comes to rest beside its line of delivery [m].
+    """Return the curl of a draw to the tee with a usual turn, beside its line of delivery [m].
 
     Parameters
     ----------
@@ -102,13 +102,13 @@ def curl_of_a_draw(ice: Ice, mu: float) -> float | None:
 
 
 def draw_facts(ice: Ice, mu: float, units: Units = Units.METRES) -> list[tuple[str, str]]:
-    """What a friction means to a curler: numbers, and what each is; none where no draw rests.
+    """List facts about a friction for curlers: number and meaning; empty where no draw rests.
 
     Parameters
     ----------
     ice : sheet, stone and effects
     mu : friction of the even ice
-    units : what lengths are told in
+    units : units of displayed lengths
     """
     draw = draw_weight(ice, mu) if mu > 0 else None
     if draw is None:

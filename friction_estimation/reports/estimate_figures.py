@@ -41,7 +41,7 @@ def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -
     ----------
     found : the estimate
     folder : existing folder to write to
-    units : what lengths and speeds of a draw are told in
+    units : units of displayed lengths and of the speed of a draw
 
     Returns
     -------
@@ -221,7 +221,7 @@ def save_residuals(found: Estimate, path: Path) -> None:
 
 
 def paper_estimate(found: Estimate) -> Estimate:
-    """What the paper's method, differentiating and averaging, makes of the same throws."""
+    """Estimate by the paper's method, differentiating and averaging, from the same throws."""
     return estimate_by_paper(found.tracks, start=found.ice, uniform=found.uniform)
 
 

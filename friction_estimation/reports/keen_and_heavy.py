@@ -1,4 +1,4 @@
-"""The map as a curler would tell it: where it is keen, where heavy, where nobody has thrown."""
+"""The map in a curler's words: where it is keen, where heavy, where no one has thrown."""
 
 from __future__ import annotations
 
@@ -24,11 +24,11 @@ ACROSS = (
 )
 """Parts across it, from x to x, looking from the home end to the away end [m]."""
 NOTABLE = 0.01
-"""Difference of friction that is told, as a share: less moves a draw by under a foot."""
+"""Minimum difference of friction to report, as a share: less moves a draw by under a foot."""
 SIGMAS = 2.0
-"""Standard errors by which a difference must stand out to be told."""
+"""Minimum number of standard errors of a difference to report."""
 KNOWN_SHARE = 0.2
-"""Share of a part's cells that stones must have crossed for anything to be said of it."""
+"""Minimum share of a part's cells that stones have crossed, for any report on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,14 +53,14 @@ class Zone:
 
     @property
     def stands_out(self) -> bool:
-        """Whether it differs from the sheet by what a player feels, and clearly."""
+        """True if it differs from the sheet by what a player feels, and clearly."""
         if self.relative is None:
             return False
         return abs(self.relative) >= max(NOTABLE, SIGMAS * self.sigma)
 
     @property
     def words(self) -> str:
-        """What it is like, such as ``heavy, 2.1 % more friction``."""
+        """Description of it, such as ``heavy, 2.1 % more friction``."""
         if self.relative is None:
             return "nobody has thrown there"
         if not self.stands_out:
@@ -110,7 +110,7 @@ def zones(ice: Ice) -> list[Zone]:
 
 
 def in_a_sentence(ice: Ice) -> str:
-    """Where the sheet is keenest and heaviest, and how much of it nobody has thrown on."""
+    """Describe where the sheet is keenest and heaviest, and how much of it no one has thrown on."""
     parts = zones(ice)
     told = sorted((z for z in parts if z.stands_out), key=lambda z: z.relative or 0.0)
     keen = [z for z in told if (z.relative or 0.0) < 0][:2]

@@ -1,4 +1,4 @@
-"""What a discovery says is missing, for people at the rink, and what would settle it."""
+"""Missing effects found by a discovery, for people at the rink, and what would settle them."""
 
 from __future__ import annotations
 
@@ -53,7 +53,7 @@ class Missing:
     ----------
     title : what it is, such as ``the curl``
     words : by what it shows, and where
-    unsure : what it may be instead; empty where the throws leave no doubt
+    unsure : what it may be instead; empty where the throws show it clearly
     settled_by : the throw that would tell them apart; empty where none is known
     """
 
@@ -65,7 +65,7 @@ class Missing:
 
 @dataclass(frozen=True, kw_only=True)
 class Findings:
-    """What a discovery says to people at the rink.
+    """Findings of a discovery for people at the rink.
 
     Parameters
     ----------
@@ -83,7 +83,7 @@ class Findings:
 
 
 def findings(report: Mapping[str, Any]) -> Findings:
-    """What a discovery's report says, in plain words.
+    """Return the findings of a discovery's report, in plain words.
 
     Parameters
     ----------

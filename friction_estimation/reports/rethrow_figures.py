@@ -37,7 +37,7 @@ def save_comparison(
     comparison : of measured and predicted throws
     ice : that they were predicted with
     path : of the picture
-    units : what lengths are told in
+    units : units of displayed lengths
     """
     figure = new_figure(13, 7.2)
     grid = figure.add_gridspec(2, 2, height_ratios=(1.0, 1.9), width_ratios=(1, 1.25))

@@ -26,7 +26,7 @@ NOT_SEEN = "–"
 NO_COLUMNS: Mapping[str, Sequence[object]] = MappingProxyType({})
 
 Notes = Mapping[int, ThrowNote]
-"""What a coach noted of throws, by their numbers."""
+"""A coach's notes of throws, by their numbers."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -54,14 +54,14 @@ def throw_rows(
 ) -> ThrowRows:
     """The table of throws in words.
 
-    A column that no throw fills is left out.
+    A column that no throw fills is dropped.
 
     Parameters
     ----------
     throws : the measured throws
-    units : what lengths are told in
+    units : units of displayed lengths
     notes : what a coach noted of the throws
-    errors : whether line and curl are told with their standard errors
+    errors : whether line and curl are shown with their standard errors
     """
 
     def noted(name: str) -> list[str]:
@@ -107,7 +107,7 @@ def throws_section(
     Parameters
     ----------
     throws : the measured throws
-    units : what lengths are told in
+    units : units of displayed lengths
     notes : what a coach noted of the throws
     """
     told = throw_rows(throws, units, notes)
@@ -154,7 +154,7 @@ def write_measures(
     ----------
     path : file to write
     throws : the measured throws
-    notes : what a coach noted of the throws, as columns of their own
+    notes : what a coach noted of the throws, as separate columns
     others : more columns by name, a cell for each throw; None is an empty cell
     """
     rows = [one.as_dict() for one in throws]
@@ -205,13 +205,13 @@ def handle_of(one: ThrowMeasures) -> str:
 
 
 def rest_of(one: ThrowMeasures, units: Units = Units.METRES, *, short: bool = False) -> str:
-    """Where the stone came to rest: past or short of the tee line and beside the centre line.
+    """Describe the place of rest: past or short of the tee line, and beside the centre line.
 
     Parameters
     ----------
     one : the throw
-    units : what lengths are told in
-    short : whether to leave out past what, where that is said elsewhere
+    units : units of displayed lengths
+    short : whether to omit the name of the tee line, where it is shown elsewhere
     """
     if one.past is None or one.right is None or one.from_tee is None:
         return NOT_SEEN
@@ -229,7 +229,7 @@ def rest_of(one: ThrowMeasures, units: Units = Units.METRES, *, short: bool = Fa
 
 
 def throw_in_words(one: ThrowMeasures, units: Units = Units.METRES) -> str:
-    """What a throw was, in a sentence; empty where nothing of it was seen."""
+    """Describe a throw in a sentence; empty where nothing of it was seen."""
     parts: list[str] = []
     if one.back_to_hog is not None:
         parts.append(f"split {_seconds(one.back_to_hog)}")
@@ -247,7 +247,7 @@ def throw_in_words(one: ThrowMeasures, units: Units = Units.METRES) -> str:
 
 
 def curl_in_words(throws: Sequence[ThrowMeasures], units: Units = Units.METRES) -> list[str]:
-    """How far draws curl, by handle; empty where no draw came to rest near the house."""
+    """Describe the curl of draws, by handle; empty where no draw came to rest near the house."""
     sentences: list[str] = []
     parts: list[str] = []
     for sign, name in ((-1, "in-turn"), (1, "out-turn")):
@@ -275,7 +275,7 @@ def curl_in_words(throws: Sequence[ThrowMeasures], units: Units = Units.METRES) 
 
 
 def _errors(throws: Sequence[ThrowMeasures]) -> str:
-    """How well the numbers are known, in one sentence; empty where nothing says it."""
+    """Describe the precision of the numbers in one sentence; empty where it is unknown."""
     parts: list[str] = []
     for name, field in (("hog to hog", "hog_to_hog"), ("back line to hog", "back_to_hog")):
         sigmas = [
@@ -292,7 +292,7 @@ def _errors(throws: Sequence[ThrowMeasures]) -> str:
 def _seconds(value: Measured | None) -> str:
     if value is None:
         return NOT_SEEN
-    # A time known to less than a hundredth is not told to one.
+    # A time known to less than a hundredth is not shown to one.
     digits = 2 if value.sigma is None or value.sigma < 0.02 else 1
     return f"{value.value:.{digits}f} s"
 

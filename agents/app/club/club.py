@@ -94,7 +94,7 @@ class Club:
         return self.path(str(path)).relative_to(self.folder).as_posix()
 
     def folder_of(self, session: Session) -> Path:
-        """Where the files of a session lie: `tracks.csv`, `throws.csv`, `ice.json`, and others."""
+        """Return the folder of a session: `tracks.csv`, `throws.csv`, `ice.json`, and others."""
         return self.path(session.folder)
 
     def tracks_of(self, session: Session) -> Path:
@@ -202,7 +202,7 @@ class Club:
     # --- what is added ---------------------------------------------------------------------------
 
     def add_session(self, name: str, day: str, sheet: str, camera: Camera | None) -> Session:
-        """A new session with a folder of its own.
+        """Add a session with its own folder.
 
         Raises
         ------
@@ -232,7 +232,7 @@ def added(connection: sqlite3.Connection, table: str, **values: object) -> int:
 
 
 def named(text: str, what: str) -> str:
-    """A name that somebody typed, in one line.
+    """Return a name that a user typed, in one line.
 
     Raises
     ------
@@ -245,7 +245,7 @@ def named(text: str, what: str) -> str:
 
 
 def digest_of_file(path: Path) -> str:
-    """A digest of a file's content; empty where there is none."""
+    """Return a digest of a file's content; empty without the file."""
     try:
         return _digest(path, path.stat().st_mtime_ns)
     except OSError:

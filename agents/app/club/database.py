@@ -91,7 +91,7 @@ class Database:
             raise InputError("is the database of another program", source=self.path)
 
     def _bring_up_to_date(self, connection: sqlite3.Connection) -> None:
-        """Each version's changes in a transaction of their own."""
+        """Apply each version's changes in a separate transaction."""
         connection.execute(f"pragma application_id = {APPLICATION_ID}")
         connection.execute("begin immediate")
         try:
@@ -123,5 +123,5 @@ def rows_of(
 def row_of(
     connection: sqlite3.Connection, form: type[Row], query: str, given: Sequence[Any] = ()
 ) -> Row | None:
-    """The first row that a query gives; None where there is none."""
+    """Return the first row that a query gives; None without rows."""
     return next(iter(rows_of(connection, form, query, given)), None)

@@ -1,4 +1,4 @@
-"""Which of a club's sessions have an ice, and whose ice a team knew before a session."""
+"""Sessions of a club that have an ice, and the ice that a team knew before a session."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from agents.app.club.club import Club
 from agents.app.club.records import Session
 
 MOST_SESSIONS = 12
-"""Sessions, the latest, from which an athlete's errors are told."""
+"""Maximum number of sessions, the latest, from which an athlete's errors are computed."""
 
 
 def earlier_sessions(club: Club, session: Session) -> list[Session]:
@@ -26,7 +26,7 @@ def believed_ice(club: Club, session: Session) -> Session | None:
 
 
 def has_causes(club: Club, session: Session) -> bool:
-    """Whether a session has what misses are told from: tracks and an ice."""
+    """Return whether a session has the data that explain misses: tracks and an ice."""
     return club.tracks_of(session).exists() and club.ice_of(session).exists()
 
 

@@ -14,7 +14,7 @@ class Hand(StrEnum):
 
 
 class State(StrEnum):
-    """How far long work is."""
+    """State of long work."""
 
     WAITING = "waiting"
     RUNNING = "running"
@@ -25,7 +25,7 @@ class State(StrEnum):
 
 @dataclass(frozen=True, kw_only=True)
 class Athlete:
-    """Somebody who throws."""
+    """A person who throws."""
 
     id: int
     name: str
@@ -95,8 +95,8 @@ class Film:
     file : where it lies, from the club folder
     size : in bytes, of which `received` have come
     state : how far tracking is
-    said : what tracking has to say of it: why it could not be tracked, or that the camera moved
-    clock : when it began, since the session began [s]; None where nobody knows: right after the
+    said : remark of tracking: why it could not be tracked, or that the camera moved
+    clock : when it began, since the session began [s]; None if unknown: right after the
         film before it
     camera_id : the camera as it stood in this film, where it was moved; None: the session's
     marks : digest of the marks that it was tracked with; None if that was not noted
@@ -118,7 +118,7 @@ class Film:
 
     @property
     def is_whole(self) -> bool:
-        """Whether all of it has come."""
+        """True if all of it has come."""
         return self.received >= self.size
 
 
@@ -194,9 +194,9 @@ class Job:
     kind : what is done, a name of `work.kinds`
     share : how much of it is done, 0 to 1
     says : what it does just now, in words
-    left : how long it still takes [s]; None while nobody can tell
+    left : estimated time until it ends [s]; None while unknown
     problem : why it failed, in words
-    given : what it was given besides the session, such as the address of a camera
+    given : its argument in addition to the session, such as the address of a camera
     """
 
     id: int

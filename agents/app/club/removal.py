@@ -127,7 +127,7 @@ def _delete_files(club: Club, session: Session, film: Film) -> None:
 
 
 def _own_file(club: Club, session: Session, film: Film) -> Iterator[Path]:
-    """The file of a film in its session's folder; one that somebody put elsewhere is theirs."""
+    """Yield the file of a film in its session's folder; a file elsewhere belongs to the user."""
     path = club.path(film.file)
     if path.is_relative_to(club.folder_of(session)):
         yield path

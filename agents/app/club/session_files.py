@@ -99,7 +99,7 @@ def save_part(club: Club, session: Session, film: Film | None, part: Part) -> No
 
 
 def load_part(path: Path) -> Part | None:
-    """The part kept of a film; None if there is none."""
+    """Load the part kept of a film; None if absent."""
     if not path.exists():
         return None
     tracks = read_tracks(path)

@@ -78,7 +78,7 @@ def remove_target(club: Club, number: int) -> None:
 
 
 def with_places(called: str, targets: Sequence[Target]) -> str:
-    """What was called, with places for the names of targets, as `read_call` reads it."""
+    """Return a call with places for the names of targets, as `read_call` reads it."""
     for one in sorted(targets, key=lambda target: -len(target.name)):
         right, past = to_delivery(np.array([one.x, one.y]), Direction.AWAY)
         pattern = re.compile(rf"(?<![\w-]){re.escape(one.name)}(?![\w-])", re.IGNORECASE)

@@ -128,7 +128,7 @@ def _picture(one: AthleteErrors, slope: float | None, reach: tuple[float, float]
 def _over_sessions(
     club: Club, name: str, sessions: list[Session], slope: float | None
 ) -> list[dict[str, Any]]:
-    """The spread of somebody's weight and line in each session, the latest first."""
+    """Return the spread of an athlete's weight and line in each session, the latest first."""
     if len(sessions) < 2:
         return []
     rows: list[dict[str, Any]] = []

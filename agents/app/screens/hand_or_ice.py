@@ -44,7 +44,7 @@ SMALL = 0.05
 
 
 def show(request: Request) -> Response:
-    """Why the throws of a session missed; the latest session without a number.
+    """Show why the throws of a session missed; the latest session without a number.
 
     `?believed=NUMBER` says whose ice the team planned with (0: not known), `?athlete=NAME`
     whose throws are shown, and `?throw=NUMBER` which of them is drawn.
@@ -138,7 +138,7 @@ def _share(share: Measured) -> str:
 
 
 def _words(right: Measured, past: Measured) -> str:
-    """Where a part points, with its 95 % interval; empty where it is small."""
+    """Return the direction and size of a part, with its 95 % interval; empty where it is small."""
     told: list[str] = []
     for one, words in ((past, "past"), (right, "right")):
         if abs(one.value) < SMALL:

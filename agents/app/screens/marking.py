@@ -24,7 +24,7 @@ from friction_estimation.camera.scene import Scene, load_scene, save_scene
 
 
 def can_be_marked(club: Club, session: Session) -> bool:
-    """Whether the session has a camera, and a film that shows what it sees."""
+    """Return whether the session has a camera, and a film that shows what it sees."""
     return session.camera_id is not None and any(k.is_whole for k in club.films(session))
 
 

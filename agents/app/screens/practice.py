@@ -45,7 +45,7 @@ from friction_estimation.film.video import SUFFIXES
 SHEETS = {f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in OFFERED}
 """Sizes of the ice that a camera may see."""
 WORK = ("track", "estimate", "discover")
-"""What the page may ask for."""
+"""Kinds of work that the page may ask for."""
 LONGEST_LIST = 400
 """Letters of a list of numbers."""
 LONGEST_NOTE = 5000

@@ -48,7 +48,7 @@ async def delete(request: Request) -> Response:
 
 
 async def _named(request: Request) -> tuple[Kind, int, Session | None]:
-    """What a form names, and the session that its page was about."""
+    """Return the thing that a form names, and the session that its page was about."""
     form = await form_of(request)
     kind: Kind | None = next((one for one in KINDS if one == form.get("kind")), None)
     if kind is None:

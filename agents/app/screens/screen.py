@@ -1,4 +1,4 @@
-"""What a screen is: a word in the navigation, and the addresses it answers."""
+"""A screen: a word in the navigation, and the addresses it answers."""
 
 from __future__ import annotations
 

@@ -297,7 +297,7 @@ def _keep(club: Club, session: Session, throw: Throw, changed: Mapping[str, str]
 
 
 def _named_row(connection: sqlite3.Connection, table: str, name: str) -> int | None:
-    """The number of an athlete or a stone by name, added if there is none; None without a name."""
+    """Return the number of an athlete or a stone by name, added if new; None without a name."""
     if not name:
         return None
     name = named(name, "an athlete" if table == "athlete" else "a stone")

@@ -1,4 +1,4 @@
-"""What the pages of the sheet ask: JSON in, JSON out, on an ice and for a skill that are given.
+"""Endpoints of the sheet's pages: JSON in, JSON out, on an ice and for a skill that are given.
 
 - `forms`: what may be asked, checked
 - `runs`: a throw, and the paths of all stones that it moves

@@ -1,4 +1,4 @@
-"""Which ices and which hands there are to choose from, by the names that addresses have."""
+"""Ices and hands to choose from, by the names that addresses have."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ ATHLETE = "athlete:"
 """Before the number of an athlete whose measured hand is meant."""
 MOST_SESSIONS = 40
 REPORTS = (f"{DISCOVERY}/report.json", "report.json")
-"""Where a discovery's report lies in the folder of a session."""
+"""Places of a discovery's report in the folder of a session."""
 
 
 def ices_of(club: Club, first: Session | None = None) -> list[tuple[str, str, Ice]]:
@@ -60,7 +60,7 @@ def ice_named(club: Club, key: str) -> Ice:
 
     Raises
     ------
-    InputError : there is none
+    InputError : no ice has this key
     """
     if key in MADE_UP:
         return load_ice(key)
@@ -84,7 +84,7 @@ def skill_of(club: Club, key: str) -> Skill:
 
     Raises
     ------
-    InputError : there is none, or too few throws tell of it
+    InputError : no hand has this key, or it has too few throws
     ComingError : it is being worked out
     """
     if key in HANDS:
@@ -117,7 +117,7 @@ def _athlete_named(club: Club, key: str) -> str | None:
 
 
 def findings_of(club: Club, session: Session) -> Findings | None:
-    """What a discovery found in a session; None while there was none.
+    """Return the findings of a discovery in a session; None while there was none.
 
     Raises
     ------

@@ -1,4 +1,4 @@
-"""What the pages of the sheet may ask, as JSON; lengths in metres, sheet frame."""
+"""Requests of the sheet's pages, as JSON; lengths in metres, sheet frame."""
 
 from __future__ import annotations
 
@@ -155,7 +155,7 @@ class GameForm(Document):
 
 
 def asked(document: Any, form: type[Form]) -> Form:
-    """What a page asks, checked.
+    """Check a page's request and return it.
 
     Raises
     ------
@@ -191,7 +191,7 @@ def places_of(stones: list[StoneForm]) -> Floats:
 
 
 def own_of(stones: list[StoneForm]) -> Flags:
-    """Whether each stone is of the home team, which throws, (k,)."""
+    """Return which stones are of the home team, which throws, (k,)."""
     return np.array([stone.team == "home" for stone in stones], dtype=np.bool_)
 
 

@@ -28,7 +28,7 @@ FAULTS = {
 
 
 def played(ice: Ice, skills: tuple[Skill, Skill], form: GameForm) -> dict[str, Any]:
-    """The game so far, with the person's next throw and what the other player answers.
+    """Return the game up to now, with the person's next throw and the other player's answer.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def _play(
 
 
 def state_document(table: GameTable, state: GameState) -> dict[str, Any]:
-    """How a game stands, for its scoreboard; stones in the sheet frame."""
+    """Return the state of a game, for its scoreboard; stones in the sheet frame."""
     state = table.begun(state)
     game = state.game
     before = 0 if table.game.position is None else table.game.position.ends_before

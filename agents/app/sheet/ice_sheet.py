@@ -35,10 +35,10 @@ LANE_NAMES = (
     "right edge, 8-foot",
 )
 MOSTLY_SEEN = 0.7
-"""Share of a path over measured ice from which its numbers are told as measured."""
+"""Share of a path over measured ice from which its numbers are reported as measured."""
 
 SAME_WEIGHT = 0.05
-"""Change of the time between the hog lines that nobody feels [s]."""
+"""Change of the time between the hog lines that no one feels [s]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,7 +107,7 @@ def cells_document(ice: Ice) -> dict[str, Any]:
 
 
 def findings_document(found: Findings) -> dict[str, Any]:
-    """What a discovery says is missing."""
+    """Return the findings of a discovery, as the page shows them."""
     return {
         "verdict": found.verdict,
         "remarks": list(found.remarks),
@@ -233,7 +233,7 @@ def _compared(ice: Ice, centre: _Centre | None, other: EarlierIce) -> dict[str, 
 
 
 def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:
-    """How each cell's place in the map changed; None for sheets of other cells.
+    """Return the change at each cell of the map; None for sheets of other cells.
 
     A cell counts only where it changed by more than its errors and by what a player feels.
     """

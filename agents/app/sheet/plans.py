@@ -98,7 +98,7 @@ def _one(ice: Ice, found: Plan, one: PlannedThrow) -> dict[str, Any]:
 
 
 def _misses(found: Plan, one: PlannedThrow) -> dict[str, Any] | None:
-    """How far it is expected to miss: in all, by the hand alone and by the ice alone."""
+    """Return the expected miss: in all, by the hand alone and by the ice alone."""
     if found.objective.miss_means is None:
         return None
     nine = float(np.quantile(one.trials.miss, 0.9))

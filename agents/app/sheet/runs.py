@@ -53,7 +53,7 @@ def thrown(
 ) -> dict[str, Any]:
     """A throw without error among stones (k, 2), as the page draws it."""
     check_stones(ice, stones)
-    # With an identifier of its own, which is none of the stones that a session knew.
+    # With a separate identifier, which is none of the stones that a session knew.
     outcome = Engine(ice).play(
         throw.release(direction, stone=len(stones), sweep=sweep or (0.0, 0.0)),
         [StoneState(x=x, y=y, stone=k) for k, (x, y) in enumerate(stones.tolist())],
@@ -139,7 +139,7 @@ def _beside(metres: float) -> str:
 
 
 def _where(rest: Floats, direction: Direction) -> str:
-    """Where a stone rests, as the thrower sees it."""
+    """Return in words where a stone rests, as the thrower sees it."""
     across, along = to_delivery(rest, direction).tolist()
     if np.hypot(across, along) < 0.05:
         return " on the button"

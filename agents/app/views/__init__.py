@@ -1,1 +1,1 @@
-"""What screens show of sessions and throws, made ready for their templates."""
+"""Sessions and throws as screens show them, made ready for their templates."""

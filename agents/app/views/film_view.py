@@ -1,4 +1,4 @@
-"""What is shown of a throw beside its film: its path in the picture, and its speed."""
+"""View of a throw beside its film: its path in the picture, and its speed."""
 
 from __future__ import annotations
 

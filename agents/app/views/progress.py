@@ -1,4 +1,4 @@
-"""How far a session's films and its work are, for the page that watches."""
+"""Progress of a session's films and its work, for the page that watches."""
 
 from __future__ import annotations
 
@@ -116,7 +116,7 @@ def time_left(seconds: float) -> str:
 
 
 def in_words(sheet: ThrowSheet) -> str:
-    """What a throw was in a sentence, with the handle by the athlete's hand."""
+    """Describe a throw in a sentence, with the handle by the athlete's hand."""
     words = throw_in_words(sheet.measures)
     if sheet.handle is not None:
         words = re.sub("in-turn|out-turn", sheet.handle, words)

@@ -1,4 +1,4 @@
-"""A throw's numbers as people read them: each with its uncertainty, none where there is none."""
+"""A throw's numbers as people read them: each with its uncertainty, if it is known."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ COLUMNS = (
 )
 """Heads of the table, and what they mean."""
 NO_MORE = 2
-"""Decimals at most: nobody at a rink reads more."""
+"""Maximum number of decimals: no one at a rink reads more."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Told:
-    """A number as it is told.
+    """A number as it is shown.
 
     Parameters
     ----------

@@ -39,12 +39,12 @@ FOLDER = "coaching"
 
 
 class ComingError(CurlingError):
-    """What was asked for is being worked out.
+    """The requested result is being worked out.
 
     Parameters
     ----------
-    jobs : the work; one that has failed or was cancelled too, which is begun again only if somebody
-        asks for it
+    jobs : the work; also one that has failed or was cancelled, which is begun again only on
+        request
     """
 
     def __init__(self, jobs: list[Job]) -> None:
@@ -83,7 +83,7 @@ class Answer(NamedTuple):
 
 
 def causes_of(club: Club, session: Session, believed: Session | None) -> Answer | None:
-    """Why the throws of a session missed; None while it has no tracks or no ice.
+    """Return why the throws of a session missed; None while it has no tracks or no ice.
 
     Parameters
     ----------

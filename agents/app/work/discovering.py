@@ -1,4 +1,4 @@
-"""What the ice of a session lacks, found from its tracks."""
+"""Discovery of the effects that the ice of a session lacks, from its tracks."""
 
 from __future__ import annotations
 

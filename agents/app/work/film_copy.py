@@ -29,7 +29,7 @@ QUALITY = 24.0
 
 
 def copy_of(club: Club, film: Film) -> Path:
-    """Where the copy of a film lies, once there is one."""
+    """Return the path of a film's copy, whether or not it exists yet."""
     return club.path(f"{PLAYABLE}/film-{film.id}.mp4")
 
 

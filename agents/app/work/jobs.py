@@ -19,7 +19,7 @@ def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
     Parameters
     ----------
     kind : a name of `KINDS` in `work.kinds`
-    given : argument of the work, besides the session
+    given : argument of the work, in addition to the session
     """
     with club.database.writing() as connection:
         query = (
@@ -41,7 +41,7 @@ def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
 
 
 def running(club: Club, kind: str, session: Session) -> Job | None:
-    """Work of a kind on a session that has not ended; None if there is none."""
+    """Return work of a kind on a session that has not ended; None if there is no such work."""
     with club.database.reading() as connection:
         query = (
             "select * from job where kind = ? and session_id = ? "

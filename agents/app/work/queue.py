@@ -63,7 +63,7 @@ class WorkQueue:
         return submit(self.club, kind, session, given)
 
     def cancel(self, number: int) -> None:
-        """End work, or let it never begin; what it has written so far stays."""
+        """End work, or let it never begin; files that it has already written stay."""
         with self._lock:
             process = self._running.pop(number, None)
             if process is not None:
@@ -167,7 +167,7 @@ class WorkQueue:
 
 
 def _work(folder: Path, number: int) -> None:
-    """What the process of a job does."""
+    """Run a job in its process."""
     from curling_env.infrastructure.workers import begin_worker
 
     begin_worker()

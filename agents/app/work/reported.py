@@ -33,13 +33,13 @@ class Reported:
         self._wrote = time.monotonic()
         self._pieces, self._piece = 1, 0
         self._stage = (0.0, 0.0)
-        """When a stage began and the share done then."""
+        """Time at which a stage began, and the share done then."""
         self._share = -1.0
         self._ends: deque[tuple[float, float]] = deque()
         """Times of estimates and the ends that they gave."""
 
     def piece(self, number: int, count: int) -> None:
-        """What follows is a piece of the whole: shares count within it."""
+        """Begin a piece of the whole: following shares count within it."""
         self._piece, self._pieces = number, max(count, 1)
 
     def __call__(self, what: str, done: float, total: float = 1.0, /) -> None:

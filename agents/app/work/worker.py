@@ -1,4 +1,4 @@
-"""A job in a process of its own, and its result in the database."""
+"""A job in a separate process, and its result in the database."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def do_job(folder: Path, number: int) -> None:
         do(job.kind, club, session, Reported(club, number), job.given)
     except CurlingError as error:
         problem = str(error)
-    except Exception as error:  # a mistake of the program is reported, not retried
+    except Exception as error:  # an internal error is reported, not retried
         problem = f"a mistake of this program: {type(error).__name__}: {str(error)[:200]}"
     state, share = ("done", 1.0) if problem is None else ("failed", 0.0)
     with club.database.writing() as connection:

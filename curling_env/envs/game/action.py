@@ -1,4 +1,4 @@
-"""How actions, numbers in [-1, 1], stand for calls: throws, sweeping, decisions."""
+"""Conversion of actions, numbers in [-1, 1], to calls: throws, sweeping, decisions."""
 
 from __future__ import annotations
 
@@ -57,15 +57,15 @@ class FollowsDecisions(Player):
         raise AssertionError("a player that follows decisions is not asked for throws")
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
-        """As decided."""
+        """Return the given decision."""
         return self._decisions.put_back
 
     def power_play(self, view: PlayerView) -> Side | None:
-        """As decided."""
+        """Return the given decision."""
         return self._decisions.power_play
 
     def throws_first(self, view: PlayerView) -> bool:
-        """As decided."""
+        """Return the given decision."""
         return self._decisions.throw_first
 
 

@@ -115,9 +115,9 @@ class Lying(NamedTuple):
 
     Parameters
     ----------
-    places : (n, k, 2) sheet frame, NaN where there is none [m]
+    places : (n, k, 2) sheet frame, NaN for missing stones [m]
     names : (k,) identifier of each column's stone
-    order : (n, k) place of each stone among those of its end; -1 where there is none
+    order : (n, k) place of each stone among those of its end; -1 for missing stones
     """
 
     places: Floats
@@ -145,7 +145,7 @@ def lying_in(ends: Sequence[GameEnd]) -> Lying:
 def sweeps_of(
     simulator: GameSimulator, calls: Sequence[Call], thrown: Floats
 ) -> Sequence[SweepInterval]:
-    """When each delivery is swept.
+    """Return the interval in which each delivery is swept.
 
     Parameters
     ----------
@@ -223,7 +223,7 @@ def _whole(shot: PlayedShot) -> PlayedShot:
 
 
 def _parts_of(deliveries: Deliveries, row: int) -> dict[str, Any]:
-    """The fields of a `PlayedShot`, besides its team and ruling."""
+    """Return the fields of a `PlayedShot`, except its team and ruling."""
     end = deliveries.ends[row]
     x, speed, angle, spin = deliveries.thrown[row].tolist()
     return {

@@ -1,4 +1,4 @@
-"""What `CurlingEnd-v0` and the two-team game have in common: actions, rewards, masks, the ice."""
+"""Common parts of `CurlingEnd-v0` and the two-team game: actions, rewards, masks, the ice."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ class GameIce:
 
     @cached_property
     def field(self) -> Field:
-        """What plays the throws of many first ends together, on ice that does not wear."""
+        """Simulator of the throws of many first ends together, on ice that does not wear."""
         simulator = self.simulator
         evolution = simulator.ice_evolution
         return Field(ice_for_game(simulator.ice, evolution, 0, sweeping=simulator.sweeping))
@@ -113,7 +113,7 @@ class GameCore:
             "ice_evolution": evolution,
             "sweeping": is_swept,
             "delivery": delivery_from(delivery),
-            # As exact as many ends side by side, so that both play the same ends.
+            # The tolerance of ends that are simulated together, so that both play the same ends.
             "tolerance": QUICK_TOLERANCE,
         }
         self._observation: GameObservation | None = None
@@ -151,7 +151,7 @@ class GameCore:
         return self.action.action_of(call)
 
     def observation_of(self, view: PlayerView) -> Any:
-        """What a team observes that has this view, on the ice as it takes it."""
+        """Return the observation of a team that has this view, on the ice as it takes it."""
         seen = self._observation or self.usual.observation
         if view.ice is not seen.known.ice:
             self._observation = seen = seen.on(self.ices.known_as(view.ice))

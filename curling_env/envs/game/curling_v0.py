@@ -69,7 +69,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     delivery : where throws begin: "hog-line", "tee-line", "hack" (as in Digital Curling), a
         `Delivery` or its fields
     choices : "rule" (stones are put back after a tick, there are no power plays, the deciding
-        team keeps the hammer, nobody concedes) or "action" (part of the action, as decisions that
+        team keeps the hammer, no one concedes) or "action" (part of the action, as decisions that
         hold until a team's next delivery)
     actions : "throws", or "shots": the number of a shot of a list, see `shots`; `infos` then have
         an `action_mask`
@@ -124,12 +124,12 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     @property
     def simulator(self) -> GameSimulator:
-        """What plays the throws, on the ice of this game."""
+        """Simulator of the throws, on the ice of this game."""
         return (self.usual if self._match is None else self._match.ice).simulator
 
     @property
     def observation(self) -> GameObservation:
-        """What makes the observations, on the ice of this game as it is known."""
+        """Maker of the observations, on the ice of this game as it is known."""
         return (self.usual if self._match is None else self._match.ice).observation
 
     def observation_space(self, agent: str) -> spaces.Space[Any]:
@@ -211,7 +211,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
         self._accumulate_rewards()
 
     def observe(self, agent: str) -> Any:
-        """What a team observes; where actions are shots, with its `action_mask`."""
+        """Return the observation of a team; where actions are shots, with its `action_mask`."""
         return self.observed(self._game, TEAMS[agent])
 
     def render(self) -> Any:

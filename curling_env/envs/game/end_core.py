@@ -46,7 +46,7 @@ from curling_env.typing import Flags, Floats, Indices
 Hammer = Literal["own", "opponent", "random"]
 HAMMERS = ("own", "opponent", "random")
 RESET_OPTIONS = ("hammer", "power_play", "state", "ice", "known_ice")
-"""What `reset` may be asked for in its `options`."""
+"""Names of the `options` of `reset`."""
 AGENT = Team.HOME
 """The agent plays the home team's stones."""
 
@@ -96,7 +96,7 @@ class End(NamedTuple):
 
     @property
     def view(self) -> PlayerView:
-        """What the agent knows of the end."""
+        """The end as the agent knows it."""
         return self.ice.simulator.view(self.state, AGENT)
 
 
@@ -130,7 +130,7 @@ class Asked(NamedTuple):
 
     Parameters
     ----------
-    hammer : who delivers last
+    hammer : the team that delivers last
     power_play : side of the agent's power play
     states : for each end a state to go on from; None to begin new ones
     ice : the ice, and what is to be known of it
@@ -189,7 +189,7 @@ class EndCore(GameCore, Core[Ends]):
         """The players that the agent may meet, to which more may be appended."""
         self._hammer: Hammer = one_of("hammer", hammer, HAMMERS)
         self.player: DeliveryPlayer = PlayOneByOne(paths=render_mode is not None)
-        """What simulates the deliveries."""
+        """Simulator of the deliveries."""
         # The view, which follows after `GameCore` in the order of the classes.
         super(GameCore, self).__init__(self.usual.observation.space, self.action.space, render_mode)
 
@@ -201,7 +201,7 @@ class EndCore(GameCore, Core[Ends]):
         return (End(self.usual, self.opponents[0], state),) * count
 
     def asked(self, options: Any, count: int) -> Asked:
-        """What a reset asks for.
+        """Read the options of a reset.
 
         Raises
         ------
@@ -357,7 +357,7 @@ class EndCore(GameCore, Core[Ends]):
     # --- what is seen ---------------------------------------------------------------------------
 
     def observed(self, episodes: Ends) -> Any:
-        """What the agent observes of all ends."""
+        """Return the agent's observations of all ends."""
         alike: dict[int, list[int]] = {}
         for i, end in enumerate(episodes):
             alike.setdefault(id(end.ice.observation), []).append(i)

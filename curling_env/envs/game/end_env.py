@@ -26,7 +26,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     opponent : a player's name, ``module:Class``, the file of a trained model, a `Player`, a policy
         (a function of observations, or something with `predict`), or a list of such, of which every
         episode draws one; `opponents` is that list, to which past selves may be appended
-    hammer : who delivers last: "own", "opponent" or "random"
+    hammer : the team that delivers last: "own", "opponent" or "random"
     rules : a set of rules, its name, or a mapping of a name and what differs
     skill : execution error of the agent: a name, a `Skill` or its fields; "none" for none
     opponent_skill : execution error of the opponent; by default the agent's
@@ -55,7 +55,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     -----
     ``reset(options=…)`` takes `hammer`, `ice` and `known_ice` for one end, and in mixed doubles
     `power_play`, "left" or "right", for an end in which the agent decides (with `hammer`
-    "random" it is left out where the opponent does); or `state`, a `GameState` to go on from.
+    "random" it is ignored where the opponent does); or `state`, a `GameState` to go on from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
     without copying. The same state and action always have the same outcome, including the
@@ -70,12 +70,12 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
 
     @property
     def simulator(self) -> GameSimulator:
-        """What plays the throws, on the ice of this end."""
+        """Simulator of the throws, on the ice of this end."""
         return self._episodes[0].ice.simulator
 
     @property
     def observation(self) -> GameObservation:
-        """What makes the observations, on the ice of this end as it is known."""
+        """Maker of the observations, on the ice of this end as it is known."""
         return self._episodes[0].ice.observation
 
     @property

@@ -226,7 +226,7 @@ class MatchCore(GameCore):
     # --- what is seen ---------------------------------------------------------------------------
 
     def observed(self, match: Match, team: Team) -> Any:
-        """What a team observes; where actions are shots, with its `action_mask`."""
+        """Return the observation of a team; where actions are shots, with its `action_mask`."""
         seen = match.ice.observation.observe([match.state], team, match.end_played_to)
         observation = row_of(seen, 0)
         if not self.has_masks:

@@ -1,4 +1,4 @@
-"""What a team sees before it delivers: a flat vector, a dictionary, or planes seen from above.
+"""Observation of a team before it delivers: a flat vector, a dictionary, or planes from above.
 
 Everything is in the delivery frame and from the point of view of the observing team: its own stones
 come first, and hammer and lead are its own. So what is learnt towards one end, or as one team,
@@ -46,7 +46,7 @@ CONTEXT = (
     "clock",
     "throws",
 )
-"""The numbers besides those of stones and ice, each within ±1."""
+"""The numbers that are not about stones or ice, each within ±1."""
 LEAD_SCALE = 8.0
 """The lead that counts as 1 [points]."""
 CLOCK_SCALE = 3.0 * 3600.0
@@ -71,7 +71,7 @@ class GameObservation:
     ----------
     kind : ``flat`` (a vector), ``dict`` (context, ice and stones apart) or ``planes`` (stones and
         ice from above, and the numbers of context and ice)
-    known : the ice as the team is told of it
+    known : the ice as the team knows it
     lines : lines of the sheet
 
     Raises
@@ -101,7 +101,7 @@ class GameObservation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What each number of a flat observation is."""
+        """Names of the numbers of a flat observation, in order."""
         return (
             *CONTEXT,
             *_ice_names(),
@@ -206,7 +206,7 @@ class GameObservation:
 
 
 def _ice_names() -> tuple[str, ...]:
-    """What is told of the ice: as it was, as it has worn, and of each stone."""
+    """Return the names of the ice features: initial ice, wear, per-stone factors."""
     each = (f"{stone} {what}" for stone in STONES for what in stone_names())
     return (*ice_names(), *wear_names(), *each)
 
@@ -238,5 +238,5 @@ def _context(state: GameState, team: Team) -> list[float]:
 
 
 def _pressed(value: float) -> float:
-    """A number that is not negative as `told` tells it."""
+    """Scale a non-negative number as `told` does."""
     return value if value <= LINEAR else 1.0 - LINEAR**2 / value

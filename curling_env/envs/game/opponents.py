@@ -1,4 +1,4 @@
-"""Who plays against an agent: players by name or file, policies, or a pool of them.
+"""Opponents of an agent: players by name or file, policies, or a pool of them.
 
 A policy is whatever turns observations of the environment into actions: a function, or an object
 with `predict`, as those of stable-baselines3. As an opponent it sees and throws what the agent
@@ -96,11 +96,11 @@ class PolicyPlayer(Player):
         self._core = core
 
     def call(self, view: PlayerView) -> Call:
-        """What the policy's action means if it sees nothing but this position."""
+        """Return the call of the policy's action if it sees nothing but this position."""
         return self.answer(view, None)[0]
 
     def answer(self, view: PlayerView, memory: Any) -> tuple[Call, Any]:
-        """What the policy's action means, and its memory of the end after it."""
+        """Return the call of the policy's action, and its memory of the end after it."""
         core = self._core
         masks = partial(core.mask, view) if core.has_masks else None
         action, memory = self._policy.act(core.observation_of(view), memory, masks)

@@ -56,7 +56,7 @@ class Potential:
         return 0.0 if game.end is None else float(cast("PotentialFunction", self.of)(game, team))
 
     def rise(self, before: float, game: Game, team: Team) -> float:
-        """What is added to the reward: the discounted potential of a game less that of before."""
+        """Return the reward for a rise: the discounted potential of a game less that before."""
         return self.discount * self.value(game, team) - before
 
 

@@ -1,4 +1,4 @@
-"""How a game is shown: a picture of each delivery, or the delivery as it happens in a window."""
+"""Display of a game: a picture of each delivery, or the delivery as it happens in a window."""
 
 from __future__ import annotations
 
@@ -21,9 +21,9 @@ from curling_env.sheet import Direction
 from curling_env.typing import Floats, Image
 
 PLAYBACK_SPEED = 4.0
-"""How many times faster than it happened a window shows a delivery."""
+"""Factor by which a window shows a delivery faster than it happened."""
 RULED_FRAMES = FPS // 2
-"""How many pictures of a film show the stones as they lie after the ruling."""
+"""Number of pictures of a film that show the stones as they lie after the ruling."""
 FAULT_TEXT = {
     Fault.HOG_LINE: "hogged",
     Fault.FREE_GUARD_ZONE: "free guard zone: put back",
@@ -143,7 +143,7 @@ class GameRenderer(ClipRenderer[GameClip]):
 
 
 def clips_of(ice: Ice, states: Sequence[GameState], shots: Sequence[PlayedShot]) -> list[GameClip]:
-    """Deliveries as clips; where there are none, the position.
+    """Return deliveries as clips, or without deliveries the position.
 
     Parameters
     ----------

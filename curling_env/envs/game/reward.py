@@ -12,7 +12,7 @@ from curling_env.game.rules.teams import Team
 
 @dataclass(frozen=True, kw_only=True)
 class GameRewardParts:
-    """What a team earned since its last delivery, before weighting.
+    """Reward of a team since its last delivery, before weighting.
 
     Parameters
     ----------
@@ -44,12 +44,12 @@ class GameRewardParts:
 
 
 NOTHING = GameRewardParts()
-"""What most deliveries are worth."""
+"""Reward of most deliveries."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class GameRewardWeights:
-    """How much each part counts; see `GameRewardParts`.
+    """Weight of each part of the reward; see `GameRewardParts`.
 
     Raises
     ------
@@ -73,14 +73,14 @@ class GameRewardWeights:
 
 
 def concession_parts(conceded: Team, team: Team) -> GameRewardParts:
-    """What a concession is worth to a team."""
+    """Return the reward of a concession for a team."""
     return GameRewardParts(win=-1.0 if conceded is team else 1.0)
 
 
 def reward_parts(
     before: Game, after: Game, thrower: Team, ruling: Ruling, team: Team
 ) -> GameRewardParts:
-    """What one delivery is worth to a team.
+    """Return the reward of one delivery for a team.
 
     Parameters
     ----------

@@ -40,9 +40,9 @@ GUARDS = {
 WEIGHTS = {"control weight": 1.12, "board weight": BOARD_WEIGHT, "peel weight": PEEL_WEIGHT}
 """Weights of hits over that of a draw to the button."""
 SIDES = {"on the nose": 0.0, "on its left": -0.12, "on its right": 0.12}
-"""Where a stone is hit, right of its centre [m]."""
+"""Place at which a stone is hit, right of its centre [m]."""
 COVER = 1.6
-"""How far before a stone its guard lies [m]."""
+"""Distance of a guard before its stone [m]."""
 GAP = 0.02
 """Gap that a freeze leaves [m]."""
 
@@ -99,7 +99,7 @@ class ShotActions:
     sweeping = "scripted"
     size = 1
     names = tuple(shot.name for shot in SHOTS)
-    """What each action is."""
+    """Names of the actions, in order."""
 
     def __init__(self) -> None:
         self._aiming = _Aiming()

@@ -1,4 +1,4 @@
-"""How actions, numbers in [-1, 1], stand for throws."""
+"""Conversion of actions, numbers in [-1, 1], to throws."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class ThrowRange:
 
     Raises
     ------
-    InputError : a range that is empty or reversed, or holds throws that nobody makes
+    InputError : a range that is empty or reversed, or holds throws that no one makes
     """
 
     speed: tuple[float, float]

@@ -71,8 +71,9 @@ class Sheets(NamedTuple):
     of_stones : (n, slots + 1, k) what is known of each stone, and of none
     direction : (n,) the end played to, 1 (away) or -1 (home)
     target : (n, 2) where the next stone should end, delivery frame [m]
-    stones : (n, slots, 3) place and heading of the stones, sheet frame [m, rad]; NaN where there is
-        none. A stone keeps its slot, so that its identifier follows from the slot on every sheet
+    stones : (n, slots, 3) place and heading of the stones, sheet frame [m, rad]; NaN for
+        missing ones. A stone keeps its slot, so that its identifier follows from the slot on every
+        sheet
     played : (n,) number of throws in this episode
     clock : (n,) time since the episode began [s]
     """
@@ -126,7 +127,7 @@ class SheetCore(Core[Sheets]):
             raise InputError(f"an episode needs at least one throw, got {throws}")
         self.fps = number("fps", fps, above=0.0, most=1000.0)
         self.player: ThrowPlayer = PlayOneByOne(self.fps)
-        """What simulates the throws."""
+        """Simulator of the throws."""
         self.task = task_named(task)
         if self.task.has_target_stone and throws > 1:
             raise InputError(f"the task {self.task.name} has one throw an episode, got {throws}")
@@ -177,7 +178,7 @@ class SheetCore(Core[Sheets]):
 
     @property
     def ice_sigma(self) -> bool:
-        """Whether every episode has an ice that the standard errors of the ice allow."""
+        """True if every episode draws an ice by the standard errors of the given ice."""
         return self.ices.has_sigma
 
     @property
@@ -369,7 +370,7 @@ class SheetCore(Core[Sheets]):
         return thrown
 
     def _target_stones(self, stones: Floats, facing: Any) -> Floats:
-        """Where the task's target stones lie, (n, 2) delivery frame; NaN where there is none."""
+        """Return the places of the task's target stones, (n, 2) delivery frame; NaN if absent."""
         if not self.task.has_target_stone:
             return np.full((len(stones), 2), np.nan)
         return to_delivery(stones[:, 0, :2], facing)

@@ -23,7 +23,7 @@ from curling_env.errors import InputError
 
 @dataclass(frozen=True, kw_only=True)
 class Curriculum:
-    """When positions become harder, and when easier.
+    """Rule by which positions become harder or easier.
 
     Parameters
     ----------
@@ -53,7 +53,7 @@ class Curriculum:
 
 
 class CurriculumProgress:
-    """Where a learner stands in a curriculum.
+    """Progress of a learner through a curriculum.
 
     Parameters
     ----------

@@ -78,7 +78,7 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     @property
     def target(self) -> Floats:
-        """Where the delivered stone should go in this episode, (2,) delivery frame [m]."""
+        """Target of the delivered stone in this episode, (2,) delivery frame [m]."""
         return self._episodes.target[0].copy()
 
     @property
@@ -88,12 +88,12 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     @property
     def places(self) -> Floats:
-        """Where the stones lie, the task's target stone first, (k, 2) sheet frame [m]."""
+        """Places of the stones, the task's target stone first, (k, 2) sheet frame [m]."""
         places = self._episodes.stones[0, :, :2]
         return places[~np.isnan(places[:, 0])]
 
     def ice_features(self, direction: Direction) -> Singles:
-        """What the agent knows of the ice when it plays to an end; see `KnownIce.features`."""
+        """Return the ice features that the agent knows, towards an end; see `KnownIce.features`."""
         return self._episodes.surfaces[0].features(direction)
 
     # --- the parts -----------------------------------------------------------------------------

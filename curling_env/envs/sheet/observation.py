@@ -1,4 +1,4 @@
-"""What an agent of `CurlingSheet-v0` sees: the target, the stones, and what is known of the ice.
+"""Observation of `CurlingSheet-v0`: the target, the stones, and what is known of the ice.
 
 Everything is in the delivery frame and scaled to [-1, 1], so that what is learnt towards one end
 serves towards the other. `names` says what each number is.
@@ -37,7 +37,7 @@ class SheetObservation:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """What each number of the observation is."""
+        """Names of the numbers of the observation, in order."""
         return (
             "target x",
             "target y",
@@ -83,7 +83,7 @@ class SheetObservation:
         known : (..., m) what is known of the ice, from `KnownIce.features`
         next_stone : (..., b) what is known of the stone to be thrown, from `KnownIce.of_stones`;
             None for usual stones
-        stones : (..., k, 2) at most `slots` stones, delivery frame [m]; NaN where there is none
+        stones : (..., k, 2) at most `slots` stones, delivery frame [m]; NaN for missing ones
         own : (..., k) for each stone, whether it is the agent's
         of_stones : (..., k, b) what is known of each stone; None for usual stones
 

@@ -1,4 +1,4 @@
-"""What simulates the throws of `CurlingSheet-v0`: the engine one by one, or the batch together."""
+"""Simulators of the throws of `CurlingSheet-v0`: the engine one by one, or the batch together."""
 
 from __future__ import annotations
 
@@ -42,18 +42,18 @@ class Surface(Field):
         self.of_stones = _of_stones(known, identifiers)
         """(slots + 1, k) what is known of each stone, and of none."""
         self.field: Field = self
-        """What plays its throws; surfaces that share one are played together."""
+        """Simulator of its throws; surfaces that share one are played together."""
         self.place = 0
         """Index of its ice in the field."""
         self.stone_radius = ice.stone.radius
 
     def features(self, direction: Direction) -> Singles:
-        """What the agent knows of the ice when it plays to an end; see `KnownIce.features`."""
+        """Return the ice features that the agent knows, towards an end; see `KnownIce.features`."""
         return self.known.features(direction)
 
     @cached_property
     def engine(self) -> Engine:
-        """What plays single throws."""
+        """Simulator of single throws."""
         return Engine(self.ice, tolerance=QUICK_TOLERANCE)
 
 
@@ -71,7 +71,7 @@ class DrawnSurface(Surface):
         self.of_stones, self.stone_radius = field.of_stones, field.ice.stone.radius
 
     def features(self, direction: Direction) -> Singles:
-        """What the agent knows of the ice when it plays to an end."""
+        """Return the ice features that the agent knows, towards an end."""
         return self.drawn.features(direction)[self.place]
 
     @cached_property
@@ -103,7 +103,7 @@ class DrawnField(Field):
         self._features: dict[Direction, Singles] = {}
 
     def features(self, direction: Direction) -> Singles:
-        """What agents know of the ices, (n, m)."""
+        """Return the features of the ices that agents know, (n, m)."""
         if direction not in self._features:
             self._features[direction] = self.distribution.features(self.ices, direction)
         return self._features[direction]
@@ -130,7 +130,7 @@ class Throws(NamedTuple):
     ----------
     numbers : (n, 3) their speeds, angles and spins as they leave the hand [m/s, rad, rad/s]
     surfaces : the ice of each
-    stones : (n, k, 3) place and heading of the stones before, sheet frame; NaN where there is none
+    stones : (n, k, 3) place and heading of the stones before, sheet frame; NaN for missing ones
     identifiers : (k,) of these stones
     direction : (n,) the end played to, 1 or -1
     order : (n,) number of the throw in its episode

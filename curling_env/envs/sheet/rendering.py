@@ -1,4 +1,4 @@
-"""How `CurlingSheet-v0` is shown: pictures, films of the last throw, and a window."""
+"""Display of `CurlingSheet-v0`: pictures, films of the last throw, and a window."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ STATUS_TEXT = {
 
 @dataclass(frozen=True, kw_only=True)
 class Shown:
-    """What there is to show of an episode.
+    """State of an episode to be shown.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ class Shown:
 
         Parameters
         ----------
-        at_rest : whether all stones rest, so that it may be told what came of the throw
+        at_rest : whether all stones rest, so that the result of the throw may be shown
         """
         end = self.direction.name.lower()
         number = f"throw {self.throw_number} of {self.throws}" if self.throws > 1 else "throw"

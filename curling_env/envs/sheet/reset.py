@@ -1,4 +1,4 @@
-"""How an episode of `CurlingSheet-v0` begins: the end played to, the target, stones on the sheet.
+"""Start of an episode of `CurlingSheet-v0`: the end played to, the target, the stones.
 
 The options are read once, into the distribution from which every episode draws its initial state.
 """
@@ -31,7 +31,7 @@ FIRST_OWN_STONE = 100
 POSITION_OPTIONS = ("target", "stones", "direction", "level")
 """Options that decide how an episode begins."""
 RESET_OPTIONS = (*POSITION_OPTIONS, "ice", "known_ice")
-"""What `reset` may be asked for in its `options`."""
+"""Names of the `options` of `reset`."""
 
 # Where random stones lie, delivery frame: in the house and before it. These are choices.
 STONES_X = (-1.6, 1.6)
@@ -45,7 +45,7 @@ MAX_TRIES = 100
 
 
 class InitialState(NamedTuple):
-    """How one episode begins.
+    """Initial state of one episode.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ class ResetDistribution:
 
         Raises
         ------
-        InputError : there is no room for so many stones
+        InputError : there is no room for that number of stones
         """
         direction = self.direction
         if direction is None:

@@ -25,7 +25,7 @@ Values = float | Floats
 
 @dataclass(frozen=True, kw_only=True)
 class RewardParts:
-    """What a throw earned, before weighting.
+    """Reward of a throw, before weighting.
 
     Parameters
     ----------
@@ -56,9 +56,9 @@ PARTS = tuple(part.name for part in fields(RewardParts))
 
 @dataclass(frozen=True, kw_only=True)
 class RewardWeights:
-    """How much each part of the reward counts; see `RewardParts`.
+    """Weight of each part of the reward; see `RewardParts`.
 
-    The defaults are those of a draw. Every task has weights of its own, see `tasks`.
+    The defaults are those of a draw. Every task has its own weights, see `tasks`.
 
     Raises
     ------
@@ -85,7 +85,7 @@ class RewardWeights:
 
 @dataclass(frozen=True, kw_only=True)
 class Landing:
-    """Where a throw left the stones that its task is about.
+    """Places in which a throw left the stones that its task is about.
 
     Positions are in the delivery frame [m]. The leading dimensions (...) are those of the throws,
     none for a single throw.
@@ -115,17 +115,17 @@ class Landing:
 
     @property
     def in_house(self) -> Any:
-        """Whether the delivered stone stayed in play and touches the house, (...)."""
+        """True where the delivered stone stayed in play and touches the house, (...)."""
         return self.in_play & (_distance(self.stone, 0.0) <= HOUSE_RADIUS + self.stone_radius)
 
     @property
     def is_out(self) -> Any:
-        """Whether the target stone left play, (...); False where there was none."""
+        """True where the target stone left play, (...); False where there was none."""
         return np.isnan(self.target_stone[..., 0]) & ~np.isnan(self.target_stone_before[..., 0])
 
     @property
     def pushed(self) -> Any:
-        """How far the target stone was pushed, (...) [m]; NaN where it left play."""
+        """Distance that the target stone was pushed, (...) [m]; NaN where it left play."""
         return _distance(self.target_stone, self.target_stone_before)
 
     @property
@@ -141,7 +141,7 @@ def _distance(places: Any, others: Any) -> Any:
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
-    """What a throw is worth; each value is one number, or (...) for many throws.
+    """Evaluation of a throw; each value is one number, or (...) for many throws.
 
     Parameters
     ----------

@@ -1,10 +1,10 @@
-"""What a throw is asked to do: draw, guard, takeout, hit and stay, peel, freeze.
+"""Tasks of a throw: draw, guard, takeout, hit and stay, peel, freeze.
 
 A task says where its goal lies, whether a target stone lies there, when it counts as done, and how
 the parts of the reward are weighted. One formula serves a single throw and arrays of many throws.
 Positions are in the delivery frame.
 
-A task of your own is a class with the attributes and methods of `Task` that can be made without
+A custom task is a class with the attributes and methods of `Task` that can be made without
 arguments. Hand an object of it to the environment, name it as ``module:Class``, or declare it
 under the entry-point group `curling.tasks`.
 """
@@ -35,7 +35,7 @@ Shooter = Literal["any", "stays", "leaves"]
 
 @runtime_checkable
 class Task(Protocol):
-    """What a throw is asked to do."""
+    """The task of a throw."""
 
     @property
     def name(self) -> str:
@@ -44,7 +44,7 @@ class Task(Protocol):
 
     @property
     def has_target_stone(self) -> bool:
-        """Whether a stone lies on the goal, to be hit or frozen to. It is the sheet's first."""
+        """True if a stone lies on the goal, to be hit or frozen to. It is the sheet's first."""
         ...
 
     @property
@@ -68,11 +68,11 @@ class Task(Protocol):
         ...
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """Where the delivered stone should come to rest or hit, (2,) [m]."""
+        """Return the point at which the delivered stone should come to rest or hit, (2,) [m]."""
         ...
 
     def is_done(self, landing: Landing) -> Any:
-        """Whether the task was done, (...) for the throws (...) of `landing`."""
+        """Return whether the task was done, (...) for the throws (...) of `landing`."""
         ...
 
 
@@ -154,7 +154,7 @@ class TakeoutTask:
 
     Parameters
     ----------
-    shooter : what the delivered stone must do besides: ``any`` thing, ``stays`` in play, or
+    shooter : what the delivered stone must also do: ``any`` thing, ``stays`` in play, or
         ``leaves`` play too
     """
 
@@ -173,7 +173,7 @@ class TakeoutTask:
         return _in_disc(level * TARGET_STONE_SPREAD, u, v)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """Where the target stone lies."""
+        """Return the place of the target stone."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
