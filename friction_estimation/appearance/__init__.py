@@ -1,4 +1,4 @@
-"""What a stone looks like to a camera: its model, a fit in one frame, and learning its look.
+"""Appearance of a stone to a camera: its model, a fit in one frame, and learning its look.
 
 `model` is the shape of a stone, `painting` its picture, `fit` finds it in a frame and `occlusion`
 does so among other stones. `learning` finds from a film what no scene file says of a stone.

@@ -1,9 +1,9 @@
-"""Where looks that fit nearly as well place the stone: the likelihood along the line of sight.
+"""Places of the stone under looks that fit nearly as well: likelihood along the line of sight.
 
 A higher stone that is nearer to the camera looks almost like a lower one farther away, if its foot
 and its edges are a little different. From one best look alone this is not seen: far along that
 valley the shape changes otherwise than beside its bottom. So all crops are moved together along
-their lines of sight, and for each such step the likeliest shape is found anew.
+their lines of sight, and for each such step the most likely shape is found again.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from friction_estimation.appearance.tuning import (
 def sight_doubt(
     crops: Sequence[Crop], fit: ProfileFit, prior: ShapePrior, *, typical: bool
 ) -> ShapeDoubt:
-    """How far the stone may be misplaced by shapes that fit nearly as well.
+    """Return the misplacement of the stone by shapes that fit nearly as well.
 
     Parameters
     ----------
@@ -39,7 +39,7 @@ def sight_doubt(
     fit : of a look to them
     prior : what stones of its kind are like
     typical : whether the middle of the prior is a real stone's; if not, the mean over shapes is no
-        better than the likeliest one, and what others say counts as an error only
+        better than the most likely one, and what others say counts as an error only
     """
     doubt = shape_doubt(crops, fit)
     rise, sigma = likely_rise(crops, fit.look, prior)
@@ -90,5 +90,5 @@ def _raised(crop: Crop, rise: float) -> Crop:
 
 
 def _toward_camera(crop: Crop) -> Floats:
-    """How far the line of sight comes nearer to the camera per metre of height, (2,)."""
+    """Return the shift of the line of sight towards the camera per metre of height, (2,)."""
     return crop.window.ray_slope.mean(axis=0)

@@ -58,7 +58,7 @@ def handle_colour(picture: Image) -> Floats:
 
 
 def colour_name(colour: Floats) -> HandleColour:
-    """What people call a colour, (3,) BGR."""
+    """Name a colour, (3,) BGR, as people do."""
     pixel = np.asarray(colour, dtype=np.float32).reshape(1, 1, 3) / 255
     hue, saturation, value = (float(v) for v in cv2.cvtColor(pixel, cv2.COLOR_BGR2HSV)[0, 0])
     if saturation < MIN_SATURATION:

@@ -66,7 +66,7 @@ def crops_at(
     model: StoneModel,
     windows: Mapping[float, PixelWindow] | None = None,
 ) -> list[Crop]:
-    """Crops of those frames in which all of the stone is in the image.
+    """Return crops of those frames in which all of the stone is in the image.
 
     Parameters
     ----------
@@ -75,7 +75,7 @@ def crops_at(
     background_origin : column and row of its upper left pixel in the frame
     camera, model : what filmed, and the shape of the stone
     windows : the pixels of each crop by its time [s], where they are not to follow the camera;
-        moments that have none are left out
+        moments without any are skipped
     """
     found: list[Crop] = []
     u, v = background_origin
@@ -165,7 +165,7 @@ def trim(crop: Crop, look: Appearance) -> None:
 
 
 def coverage(crop: Crop, look: Appearance) -> Planes:
-    """How much of each pixel every part covers, see `painting.shares`."""
+    """Return the share of each pixel that every part covers, see `painting.shares`."""
     return shares(crop.window, look.model.shape(), crop.pose, with_handle=look.has_handle)
 
 
@@ -178,7 +178,7 @@ def composite(cover: Planes, behind: Floats, colours: Floats) -> Floats:
 
 
 def light_of_parts(cover: Planes, channel: int) -> Planes:
-    """How much each part's colour adds to a pixel of a channel, (n, 5)."""
+    """Return the contribution of each part's colour to the pixels of a channel, (n, 5)."""
     # Brightness is sharp, both colour differences are not.
     parts = cover[min(channel, 1), :, : len(PARTS)]
     if channel == 0:

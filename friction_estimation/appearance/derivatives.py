@@ -1,4 +1,4 @@
-"""How a crop's picture changes with a stone's shape, its colours and its pose."""
+"""Derivatives of a crop's picture by a stone's shape, its colours and its pose."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ KINDS = (
     (("light",), LIGHT),
     (("blur", "colour_blur"), BLUR),
 )
-"""What parameters with these prefixes change; all others change the body."""
+"""Parts that parameters with these prefixes change; all others change the body."""
 LENGTH_STEP, STEP = 2e-3, 0.05
 """Steps of parameters that are lengths [m], and of all others, for derivatives."""
 LONGEST_SPREAD = 0.1
@@ -114,7 +114,7 @@ def _steps(
 
     Parameters
     ----------
-    index, size : the parameters of the shape come first among so many
+    index, size : parameters of the shape, which come first, and number of all
     turned : whether the heading comes last
 
     Returns

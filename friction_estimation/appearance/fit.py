@@ -40,7 +40,7 @@ from friction_estimation.film.frame import Frame
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShapeDoubt:
-    """How far an error of a stone's learnt look misplaces the stone, alike in all frames.
+    """Misplacement of a stone by an error of its learnt look, alike in all frames.
 
     Parameters
     ----------
@@ -59,11 +59,11 @@ class ShapeDoubt:
         return self._along(self.sigma, xy)
 
     def shift_at(self, xy: Floats) -> Floats:
-        """What is to be added to places (n, 2) [m]."""
+        """Return the correction to add to places (n, 2) [m]."""
         return self._along(self.shift, xy)
 
     def mixed_with(self, other: ShapeDoubt, share: float) -> ShapeDoubt:
-        """The doubt where another look, which was fitted to the same crops, may be the right one.
+        """Return the uncertainty if another look, fitted to the same crops, may be the right one.
 
         Parameters
         ----------
@@ -120,7 +120,7 @@ class StoneFit:
     misfit : root mean square of the weighted residuals [standard deviations]
     visible : share of the stone's pixels that look like the stone, 0 to 1
     inside : share of the stone's outline that lies in the image, 0 to 1
-    hidden : share of the stone's pixels that were left out, because something else is there
+    hidden : share of the stone's pixels that were ignored, because something else is there
     """
 
     xy: Floats
@@ -193,7 +193,7 @@ def fit_stone(
     x, y, theta = np.asarray(start, dtype=np.float64).tolist()
     done = False
     for _ in range(MAX_PAINTINGS):
-        # The stone is painted once and its picture moved; after a long way it is painted anew.
+        # The stone is painted once and its picture moved; after a long way it is painted again.
         x0, y0, theta0 = x, y, theta
         light, turning = _painted_light(window, appearance, x0, y0, theta0)
         slow_at = (np.inf, np.inf)

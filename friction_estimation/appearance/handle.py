@@ -80,7 +80,7 @@ def find_handle(crops: Sequence[Crop], look: Appearance) -> Appearance:
 
 
 def _contrast(difference: Floats) -> Floats:
-    """How much two colours differ, by their channels (..., 3) [grey levels].
+    """Return the contrast of two colours, by their channels (..., 3) [grey levels].
 
     Colour counts more than brightness, because light and shade change only brightness.
     """
@@ -90,12 +90,12 @@ def _contrast(difference: Floats) -> Floats:
 def _best_handle(
     crops: Sequence[Crop], look: Appearance, colours: Floats, *, solved: bool
 ) -> tuple[Appearance, float]:
-    """The handle that leaves least of the crops unexplained, and how much; their poses are set.
+    """Find the handle that leaves least of the crops unexplained, and how much; set their poses.
 
     Parameters
     ----------
     colours : of all parts, the handle's to begin with
-    solved : whether they are found anew for each handle that is tried
+    solved : whether they are found again for each handle that is tried
     """
     poses = _poses(crops)
     best, best_misfit, best_poses = look, np.inf, poses

@@ -95,7 +95,7 @@ def learn_appearance(
         every, rounds = REFINEMENTS[-1]
         look = _refined(ordered, max(every, spare), again, prior, rounds)
     look = _of_either_kind(ordered[::spare], look, prior)
-    for crop in crops:  # some were left out, and some were placed by the other kind's look
+    for crop in crops:  # some were skipped, and some were placed by the other kind's look
         fit_pose(crop, look)
     return look
 
@@ -103,7 +103,7 @@ def learn_appearance(
 def _refined(
     crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior, rounds: int
 ) -> Appearance:
-    """A look refined with every how manyth crop; the poses of all are found anew, in place."""
+    """Refine a look with one of `every` crops; find the poses of all again, in place."""
     some = crops[::every]
     look = fit_profile(some, look, prior, rounds).look
     look = replace(look, noise=residual_noise(some, look))
@@ -135,9 +135,9 @@ def _handle_sought_again(
 
 
 def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
-    """The look of a stone that can be turned over, or of any stone, whichever is likelier.
+    """Return the look of a reversible stone, or of any stone, whichever is more likely.
 
-    Neither is likelier before the pictures are seen. What the other look says is in the doubt, by
+    Neither is more likely before the pictures are seen. The other look enters the uncertainty, by
     its likelihood.
     """
     alike = ShapePrior.reversible(prior.typical)
@@ -159,7 +159,7 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
 
 
 def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ProfileFit:
-    """A fit that is begun anew once, if that leads clearly farther; the crops are placed in place.
+    """Fit, and fit again once if that leads clearly farther; the crops are placed in place.
 
     Strongly damped steps gain little anywhere, not at the bottom alone.
     """

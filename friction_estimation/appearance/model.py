@@ -52,7 +52,7 @@ class StoneModel:
     contact : share of the light that the ice next to the stone's foot loses
     contact_reach : distance over which that darkness fades [m]
     mirror : strength of the stone's mirror image, relative to that in smooth ice
-    gloss : share of light that the ice mirrors besides, however steep the view: it hides lamps,
+    gloss : share of light that the ice also mirrors, however steep the view: it hides lamps,
         which are brighter than walls
     neck_length : length along the heading of the post that carries the handle's back end [m]
     collar_radius, collar_rise : radius and height of the handle's round base on the flat top [m]

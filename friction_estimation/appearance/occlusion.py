@@ -50,10 +50,10 @@ def measure_occluded(
     others: Sequence[PosedStone] = (),
     people: bool = False,
 ) -> StoneFit | None:
-    """The stone near `start` in a frame, perhaps with other stones or people around it.
+    """Fit the stone near `start` in a frame, perhaps with other stones or people around it.
 
-    Hidden pixels are filled, round by round, with what the stone shows at the pose found so far, so
-    that they do not influence it (expectation and maximisation).
+    Hidden pixels are filled, round by round, with what the stone shows at the present pose, so that
+    they do not influence it (expectation and maximisation).
 
     Parameters
     ----------
@@ -62,7 +62,7 @@ def measure_occluded(
     background_origin : column and row of the background's upper left pixel in the frame
     start : (3,) x, y [m], theta [rad]
     others : the stones around it, where they are in this frame
-    people : whether somebody may be in the way: what neither stone nor ice explains counts as
+    people : whether a person may be in the way: what neither stone nor ice explains counts as
         hidden, and so do its neighbours, into which it is blurred
 
     Returns
@@ -167,7 +167,7 @@ def _distance(camera: Camera, pose: Floats) -> float:
 
 
 def _reaches(window: PixelWindow, other: PosedStone, camera: Camera) -> bool:
-    """Whether another stone, its handle or its shadow, may touch a window's pixels."""
+    """Return whether another stone, its handle or its shadow, may touch a window's pixels."""
     outline = other.look.model.outline_px(camera, other.pose[:2])
     if len(outline) == 0:
         return False

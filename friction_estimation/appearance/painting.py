@@ -106,7 +106,7 @@ def blurred(
 
 
 def composite_change(seen: Planes, behind: Planes) -> Planes:
-    """What the stone adds to the ice's picture and takes from it, (3, rows, columns).
+    """Return the change of the ice's picture by the stone, (3, rows, columns).
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def composite_change(seen: Planes, behind: Planes) -> Planes:
 
 
 def shares(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
-    """How much of each pixel every part covers, and how much light its ice loses.
+    """Return the share of each pixel that every part covers, and the light that its ice loses.
 
     Returns
     -------

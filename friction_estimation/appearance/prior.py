@@ -1,4 +1,4 @@
-"""What stones are like: the prior of a learnt shape and of its colours."""
+"""Prior of a learnt shape and of its colours."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ ROUNDEST = 8.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ShapePrior:
-    """What is known of a stone's shape before it is seen.
+    """Prior of a stone's shape before it is seen.
 
     Parameters
     ----------
@@ -128,7 +128,7 @@ class ShapePrior:
 
     @staticmethod
     def reversible(typical: StoneModel) -> ShapePrior:
-        """What is known of a stone that can be turned over; else as typical as `typical`."""
+        """Return the prior of a stone that can be turned over; else as typical as `typical`."""
         wider = dict.fromkeys(("roundness", "foot_roundness"), (1.0, ROUNDEST))
         return ShapePrior(
             typical=replace(typical, **{name: middle for name, (middle, _) in REVERSIBLE.items()}),
@@ -159,7 +159,7 @@ class ShapePrior:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class FreeShape:
-    """What is fitted: n shape parameters, by index, and the colours of parts.
+    """Parameters of a fit: n shape parameters, by index, and the colours of parts.
 
     Parameters
     ----------
@@ -184,7 +184,7 @@ class FreeShape:
         return len(self.index) + 3 * self.parts
 
     def misfit(self, look: Appearance) -> float:
-        """How unlike a stone a look is, beyond the likeliest one [squared standard deviations]."""
+        """Return the prior cost of a look above the minimum [squared standard deviations]."""
         shape = look.model.shape()[self.index]
         away, uneven = (shape - self.typical) / self.spread, self.ties @ shape
         differences = np.array(
@@ -193,7 +193,7 @@ class FreeShape:
                 for name, other, spread in COLOUR_DIFFERENCES
             ]
         )
-        # Where typical values are tied to others that differ, not even the likeliest has both.
+        # Where typical values are tied to others that differ, not even the most likely has both.
         odd = self.ties @ self.typical
         spread = np.eye(len(odd)) + (self.ties * self.spread**2) @ self.ties.T
         least = odd @ np.linalg.solve(spread, odd)

@@ -32,7 +32,7 @@ FIT_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_IN_FIT)
 """Weight of a misfit to the crops in a fit."""
 TRUE_WEIGHT = 1 / (PIXEL_CORRELATION * ALIKE_PICTURES)
 """The same where looks are weighed against each other. What no shape can paint is alike in all
-crops, so that they tell less than as many would."""
+crops, so that they count as fewer."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -84,7 +84,7 @@ class ProfileFit:
 
     Parameters
     ----------
-    look : the likeliest look
+    look : the most likely look
     equations : normal equations there, or less than `MIN_GAIN` from there
     misfit : of the crops to it [squared standard errors, correlated pixels]
     oddity : how unlike a stone it is, see `FreeShape.misfit`
@@ -97,18 +97,18 @@ class ProfileFit:
 
     @property
     def objective(self) -> float:
-        """What a fit lowers [squared standard errors]."""
+        """Objective that a fit lowers [squared standard errors]."""
         return FIT_WEIGHT * self.misfit + self.oddity
 
     def unlikelihood(self, alike: float = ALIKE_PICTURES) -> float:
-        """How unlikely the crops are for stones of the kind: -2 log likelihood, but for a constant.
+        """Return -2 log likelihood of the crops for stones of the kind, up to a constant.
 
-        The misfit of the likeliest look, and how small a part of all looks of that kind explain the
-        crops as well (Laplace's approximation).
+        It is the misfit of the most likely look, and the smallness of the part of all looks of that
+        kind that explain the crops as well (Laplace's approximation).
 
         Parameters
         ----------
-        alike : so many crops count as one
+        alike : number of crops that count as one
         """
         weight = 1 / (PIXEL_CORRELATION * alike)
         told, prior = weight * self.equations.eliminated()[0], self.equations.prior
@@ -192,7 +192,7 @@ def _after_step(
 
 
 def shape_doubt(crops: Sequence[Crop], fit: ProfileFit) -> ShapeDoubt:
-    """How far what the crops leave open of shape and colours misplaces the stone in each of them.
+    """Return the misplacement of the stone in each crop by the uncertainty of shape and colours.
 
     Parameters
     ----------
@@ -207,7 +207,7 @@ def shape_doubt(crops: Sequence[Crop], fit: ProfileFit) -> ShapeDoubt:
 
 
 def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> float:
-    """What `fit_profile` lowers."""
+    """Return the objective that `fit_profile` lowers."""
     off = sum(crop.off_expected**2 for crop in crops) if look.has_handle else 0.0
     return FIT_WEIGHT * (total_misfit(crops, look) + HEADING_WEIGHT * off) + free.misfit(look)
 

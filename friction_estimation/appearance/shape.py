@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 PARTS = ("foot", "side", "bevel", "top", "handle")
-"""The parts of a stone that have a colour of their own, from the ice up."""
+"""The separately coloured parts of a stone, from the ice up."""
 FOOT, SIDE, BEVEL, TOP, HANDLE, SHADE, LIT = range(7)
 """Planes of a painted stone: the share of each part, the light that the ice loses, and the light
 that the stone has from one side, in units of its side's brightness."""

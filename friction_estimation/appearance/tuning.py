@@ -23,9 +23,9 @@ MAX_PAINTINGS = 8
 NEGLIGIBLE_STEP = 0.3
 """A step of less than this share of a standard error ends the fit."""
 TURN_REPAINT_PX = 0.5
-"""The derivative by the heading is painted anew when the stone has moved by more than this."""
+"""The derivative by the heading is repainted when the stone has moved by more than this [px]."""
 REPAINT_PX = 0.7
-"""The stone is painted anew when it has moved by more than this."""
+"""The stone is painted again when it has moved by more than this [px]."""
 REPAINT_TURN = 0.15
 """The same for its heading [rad]."""
 LONGEST_STEP = 0.08
@@ -64,7 +64,7 @@ COLOUR_NOISE_FACTOR = 5.0
 a handle, but not move a stone."""
 
 SHADOW_REACH = 0.05
-"""Where people are near, nothing farther than this from a stone's edge is learnt from [m]."""
+"""Maximum distance from a stone's edge at which pixels are learnt from if people are near [m]."""
 
 # --- the handle and the headings ------------------------------------------------------------------
 
@@ -86,10 +86,10 @@ HEADING_SPREAD = 0.3
 HEADING_WEIGHT = PIXEL_CORRELATION / HEADING_SPREAD**2
 """Weight of what is expected of a heading beside the pixels' [per rad²]."""
 MIN_HANDLE_CONTRAST = 10.0
-"""How far a handle's colour must lie from the rest of the stone [grey levels]."""
+"""Minimum contrast of a handle's colour with the rest of the stone [grey levels]."""
 SOLVED_CONTRAST = 15.0
-"""How far a handle's colour must lie from that of the top where no pixel shows it alone, and it is
-solved [grey levels]: painted stones without a handle came to 9 at most, with a red one to 26 or
+"""Minimum contrast of a handle's colour with that of the top where no pixel shows it alone, and it
+is solved [grey levels]: painted stones without a handle came to 9 at most, with a red one to 26 or
 more."""
 COLOUR_ROUNDS = 4
 """Rounds in which colours are solved, each with fewer strange pixels."""
@@ -99,8 +99,8 @@ COLOUR_ROUNDS = 4
 TRIAL_SHADOW = 0.1
 """Strength of shadow, contact shade and mirror image where the search begins."""
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))
-"""Stages of the fit: every how manyth crop is used, and the greatest number of rounds. Noise and
-headings are found anew from all crops after each."""
+"""Stages of the fit: the step between the crops that are used, and the maximum number of rounds.
+Noise and headings are found again from all crops after each."""
 REFINED_AGAIN = (3, 5)
 """The same for the look whose handle is sought again."""
 OTHER_HANDLE = 0.85
@@ -109,11 +109,11 @@ it came to 0.92 or more, and to 0.73 where that was shade."""
 ADAPTING_ROUNDS = 20
 """Greatest number of rounds in which a look is fitted to other crops."""
 ENOUGH_PIXELS = 24_000
-"""Of large stones, crops are left out until about this many pixels are left."""
+"""Of large stones, crops are dropped until about this many pixels remain."""
 ENOUGH_CROPS = 8
 """At least this many crops are kept."""
 ALIKE_PICTURES = 4.0
-"""So many pictures of a stone repeat each other's faults, and count as one."""
+"""Number of pictures of a stone that repeat each other's faults, and count as one."""
 ALIKE_AT_HEIGHTS = 12.0
 """The same where heights of a camera are compared: what no look can paint changes along a path as
 the picture does when the height is wrong, so that all pictures count as one."""
@@ -122,7 +122,7 @@ ALIKE_IN_FIT = 2.0
 UNLIKELY_KIND = 0.05
 """A kind of stones that is less likely is not looked into."""
 RISES = (0.002, 0.004, 0.006, 0.01, 0.014)
-"""By so much stones are raised and lowered along the line of sight, until that is unlikely [m]."""
+"""Heights by which stones are raised and lowered along the line of sight until unlikely [m]."""
 RISE_SIGMA = 0.0015
 """Standard error of the height at which a look shows a stone, before others are asked [m]."""
 FEWEST_RAISED = 8
@@ -130,10 +130,10 @@ FEWEST_RAISED = 8
 PLACED_ROUNDS = 8
 """Greatest number of rounds in which a look is fitted to raised stones."""
 UNLIKELY_RISE = 12.0
-"""What is so much less likely than the best is raised no further [squared standard errors]."""
+"""Excess over the best fit at which a stone is raised no further [squared standard errors]."""
 MIN_GAIN = 0.5
 """A round that lowers the squared standard errors by less is the last."""
 CLEAR_GAIN = 2.0
-"""A fit that was begun anew must lower them by so much: others hang on rounding."""
+"""Minimum gain of a fit that was begun again: smaller ones depend on rounding."""
 MAX_FOOT_BRIGHTNESS = 1.1
 """Brightness of the foot over that of the side: it overhangs and is lit by the ice alone."""

@@ -62,12 +62,12 @@ class SeenCurve:
 
     @property
     def agrees(self) -> bool:
-        """Whether it is seen where the camera puts it."""
+        """Return whether it is seen where the camera puts it."""
         return self.near >= AGREEING_SHARE
 
     @property
     def contradicts(self) -> bool:
-        """Whether it is seen, and not where the camera puts it."""
+        """Return whether it is seen, and not where the camera puts it."""
         least = max(ELSEWHERE_SHARE * self.parts, MIN_PARTS)
         return not self.agrees and self.elsewhere * self.parts > least - 0.5
 

@@ -91,7 +91,7 @@ class Camera:
         return self.lens.rays(px) @ self.rotation
 
     def on_plane(self, px: ArrayLike, z: ArrayLike = 0.0) -> Floats:
-        """Where the rays through raw pixels (n, 2) meet planes at height z [m], (n, 2) [m].
+        """Return where rays through raw pixels (n, 2) meet planes at height z [m], (n, 2) [m].
 
         NaN for a ray that never comes down to it.
         """
@@ -112,7 +112,7 @@ class Camera:
         return np.stack(motion, axis=-1) / (2 * step)
 
     def sees(self, points: ArrayLike, margin_px: float = 0.0) -> Flags:
-        """Whether each point (n, 3) of the sheet frame falls into the image."""
+        """Return whether each point (n, 3) of the sheet frame falls into the image."""
         local = self.local(points)
         u, v = self.lens.project(local).T
         width, height = self.size

@@ -115,7 +115,7 @@ def expected_of_scene(scene: Scene, camera: Camera) -> list[ExpectedError]:
 
 
 def expected_in_words(errors: Sequence[ExpectedError], units: Units) -> str:
-    """Expected errors for people, at the places that are seen; empty where there are none."""
+    """Describe expected errors at the places that are seen; empty if no place is seen."""
     seen = [
         f"{error.place} {miss(error.along, units)} along, {miss(error.across, units)} across"
         for error in errors
@@ -178,7 +178,7 @@ def expected_camera(
 
 
 def _with_stone(refined: RefinedCamera) -> RefinedCamera:
-    """The camera after pictures of the stone have told its height, as tracking has them do."""
+    """Return the camera after its height was found from pictures of the stone, as in tracking."""
     if not refined.lens.focal:
         return refined
     along = refined.covariance[:, 6]
@@ -192,7 +192,7 @@ def _radius_px(camera: Camera, xy: Floats, radius: float, height: float) -> Floa
 
 
 def _shown(camera: Camera, xy: Floats, radius: float, height: float) -> bool:
-    """Whether all of a stone at a place (2,) is in the picture."""
+    """Return whether all of a stone at a place (2,) is in the picture."""
     around = np.linspace(0, 2 * np.pi, 12, endpoint=False)
     circle = xy + radius * np.column_stack([np.cos(around), np.sin(around)])
     rings = [np.column_stack([circle, np.full(len(circle), z)]) for z in (0.0, height)]

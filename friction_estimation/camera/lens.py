@@ -43,7 +43,7 @@ AXIS_SIGMA = 0.015
 CUT_AXIS_SIGMA = 0.2
 """The same where the picture was cut out of another."""
 STRETCH_SIGMA = 0.06
-"""How far a cut picture may be stretched, in log."""
+"""Standard deviation of the stretch of a cut picture, in log."""
 
 _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-10)
 
@@ -114,7 +114,7 @@ class Lens:
         return float(np.sqrt(folds.min(initial=np.inf)))
 
     def squeeze(self, points: Floats) -> Floats:
-        """How much smaller the lens shows points (n, 3) of the camera's frame outwards, 0 to 1."""
+        """Return the radial shrinkage at points (n, 3) of the camera's frame, 0 to 1."""
         r2 = np.sum(points[:, :2] ** 2, axis=1) / points[:, 2] ** 2
         k1, k2, _, _, k3 = self.distortion
         return np.clip(-r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)), 0.0, 1.0)
@@ -214,7 +214,7 @@ class LensChange(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class FreeLens:
-    """Which parts of a lens are unknown, and so free in a fit.
+    """Parts of a lens that are unknown, and so free in a fit.
 
     Their order is that of these flags, and within the distortion that of `TERMS`.
 
@@ -241,7 +241,7 @@ class FreeLens:
 
     @property
     def _free_terms(self) -> list[int]:
-        """Which terms of the distortion are free."""
+        """Indices of the free terms of the distortion."""
         return [0, 1] * self.bends + [2, 3, 4] * self.minor
 
     @property
@@ -264,7 +264,7 @@ class FreeLens:
         return LensChange(log_focal, shares, np.array(axis), next(rest) if self.cut else 0.0)
 
     def prior_residuals(self, lens: Lens) -> Floats:
-        """How far a lens is from what lenses are like, (count,) [standard deviations]."""
+        """Return the deviations of a lens from usual lenses, (count,) [standard deviations]."""
         values: list[float] = [0.0] * self.focal
         values += lens.shares[self._free_terms].tolist()
         if self.axis or self.cut:

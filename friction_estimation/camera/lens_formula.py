@@ -24,7 +24,7 @@ _inlined = njit(inline="always", error_model="numpy", fastmath=SUMS_IN_ANY_ORDER
 
 
 def distort(x: Any, y: Any, terms: Any) -> tuple[Any, Any]:
-    """Where a lens shows a ray, in focal lengths from its axis.
+    """Return the place at which a lens shows a ray, in focal lengths from its axis.
 
     Parameters
     ----------

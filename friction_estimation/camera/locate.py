@@ -209,7 +209,7 @@ class _Photo:
         return self.grey.shape[1], self.grey.shape[0]
 
     def reduced_to(self, side: int) -> _Photo:
-        """A copy whose longer side is so many pixels, or the photo itself if that is shorter."""
+        """Return a copy whose longer side has `side` pixels, or the photo itself if shorter."""
         grey, _, scale = reduced(self.grey, (0, 0), max(self.size) / side)
         marks = {name: (px + 0.5) * scale - 0.5 for name, px in self.clicks.items()}
         return replace(self, grey=grey, clicks=marks, scale=scale)
@@ -240,11 +240,11 @@ class _Photo:
         )
 
     def likeliest(self) -> _Trial:
-        """The best of several searches that all the paint agrees with.
+        """Return the best of several searches that all the paint agrees with.
 
         Raises
         ------
-        InputError : there is none
+        InputError : no search agrees
         """
         search = RoughSearch(self.grey, self.two, self.height)
         trials: list[_Trial] = []
@@ -331,7 +331,7 @@ def _end_seen(
 def _scene(refined: RefinedCamera, sheet: Sheet, stone: tuple[float, float]) -> Scene:
     """The camera as a scene: the keypoints in view, where the camera puts them, and its lens."""
     camera, keypoints = refined.camera, np.array(list(keypoints_of(sheet).values()))
-    # A club's ice may be wider or narrower than the scene's: keypoints at the border are left out.
+    # A club's ice may be wider or narrower than the scene's: skip keypoints at the border.
     keypoints = keypoints[np.abs(keypoints[:, 0]) < sheet.width / 2]
     points = np.column_stack([keypoints, np.zeros(len(keypoints))])
     seen = camera.sees(points)

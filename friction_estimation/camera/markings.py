@@ -83,13 +83,13 @@ class Markings:
         return Markings(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
 
     def of(self, *names: str) -> Flags:
-        """Whether each point lies on a curve of one of these names, (n,)."""
+        """Return whether each point lies on a curve of one of these names, (n,)."""
         return np.isin(self.curve, [CURVES.index(name) for name in names])
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class MarkingMeasurements:
-    """Where markings are seen in an image.
+    """Measured places of markings in an image.
 
     Parameters
     ----------
@@ -188,7 +188,7 @@ def curves_of(sheet: Sheet) -> list[tuple[str, Floats]]:
 
 
 def _bend(curve: str) -> float:
-    """How much a curve bends [1/m]."""
+    """Return the curvature of a curve [1/m]."""
     return 1 / RING_RADII[RINGS.index(curve)] if curve in RINGS else 0.0
 
 
@@ -362,7 +362,7 @@ def measure_markings(
     markings: Markings,
     search_px: float,
 ) -> MarkingMeasurements:
-    """Where markings are seen in an image, near where a camera puts them.
+    """Measure where markings are seen in an image, near where a camera puts them.
 
     Parameters
     ----------
@@ -412,7 +412,7 @@ def expected_measurements(
 def _measurable(
     camera: Camera, markings: Markings, low: ArrayLike, high: ArrayLike
 ) -> tuple[Floats, Floats, Floats, Flags]:
-    """How every point is seen, and whether a picture shows it well enough to measure it.
+    """Return the view of every point, and whether a picture shows it well enough to measure.
 
     Parameters
     ----------

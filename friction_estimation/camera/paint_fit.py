@@ -311,7 +311,7 @@ def _variance_together(off_px: Floats, index: Integers, markings: Markings) -> f
 
 
 def _rim_shift(camera: Camera, points: Floats, normal_px: Floats) -> Floats:
-    """How far each point may be seen outwards of its place, across its line, (n,) [px]."""
+    """Return the outward error of each seen point across its line, (n,) [px]."""
     seen = camera.project(points) - camera.lens.matrix[:2, 2]
     away = np.linalg.norm(seen, axis=1)
     squeeze = camera.lens.squeeze(camera.local(points))
@@ -320,7 +320,7 @@ def _rim_shift(camera: Camera, points: Floats, normal_px: Floats) -> Floats:
 
 
 def _placement_errors(markings: Markings, camera: Camera, measured: MarkingMeasurements) -> Floats:
-    """How far each point is off where one painted curve is, (n, curves) [px].
+    """Return the error of each point for a misplaced painted curve, (n, curves) [px].
 
     A ring or a line is laid as a whole, and seen as a whole: an error of its place is the same all
     along it.
@@ -354,7 +354,7 @@ def _placement_scale(
     covariance: Floats,
     variance: float,
 ) -> float:
-    """How many times as far as usual this sheet's curves are off their places; 1 if not seen.
+    """Return the error of this sheet's curves as a multiple of the usual one; 1 if not seen.
 
     Its likelihood is that of what the fit leaves of them (restricted maximum likelihood), weighed
     by how well other sheets are painted.

@@ -1,4 +1,4 @@
-"""Where a camera stands: its pose from known points of the ice.
+"""Pose of a camera from known points of the ice.
 
 Where the scene does not give the lens, a rough one is found with the pose; `refinement` then
 measures it on the painted lines.
@@ -102,7 +102,7 @@ def _first_poses(
 def best_camera(
     sheet_points: Floats, points_px: Floats, lenses: Sequence[Lens]
 ) -> tuple[float, Camera] | None:
-    """The best of `cameras_from_points` with any of several lenses; None where there is none."""
+    """Return the best of `cameras_from_points` with any of several lenses; None without any."""
     found = [one for k in lenses for one in cameras_from_points(sheet_points, points_px, k)[:1]]
     return min(found, key=lambda one: one[0], default=None)
 
@@ -222,7 +222,7 @@ def _check_axis(scene: Scene, size: tuple[int, int]) -> None:
 
 
 def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:
-    """Which point is the wrong one, as far as the others tell."""
+    """Name the wrong point, as far as the others show it."""
 
     def agree(sheet_points: Floats, points_px: Floats) -> bool:
         found = best_camera(sheet_points, points_px, [lens])

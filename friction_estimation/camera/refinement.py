@@ -92,7 +92,7 @@ class RefinedCamera:
 
     @property
     def height_doubt(self) -> float:
-        """Standard error of the log height that pictures of stones told; 0 where they did not."""
+        """Standard error of the log height from pictures of stones; 0 without such a height."""
         if self.farther is None:
             return 0.0
         return abs(float(np.log(self.farther.position[2] / self.camera.position[2])))
@@ -240,7 +240,7 @@ def height_prior(measured: float | None) -> tuple[float, float]:
 
 
 def log_height_prior(camera: Camera, measured: float | None = None) -> float:
-    """How unlikely a camera's height and focal length are [squared standard deviations]."""
+    """Return the prior cost of a camera's height and focal length [squared standard deviations]."""
     middle, spread = height_prior(measured)
     usual, focal_spread = FOCAL_PRIOR
     focal = camera.lens.focal_px / (0.5 * np.hypot(*camera.size))

@@ -25,7 +25,7 @@ SCENE_FORMAT = FileFormat(name="curling-scene/1", what="a scene", numbered=False
 LENS_KEYS = ("camera_matrix", "distortion", "image_size", "reprojection_px")
 """The keys of a camera file; a scene file may have them too."""
 CAMERA_HEIGHTS = (0.5, 50.0)
-"""How high cameras may hang above the ice [m]."""
+"""Minimum and maximum height of cameras above the ice [m]."""
 MIN_POINTS, MAX_POINTS = 4, 500
 """Known points of a scene. People mark a dozen; a thousand would take a minute to fit."""
 SIZE_ROUNDING_PX = 2.0
@@ -36,7 +36,7 @@ MIN_SPREAD = 1e-3
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Scene:
-    """Where a camera sees known points of the ice, and what else is known of it.
+    """Known points of the ice in a camera's picture, and other knowledge about the camera.
 
     Parameters
     ----------
@@ -48,7 +48,7 @@ class Scene:
         the film where None
     picture_size : width and height of the picture in which the points were marked [px]; None where
         an older scene file does not have it
-    camera_height : measured height of the camera above the ice [m]; None where nobody measured it
+    camera_height : measured height of the camera above the ice [m]; None where it was not measured
     stone_radius, stone_height : radius and height of the stone's body, without its handle [m]
     sheet : the ice whose points these are
     fps : frames per second where the film's own times are wrong; None trusts the film
@@ -96,7 +96,7 @@ class Scene:
 
     @property
     def has_corners(self) -> bool:
-        """Whether the points are the four corners of the ice, in the order of `CORNERS`."""
+        """Return whether the points are the four corners of the ice, in the order of `CORNERS`."""
         corners = np.array([self.sheet.corners[name] for name in CORNERS])
         return self.sheet_points.shape == (4, 2) and bool(np.allclose(self.sheet_points, corners))
 
@@ -251,7 +251,7 @@ Side = Annotated[float, within(1, 1e5, "px")]
 
 
 class CornersDocument(Document):
-    """Where the ice corners are in the picture."""
+    """Corners of the ice in the picture."""
 
     home_left: tuple[Pixels, Pixels]
     home_right: tuple[Pixels, Pixels]

@@ -52,7 +52,7 @@ edge by more than 0.03 px."""
 MIN_CONTRAST = 4.0
 """Least contrast of a marking that counts [grey levels]."""
 POINT_SEARCH_PX = 2.5
-"""How far a single point may be seen from where its group is seen."""
+"""Maximum distance of a single point from where its group is seen [px]."""
 PROFILE_STEP_PX = 0.5
 """Distance between the samples along a normal."""
 GROUP_SIZE = 12
@@ -68,14 +68,14 @@ known; what the fit leaves then tells how far points are off."""
 MARKING_CORRELATION = 6.0
 """Neighbouring points share their errors: this many count as one."""
 PAINT_PLACEMENT_SIGMA = 0.002
-"""How far a ring's radius or a whole line is off where it should be painted [m]."""
+"""Standard error of the painted radius of a ring, or place of a whole line [m]."""
 PLACEMENT_SPREAD = 0.7
 """Spread of that from one sheet to another, in log."""
 ALIKE_REACH = 12
-"""Points of a curve share their errors with so many next to them on either side at most."""
+"""Maximum number of neighbours on either side with which points of a curve share their errors."""
 CURVE_ERROR_PX = 0.03
-"""How far a whole ring or line is seen beside its place, alike all along it [px]: of 36 films by
-another renderer, borders were off by 0.01, rings by 0.02 and lines by 0.02 to 0.1."""
+"""Error with which a whole ring or line is seen, alike all along it [px]: of 36 films by another
+renderer, borders were off by 0.01, rings by 0.02 and lines by 0.02 to 0.1."""
 MIN_SCALE_PX = 0.1
 """Measured points are never taken to agree better than this."""
 OUTLIER_AT = 3.0
@@ -93,7 +93,7 @@ MIN_STARTS = 4
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
 DISPLACED_SEARCH_PX = 6.0
-"""How far from its place the paint is looked for where a camera may have moved."""
+"""Maximum distance from its place at which paint is sought where a camera may have moved [px]."""
 MIN_MARKINGS = 60
 """Fewer measured points do not outweigh what was marked by hand."""
 MIN_MARKINGS_SHARE = 0.25
@@ -109,10 +109,10 @@ FOCAL_PRIOR = (1.1, 0.5)
 Main cameras of phones have 1.1 to 1.3 (24 to 28 mm on the 35 mm scale), wide ones 0.6 to 0.75. To
 see the whole sheet from low down takes a wider lens."""
 MEASURED_HEIGHT_SIGMA = 0.01
-"""Standard error of a height that somebody measured, in log."""
+"""Standard error of a measured height, in log."""
 RIM_SHIFT_PX = 1.0
-"""How far paint may be seen outwards of its place where a lens squeezes the picture's rim to half
-its scale: colours part there, edges blur, and no formula of distortion is exact."""
+"""Outward error of paint where a lens squeezes the picture's rim to half its scale [px]:
+colours part there, edges blur, and no formula of distortion is exact."""
 RIM_SHIFT_POWER = 4
 """Power of the squeeze with which that grows; nothing of it is left in the middle of a picture."""
 
@@ -121,9 +121,9 @@ RIM_SHIFT_POWER = 4
 EXPECTED_ERROR_PX = 0.05
 """Error of one measured point of the paint in a film of little compression."""
 EDGE_ERROR_PX = 0.015
-"""Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
-alike in all frames [px]: no shape of the model is quite that of a stone. In 94 films of known
-throws the doubt told all of it; so much is left for stones unlike those."""
+"""Error of a stone's place in the picture beyond noise and the uncertainty of its look, alike in
+all frames [px]: no shape of the model is quite that of a stone. In 94 films of known throws that
+uncertainty explained all of it; this much is kept for stones unlike those."""
 FIT_ERROR_PX = 0.17
 """Error of a smoothed place in the picture for a stone with a radius of one pixel; it falls with
 the radius."""

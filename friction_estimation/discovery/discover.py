@@ -117,7 +117,7 @@ class Discovery:
 
     @property
     def enough(self) -> bool:
-        """Whether there are enough throws to name anything."""
+        """Return whether there are enough throws to name anything."""
         return len(self.session) >= LEAST_THROWS
 
     @property
@@ -259,12 +259,12 @@ def search_session(
 
 
 def _explains_all(found: Discovery) -> bool:
-    """Whether an unknown that follows something leaves nothing but noise: no throw is odd then."""
+    """Return whether an unknown with dependences leaves only noise: no throw is odd then."""
     return bool(found.dependences) and misfit_of(found.final).white
 
 
 def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
-    """Whether a given ice, fitted to the throws, fits them worse than uniform friction does."""
+    """Return whether a given ice fits the throws worse than uniform friction does."""
     if ice is None or (ice.friction.is_uniform and not base.model.terms):
         return False
     uniform = fit(base_model(None, base.session), base.session, base.noise)
@@ -362,7 +362,7 @@ def _select_from(given: Model, astray: Selection) -> Selection:
 
 
 def _halves(astray: Selection, after: Misfit) -> bool:
-    """Whether a fit leaves less than half of what a selection leaves."""
+    """Return whether a fit leaves less than half of the misfit of a selection."""
     return after.ratio < 0.5 * astray.after.ratio
 
 

@@ -1,4 +1,4 @@
-"""Which of the effects that were selected may be named, and whether something unknown is left."""
+"""Choice of the selected effects that may be named, and test for something unknown."""
 
 from __future__ import annotations
 
@@ -100,14 +100,14 @@ def name_effects(
 
 
 def _follows_no_place(explanation: Explanation) -> bool:
-    """Whether friction follows something else than the place."""
+    """Return whether friction follows something else than the place."""
     return any((d.variable, d.push) not in OF_THE_PLACE for d in explanation.dependences)
 
 
 def _beside_unknown(
     found: Named, explanation: Explanation, selection: Selection, rng: np.random.Generator
 ) -> Named:
-    """What may be named beside something unknown.
+    """Return what may be named beside something unknown.
 
     Parameters
     ----------
@@ -207,17 +207,17 @@ def _with_lasting_noise(
 
 
 def _structure(named: SessionFit, whole: Session) -> Structure:
-    """What the throws' own frictions follow, by all throws: those of training alone are few."""
+    """Return the structure of the own frictions of all throws: those of training alone are few."""
     return friction_structure(fit_to(named, whole))
 
 
 def _is_open(named: SessionFit, after: Misfit, structure: Structure) -> bool:
-    """Whether something is left, within throws or between them."""
+    """Return whether something is left, within throws or between them."""
     return not after.white or _scatters(named) or structure[1] < LARGEST_P_BETWEEN_THROWS
 
 
 def _scatters(named: SessionFit) -> bool:
-    """Whether the throws' own frictions differ by more than those on one ice do."""
+    """Return whether the throws' own frictions differ by more than those on one ice do."""
     return named.model.spread > LARGEST_SPREAD
 
 

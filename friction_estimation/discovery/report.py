@@ -114,7 +114,7 @@ def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str,
 
 
 def _parameters_of_map(field: FrictionField) -> dict[str, Any]:
-    """How uneven the ice is where stones ran; the map itself is in the ice file."""
+    """Return the unevenness of the ice where stones ran; the map itself is in the ice file."""
     spread = float(field.ln_mu.ravel()[field.crossed].std())
     return {
         "spread": {

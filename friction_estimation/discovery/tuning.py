@@ -78,8 +78,8 @@ USUAL_SPIN = 1.5
 USUAL_SPIN_SIGMA = 0.6
 """Prior standard deviation of that spin [rad/s]: one to three turns."""
 LEAST_USUAL_SPIN = 0.3
-"""That spin stays on the side that the path's bend shows, and at least as fast [rad/s]. Where one
-near zero changes its sign, the path changes at once, and a fit that steps over it gets lost.
+"""Minimum of that spin, on the side that the path's bend shows [rad/s]. Where a spin near zero
+changes its sign, the path changes at once, and a fit that steps over it gets lost.
 """
 USUAL_FRICTION = 0.009
 """μ from which a plain baseline is fitted: that of a draw of 25 s."""
@@ -124,8 +124,9 @@ LEAST_LIKENESS_OF_HALVES = 0.6
 LEAST_THROWS_FOR_RIPPLE = 6
 """Throws from which on two halves can be compared."""
 LEAST_VARIETY = 0.2
-"""Least variety of the signed v² at which throws pass the same places, for a ripple to be told from
-the ice. Equal draws one way have 0.03, one way at 1.3 to 2.4 m/s 0.35, both ways 1."""
+"""Minimum variety of the signed v² at which throws pass the same places, for a ripple to be
+distinguished from the ice. Equal draws one way have 0.03, one way at 1.3 to 2.4 m/s 0.35, both
+ways 1."""
 
 # --- fit ---------------------------------------------------------------------------------------
 LEAST_SPREAD = 4e-4
@@ -151,7 +152,7 @@ CONVERGED = 0.05
 LAST_STEPS = 40
 """Most steps of the fit to all throws, whose values are given out. Most sessions need five."""
 PATH_STEP = 3e-3
-"""How far a finite difference in a parameter should move a path [m]."""
+"""Displacement of a path by a finite difference in a parameter [m]."""
 
 # --- selection ---------------------------------------------------------------------------------
 LEAST_GAIN = 16.0
@@ -198,13 +199,13 @@ LONGEST_PATCH = 16.0
 """Longest rectangle that is tried [m]: a longer one is the sheet, not a patch."""
 _SIDE_SHIFTS = (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4)
 SIDE_SHIFTS = (*(-shift for shift in reversed(_SIDE_SHIFTS)), *_SIDE_SHIFTS)
-"""How far a side of a patch is moved to see whether it fits better [m]. Between two lanes on which
+"""Shifts of a side of a patch that are tried for a better fit [m]. Between two lanes on which
 stones ran there may be a place that fits worse than either, where the map had taken a part."""
 PLACES_FITTED = 2
 """Most places of a side of a patch that are fitted: those that promise most."""
 SIDE_SIGMA = 1.0
-"""How far a side of a patch may lie from where it was placed, before it is fitted [m]: about a cell
-of the search for patches."""
+"""Standard deviation of a side of a patch from where it was placed, before it is fitted [m]: about
+a cell of the search for patches."""
 NARROWEST_PATCH = 0.15
 """Narrowest patch [m]: a stone's running band."""
 
@@ -263,7 +264,7 @@ MOST_PUSHES = 4
 """Most pushes that are added to a model: an unknown that needs more is described by none."""
 COPY_ERROR = 0.003
 """Part of what pushes explain that they may get wrong: they are no exact copy of what acts, and
-paths respond to them linearly in part only. A term that explains less may mend just that."""
+paths respond to them linearly in part only. A term that explains less may correct just that."""
 THE_SAME = 0.99
 """Part of what an effect does to the throws, squared, that pushes can do as well, above which they
 are one thing. Of a slope across the sheet a constant push across it does 0.997."""

@@ -1,4 +1,4 @@
-"""A discovery in words: the verdict in one sentence, doubts, and what the session cannot show."""
+"""A discovery in words: the verdict in one sentence, alternatives, and blind spots."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ def sentence(found: Discovery) -> str:
 
 
 def _lacking(found: Discovery) -> list[str]:
-    """What the model lacks, each with what it may be instead."""
+    """Return what the model lacks, each with what it may be instead."""
     named: dict[str, list[str]] = {}
     for effect in found.effects:
         others = [readable(other.name) for other in found.alternatives.get(effect.label, [])]
@@ -125,7 +125,7 @@ def _centimetres(value: float) -> str:
 
 
 def doubts(found: Discovery) -> list[str]:
-    """What a named effect may be instead, and the throw that would settle it, a sentence each."""
+    """Return a sentence for each alternative to a named effect, with the throw to settle it."""
     return [
         f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws cannot tell"
         f"{f'; a throw would: {other.throw}' if other.throw else ''}."
@@ -149,7 +149,7 @@ def remarks(found: Discovery) -> list[str]:
 
 
 def spoken(report: Mapping[str, Any]) -> str:
-    """A report as a terminal shows it: the verdict, then doubts and remarks, a line each."""
+    """Return a report for a terminal: the verdict, then alternatives and remarks, a line each."""
     lines = [report["verdict"], *report["doubts"], *report["remarks"]]
     lines += [
         f"Most would be learnt from: {t['words']}." for t in report.get("next_throws", [])[:1]
@@ -186,7 +186,7 @@ def changes(found: Discovery) -> list[dict[str, Any]]:
 
 
 def _is_strength(change: Mapping[str, Any]) -> bool:
-    """Whether a change is one of strength, and not of shape."""
+    """Return whether a change is one of strength, and not of shape."""
     card = card_of(change["name"])
     return card is not None and card.parameter(change["parameter"]).neutral is not None
 
@@ -206,12 +206,12 @@ def _change_in_words(change: Mapping[str, Any]) -> str:
 
 
 def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
-    """Sentences on what the session, as it was played, cannot show.
+    """Return sentences on what the session, as it was played, cannot show.
 
     Parameters
     ----------
     found : the discovery
-    no_heading : what is said where no heading was measured
+    no_heading : sentence for sessions in which no heading was measured
     """
     sentences: list[str] = []
     states, turns = found.final.states, found.session.turns
@@ -234,7 +234,7 @@ def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
 
 
 def metres_gained(found: Discovery) -> dict[str, Any] | None:
-    """What sweeping gains a draw on the improved ice, at the end of the session."""
+    """Return the gain of a draw by sweeping on the improved ice, at the end of the session."""
     session = found.session
     gain = sweeping_gain(
         found.improved_ice(),
@@ -248,7 +248,7 @@ def metres_gained(found: Discovery) -> dict[str, Any] | None:
 
 
 def gain_in_words(gain: Mapping[str, Any]) -> str:
-    """How far sweeping carries a draw.
+    """Describe how far sweeping carries a draw.
 
     Parameters
     ----------

@@ -191,14 +191,14 @@ def _middle(parts: list[Image]) -> Image:
 
 
 def moving_blobs(frame: Frame, background: Background, min_area_px: float = 6.0) -> list[Blob]:
-    """The connected parts of a frame that differ from the background.
+    """Return the connected parts of a frame that differ from the background.
 
     They are found before the sheet is cut out, so that a person who stands on its edge is one large
     blob, and not a foot that might pass for a stone.
 
     Parameters
     ----------
-    min_area_px : smaller blobs are left out
+    min_area_px : smaller blobs are ignored
     """
     cut = np.ascontiguousarray(frame[background.slices])
     flat = background.flat

@@ -9,7 +9,7 @@ from curling_env.physics.compiled import compiled, inlined
 
 
 def boxes_of_parts(mask: NDArray[np.uint8], *, corners: bool = False) -> NDArray[np.int32]:
-    """Where the connected parts of a mask lie, in the order of their first pixels by rows.
+    """Return boxes of the connected parts of a mask, in the order of their first pixels by rows.
 
     Parameters
     ----------
@@ -32,7 +32,7 @@ def connected_parts(mask: NDArray[np.uint8]) -> tuple[NDArray[np.int32], NDArray
 
     Returns
     -------
-    (rows, columns) the number of the part from 1 on, 0 where there is none; (n, 5) their boxes, see
+    (rows, columns) the number of the part from 1 on, 0 outside all parts; (n, 5) their boxes, see
     `boxes_of_parts`
     """
     runs, boxes = _found(mask, corners=True)

@@ -163,7 +163,7 @@ def focal_from_stone(
 
 
 def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict[float, float]:
-    """What heights cost that are likely, for stones that are turned alike above and below."""
+    """Return the costs of likely heights, for stones that are turned alike above and below."""
     best = min(trials.values(), key=lambda trial: trial.cost)
     seen = tuple((crops, turned_alike(look)) for crops, look in best.seen)
     start = heights.beside(replace(best, seen=seen), best.lean)
@@ -182,7 +182,7 @@ def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict
 
 
 def _either(cost: float, other: float | None) -> float:
-    """What a height costs for stones of either kind."""
+    """Return the cost of a height for stones of either kind."""
     return cost if other is None else -2 * float(np.logaddexp(-cost / 2, -other / 2))
 
 

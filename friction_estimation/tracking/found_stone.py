@@ -51,7 +51,7 @@ class FoundStone:
     found_by : the camera with which it was found
     model : its shape
     sightings : what else may be a thrown stone, see `ThrownStone`
-    by_look : the same stone as it was followed by its look, if somebody is near it
+    by_look : the same stone as it was followed by its look, if a person is near it
     """
 
     path: RoughPath
@@ -141,7 +141,7 @@ def find_stone(
 
 
 def seen_throughout(path: RoughPath, frames: Sequence[tuple[float, Frame]], camera: Camera) -> bool:
-    """Whether a stone is seen alone in nearly all frames through whose picture its path leads."""
+    """Return whether a stone is seen alone in nearly all frames that its path crosses."""
     times = np.array([t for t, _ in frames])
     places = np.array([[*path.at(t), 0.0] for t in times])
     expected = times[camera.sees(places)]
@@ -162,7 +162,7 @@ def found_or_misplaced(
     background: Background,
     refine_camera: bool,
 ) -> FoundStone:
-    """The thrown stone; where there is none and the paint is elsewhere, the scene is to blame."""
+    """Return the thrown stone; if none is found and the paint is elsewhere, blame the scene."""
     try:
         return find_stone(film, scene, refined.camera, background)
     except InputError as error:

@@ -70,7 +70,7 @@ def track_film(
     throw : number of the throw, for the tracks
     options : what may be chosen; the defaults if None
     camera : the scene's camera, if it was solved before, see `solve_camera`; where the paint is not
-        where it sees it, the camera has moved and is solved anew for this film
+        where it sees it, the camera has moved and is solved again for this film
     judged : called with roughly where the stone is, before it is measured in every frame; raises
         what is to be raised where that is no throw
     progress : called with the number of frames done and the expected number of all
@@ -121,7 +121,7 @@ class _Learnt:
     stone, appearance : the thrown stone
     heading : its heading, as the pictures that taught the appearance agree on it; None where they
         do not show it
-    context : the other stones; None where there are none
+    context : the other stones; None without others
     sample_times : times of the sampled frames [s]
     """
 
@@ -133,10 +133,10 @@ class _Learnt:
 
 
 def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) -> _Learnt:
-    """What the thrown stone looks like, and what else lies on the sheet."""
+    """Learn the look of the thrown stone, and what else lies on the sheet."""
     shown = _shown(stone, camera)
     if stone.by_look is not None and (shown is None or shown.unexplained > tuning.SOMETHING_BESIDE):
-        # Somebody is in its pictures, though not in its way: the clearest may tell more.
+        # A person is in its pictures, though not in its way: the clearest may show more.
         looks = [look for look in (shown, _shown(stone.by_look, camera)) if look is not None]
         shown = min(looks, key=lambda look: look.unexplained, default=None)
     if shown is None:
@@ -162,7 +162,7 @@ def _learn(film: SteadyFilm, scene: Scene, camera: Camera, stone: FoundStone) ->
 
     context = context_of(stone, appearance)
     if context is not None and context.path is not stone.path:
-        # The first path may have gone over to a stone that was hit: all is learnt anew.
+        # The first path may have gone over to a stone that was hit: all is learnt again.
         stone = replace(
             stone,
             path=context.path,
@@ -201,7 +201,7 @@ class _Shown:
 
 
 def _shown(stone: FoundStone, camera: Camera) -> _Shown | None:
-    """What the pictures of a stone show; None where it is nowhere wholly in the image."""
+    """Return what the pictures of a stone show; None where it is nowhere wholly in the image."""
     crops = stone.crops(camera)
     if not crops:
         return None

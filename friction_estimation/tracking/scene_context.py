@@ -1,4 +1,4 @@
-"""What a throw meets: stones that lie on the sheet, and the ice without those that leave."""
+"""Surroundings of a throw: stones on the sheet, and the ice without those that leave."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -38,7 +38,7 @@ from friction_estimation.tracking.detection.thrown_stone import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class SceneContext:
-    """What a throw meets on the sheet.
+    """Surroundings of a throw on the sheet.
 
     Parameters
     ----------
@@ -64,13 +64,13 @@ def find_scene_context(
     pictures: Sequence[tuple[float, Frame]],
     sample_until: Callable[[float], Sequence[tuple[float, Image]]],
 ) -> SceneContext | None:
-    """Find the other stones on the sheet, and tell the thrown stone's path from theirs.
+    """Find the other stones on the sheet, and separate the thrown stone's path from theirs.
 
     Parameters
     ----------
     sample : sampled frames and their times [s]
     appearance, path, pictures : of the thrown stone; its path may have gone over to another
-    sample_until : as many frames as `sample` has, between the film's beginning and a time [s]
+    sample_until : the same number of frames as `sample`, from the film's beginning to a time [s]
 
     Returns
     -------
@@ -90,7 +90,7 @@ def find_scene_context(
     while leaving:
         until = sample[leaving[0].last_seen][0]
         if path.measured and _is_far(path.at(until), leaving[0]):
-            # Nothing was there to hit it: it is somebody who went away.
+            # Nothing was there to hit it: it is a person who went away.
             resting = [stone for stone in resting if stone is not leaving[0]]
             leaving = leaving[1:]
             continue
@@ -121,7 +121,7 @@ def find_scene_context(
 
 
 def _is_far(xy: Floats, stone: FilmedRestingStone) -> bool:
-    """Whether a stone at a place (2,) [m] is too far to have set another one in motion."""
+    """Return whether a stone at a place (2,) [m] is too far to have set another in motion."""
     return bool(np.linalg.norm(xy - stone.xy) > tuning.MAY_HIT_WITHIN)
 
 

@@ -2,7 +2,7 @@
 
 A stone that lies where one came to rest is that one. A thrown stone whose handle has the colour of
 one that was thrown before, and that lies on the sheet no more, is that one again: stones of one
-colour cannot be told apart otherwise.
+colour cannot be distinguished otherwise.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from friction_estimation.tracking.joint import numbers
 
 @dataclass(eq=False)
 class StoneNumbers:
-    """The stones of a session so far.
+    """Stones of a session until now.
 
     Parameters
     ----------
@@ -73,7 +73,7 @@ class StoneNumbers:
 
 
 def same_handle(one: str | None, other: str | None) -> bool:
-    """Whether two handles may be of one colour.
+    """Return whether two handles may be of one colour.
 
     Shadows change the brightness of a handle, and compression washes its colour out, so only its
     hue counts. A handle that is not seen, or is grey, may be of any.

@@ -1,4 +1,4 @@
-"""What a tracker is, and how one is found by name: the built-in one, a plug-in, or a function."""
+"""Interface of a tracker, and lookup by name: the built-in one, a plug-in, or a function."""
 
 from __future__ import annotations
 

@@ -251,7 +251,7 @@ from friction_estimation.tracking.joint.numbers import (
 # --- which blob is the thrown stone -----------------------------------------------------------
 
 MAX_THROW_SPEED = 5.0
-"""No thrown stone is faster [m/s]; the hardest take-outs reach about 4."""
+"""No thrown stone is faster [m/s]; the hardest takeouts reach about 4."""
 MIN_TRAVEL = 0.5
 """Something that moves less over the whole film is no thrown stone [m]."""
 MIN_SIGHTINGS = 4
@@ -261,30 +261,30 @@ ENOUGH_SIGHTINGS = 12
 CLOSE_SAMPLE_STEP = 0.12
 """Time between those frames [s]."""
 MISSED_FRAME_COST = 0.15
-"""What a frame without a sighting costs a path; a perfect sighting is worth 1."""
+"""Cost to a path of a frame without a sighting; a perfect sighting is worth 1."""
 SOMETHING_BESIDE = 0.12
-"""Where they leave more and somebody is near, these are in the pictures that it is learnt from."""
+"""Unexplained share above which people who are near are in the pictures used for learning."""
 
 # --- a stone that people are near ------------------------------------------------------------
 
 LOOK_STEP = 0.2
 """Time between the frames in which that is done [s]."""
 BAND = 60.0
-"""A part of a blob is what differs from the ice by so much more or less [grey levels]."""
+"""Width of the range of differences from the ice in one part of a blob [grey levels]."""
 MIN_FILL = 0.5
 """Share of its box that such a part fills."""
 SLIDE_SECONDS = (0.5, 1.7)
-"""For so long a stone must be alone to be found [s]."""
+"""Minimum and maximum time that a stone must be alone to be found [s]."""
 SLIDE_SIGHTINGS = 4
-"""In as many frames it must be sighted."""
+"""Minimum number of frames in which it must be sighted."""
 SLIDE_PACE, SLIDE_ASIDE = 0.15, 0.12
-"""It must go so fast then [m/s], and aside by no larger share of that."""
+"""Minimum speed then [m/s], and maximum share of it aside."""
 SLIDE_JITTER = 0.05
-"""So far from the straight line a sighting may be, and a pixel [m]."""
+"""Maximum distance of a sighting from the straight line, in addition to a pixel [m]."""
 REST_SEEN = 4.0
-"""What has come to rest is looked for in the last frames, for so long [s]."""
+"""Time before the end of the film in which stones that have come to rest are sought [s]."""
 SLIDES_TRIED = 5
-"""As many things that slide steadily are compared with stones."""
+"""Maximum number of steadily sliding candidates to test."""
 CLEARLY_EXPLAINED = 0.08
 """A look that leaves a smaller share of the pictures unexplained is clearly a stone's."""
 MAX_SLIDE_UNEXPLAINED = 0.12
@@ -293,44 +293,44 @@ heads, coats, legs and brooms 0.25 to 0.5, shoes 0.13 and more."""
 MAX_TOUCHED = 0.34
 """A stone that something touches left up to 0.29 at first, and the others 0.36 and more, mostly."""
 LONG_SECONDS, LONG_WAY = 6.0, 6.0
-"""What slides for so long [s] and so far [m] may be a stone that no second shows clearly."""
+"""Minimum time [s] and distance [m] of a slide that may be a stone that no second shows clearly."""
 LONG_SLOWING = (0.03, 0.25)
-"""It slows down so much all the way [m/s²]."""
+"""Minimum and maximum deceleration over its whole way [m/s²]."""
 LONG_UNSEEN = 1.5
-"""It may be unseen for so long [s]."""
+"""Longest gap between sightings [s]."""
 LONG_SLIDES_SOUGHT = 20
-"""As many things that slide steadily are followed to see how far they go."""
+"""Maximum number of steadily sliding candidates that are followed to see how far they go."""
 LONG_PICTURES = 12
-"""The look is learnt from about so many pictures of the whole way, or of a half of it."""
+"""Approximate number of pictures of the whole way, or of half of it, to learn the look from."""
 LONG_TOUCHED = 0.4
-"""It may leave so much of the three clearest of them unexplained at first."""
+"""Maximum share of the three clearest of them that it leaves unexplained at first."""
 MAX_LONG_UNEXPLAINED = 0.2
-"""The corrected look may leave so much unexplained there. Stones of 5 by 3 px between sweepers left
-0.02 to 0.19, and 0.23 and more what was followed by mistake: a stone with a broom, or a head."""
+"""Maximum share that the corrected look leaves unexplained there. Stones of 5 by 3 px between
+sweepers left 0.02 to 0.19, and false positives 0.23 and more: a stone with a broom, or a head."""
 LEAST_FOLLOWED = 3.0
-"""It must be followed so far along the sheet [m]."""
+"""Minimum distance along the sheet over which it must be followed [m]."""
 LOOKS_CORRECTED = 3
-"""So often its look is then corrected by its clearest pictures."""
+"""Maximum number of times that its look is then corrected by its clearest pictures."""
 HOPELESS = 1.5
-"""A look that leaves so many times the allowed share unexplained is not corrected again."""
+"""Multiple of the allowed unexplained share from which a look is not corrected again."""
 CLEAREST = 3
-"""By so many of them it is judged whether it is a stone's."""
+"""Number of the clearest pictures by which it is judged whether it is a stone's."""
 LEAST_SEEN = 0.45
 """Share of a stone that must look like it."""
 MAX_HIDDEN_SECONDS = 2.5
 """A stone that is hidden for longer is lost [s]."""
 MOTION_SECONDS = 2.5
-"""Its motion is taken from places so far back [s]."""
+"""Time before now over which its motion is fitted [s]."""
 CURVING_SIGMA = 0.015
-"""How fast stones are pushed aside, about [m/s²]."""
+"""Standard deviation of the sideways acceleration of stones [m/s²]."""
 PLACE_SIGMA, PLACE_SIGMA_PX = 0.003, 0.15
 """Error of a place that is measured so, in metres and in pixels."""
 PLACE_GATE, PACE_SIGMA = 0.04, 0.05
-"""A place may be so far from where it should be [m], and so much for each second unseen [m/s]."""
+"""Gate on the prediction error: a distance [m], plus one for each second unseen [m/s]."""
 PATH_PARTS, CLEAR_IN_PART = 10, 2
-"""The look is learnt anew from so many pictures of each of so many parts of the path."""
+"""Number of parts of the path, and of pictures of each, from which the look is learnt again."""
 LED_GATE = 0.1
-"""Where the path was measured so, a frame's measurement may be so far from it [m]."""
+"""Gate on a frame's measurement around a path that was measured so [m]."""
 
 # --- focal length from the stone, where the paint leaves it open --------------------------------
 
@@ -351,17 +351,17 @@ END_FRAMES = 3
 MIN_PRESENCE = 0.6
 """Share of the frames in which a stone at rest must be found; people stand before it in others."""
 COLOUR_PICTURES, COLOURS_EVERY = 20, 4
-"""The colours of a stone that was hit are learnt from so many pictures of its way. What every so
-manyth of them shows alone is tried."""
+"""Maximum number of frames used to learn the colours of a struck stone, and step between those that
+also give a starting guess."""
 SHADOW_WIDTH = 0.10
 """Distance beyond its edge to which a stone darkens the ice [m]."""
 
 AROUND_PX = 12
-"""The ice beneath a stone is compared with what is around it so far out [px]."""
+"""Width of the surroundings with which the ice beneath a stone is compared [px]."""
 LEAST_AROUND = 30
-"""In so many pixels at least."""
+"""Minimum number of pixels to compare."""
 MIRROR_DIFFERENCE = 6.0
-"""The sheet's other side may differ there by so much, but for its brightness [grey levels]."""
+"""Maximum mean difference of the sheet's other side there, beyond its brightness [grey levels]."""
 
 # --- where to look for a stone in the next frame ------------------------------------------------
 
@@ -374,7 +374,7 @@ FLOW_RETURN_PX = 0.5
 FLOW_MARGIN_PX = 32
 """Width of the surroundings of a stone in which flow looks."""
 MIN_FLOW_POINTS = 6
-"""Where fewer points are left, new ones are looked for."""
+"""Minimum number of points; with fewer, new ones are sought."""
 FLOW_RENEWAL = 8
 """Number of frames after which new points are looked for in any case."""
 MAX_HEADING_MISS = 0.7
@@ -382,7 +382,7 @@ MAX_HEADING_MISS = 0.7
 HEADING_SIGMA = 0.15
 """Standard error of a heading that is measured in one frame [rad]."""
 SPIN_DRIFT = 0.5
-"""How far the spin drifts within a second [rad/s/√s]."""
+"""Drift of the spin within a second [rad/s/√s]."""
 MIN_RETRY_DISTANCE = 0.02
 """A second start for the fit must be at least this far from the first [m]."""
 
@@ -393,21 +393,21 @@ RECENT_FITS = 8
 SEEN_AGAIN_AFTER = 1.0
 """A stone that was not seen for longer may be elsewhere than expected [s]."""
 SEEN_AGAIN_SHARE = 0.6
-"""Then at least this share of it must be seen: half of it fits beside somebody's foot as well."""
+"""Then at least this share of it must be seen: half of it fits beside a person's foot as well."""
 SLOWINGS = (0.06, 0.16)
 """Least and greatest deceleration that its way before may tell [m/s²]."""
 SLOWING_SECONDS = 4.0
-"""Its speed so long before the last sightings tells that [s]."""
+"""Time before the last sightings at which its speed gives that deceleration [s]."""
 SLID_ON_DOUBT = 0.3
 """It may have slid farther, or less far, by this share."""
 LAST_SIGHTINGS = 2.5
-"""Sightings of so long before the last one tell how fast it was then [s]."""
+"""Time before the last sighting over which its final speed is fitted [s]."""
 MAY_HIT_WITHIN = 3.0
-"""When a stone leaves its place, what hit it, or set in motion what hit it, is so near [m]."""
+"""Maximum distance from a stone that leaves its place to the one that set it in motion [m]."""
 WAKES_WITHIN = 1.0
-"""A stone at rest is looked at from when a moving one is so near [m]."""
+"""Distance of a moving stone from which on a stone at rest is watched [m]."""
 GIVEN_ON = 0.93
-"""Share of its speed towards another stone that a stone gives on to it."""
+"""Fraction of the approach speed transferred in a collision."""
 STANDS = 0.05
 """A stone that is slower hits no other [m/s]."""
 MIN_SEPARATION_RADII = 1.7
@@ -417,7 +417,7 @@ MAX_HIT_GAP = 0.4
 CONTACT_FITS = 8
 """Number of measurements after a hit whose straight line is followed back to the contact."""
 CLEAR_OF_CONTACT = 0.03
-"""Stones whose rims are so far apart have surely not touched yet [m]."""
+"""Distance between the rims of stones that have surely not touched yet [m]."""
 
 
 # --- heading ----------------------------------------------------------------------------------
@@ -431,9 +431,9 @@ JERK_DENSITIES = (0.003, 0.01, 0.03, 0.1, 0.3, 1.0, 3.0)
 """Square roots of the jerk's spectral density among which a film chooses [m/s³/√Hz]; 0.003 is that
 of a stone left alone."""
 OUTLIER_SIGMAS = 4.0
-"""Measurements this many standard errors from what all others say are left out."""
+"""Measurements this many standard errors from the fit to all others are dropped."""
 SMOOTHING_PASSES = 4
-"""How often jerk, noise and outliers are found in turn."""
+"""Number of times that jerk, noise and outliers are found in turn."""
 
 
 # --- what video compression leaves out --------------------------------------------------------
@@ -444,6 +444,6 @@ SMOOTHING_PASSES = 4
 # --- motion of a stone that is followed by its look ----------------------------------------------
 
 SLOWING, SLOWING_SIGMA = 0.09, 0.03
-"""How fast stones slow down, and how much that differs [m/s²]."""
+"""Mean and standard deviation of the deceleration of stones [m/s²]."""
 SCATTER_TOLD = 1.0
 """Scatter that lasts longer is reported [s]."""

@@ -33,7 +33,7 @@ from friction_estimation.appearance.shape import (
 )
 
 BODY, LIGHT, DARK, GRIP, BLUR = range(5)
-"""What a step changes: the body, the light on it from one side, the light that the ice loses, the
+"""Targets of a step: the body, the light on it from one side, the light that the ice loses, the
 handle, or the blur."""
 
 

@@ -177,7 +177,7 @@ def normal_equations(jacobian, residual, weight, normal, right):
                 right[p] += total
                 active[count] = p
                 count += 1
-        # So many pixels that what is read again and again stays in the fastest memory.
+        # Few enough pixels that data read repeatedly stays in the fastest memory.
         for start in range(0, n, PIXELS_AT_ONCE):
             end = min(start + PIXELS_AT_ONCE, n)
             for a in range(count):

@@ -1,4 +1,4 @@
-"""What points clicked by hand mean: the camera that sees them so, and how well the paint agrees."""
+"""Evaluation of clicked points: the camera that fits them, and its agreement with the paint."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false

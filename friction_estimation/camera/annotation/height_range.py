@@ -1,4 +1,4 @@
-"""How well marked points tell how high a camera hangs."""
+"""Range of camera heights that marked points allow."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from friction_estimation.camera.refinement import RefinedCamera, log_height_prio
 from friction_estimation.camera.scene import Scene
 
 CLICK_PX = 2.0
-"""How far clicks may be off [px]."""
+"""Error of a click [px]."""
 LOG_FOCALS = np.linspace(np.log(0.1), np.log(8.0), 45)
 """Logarithms of the focal lengths that are tried, in longer sides of the picture."""
 BENDS = (0.02, 0.0, -0.03, -0.06, -0.1, -0.15)

@@ -1,4 +1,4 @@
-"""What the page on which keypoints are clicked is answered, wherever it is served."""
+"""Responses to the page on which keypoints are clicked, independent of the server."""
 
 # pyright: reportArgumentType=false, reportCallIssue=false
 

@@ -26,7 +26,7 @@ def _limb(start: tuple[float, float], stop: tuple[float, float], width: float) -
     return np.array([a - aside, b - aside, b + aside, a + aside])
 
 
-# Metres to the right of and ahead of the body's middle: somebody who slides ahead with a stone.
+# Metres to the right of and ahead of the body's middle: a person who slides ahead with a stone.
 _FIGURE = (
     _limb((0.1, -0.25), (0.2, -1.15), 0.16),  # the leg that trails
     _limb((-0.12, -0.25), (-0.2, 0.2), 0.18),  # the sliding foot

@@ -1,1 +1,1 @@
-"""What discovery is given: the throws of a session, cleaned, and what is known beside them."""
+"""Input of discovery: the cleaned throws of a session, and other knowledge about them."""

@@ -1,4 +1,4 @@
-"""What light gates add to a session: times at known places, with errors of both.
+"""Measurements of light gates: times at known places, with errors of both.
 
 A gate tells when the front and the rear of a stone were at a place along the sheet. As a row of a
 track this is a y that errs by the error of the time, times the speed, and by that of the place,
@@ -21,7 +21,7 @@ from friction_estimation.tracks.free_slide import FreeSlide
 FEWEST_TIMES = 3
 """Fewest times of a throw: one more than its release has unknowns."""
 HALF_A_STONE = 0.2
-"""A stone whose front is at the hog line has its centre at most so far before it [m]."""
+"""A stone whose front is at the hog line has its centre at most this far before it [m]."""
 SAME_PLACE = 0.02
 """Rows that lie nearer to each other along the sheet are of one edge at one gate [m]."""
 

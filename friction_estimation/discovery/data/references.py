@@ -87,7 +87,7 @@ class Calibration:
 
     @property
     def clearly_off(self) -> bool:
-        """Whether the factor differs from one by more than its error allows."""
+        """Return whether the factor differs from one by more than its error allows."""
         return abs(self.factor - 1.0) > CLEARLY_OFF * self.stderr
 
     def as_effect(self) -> ActiveEffect:

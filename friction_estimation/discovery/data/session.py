@@ -57,7 +57,7 @@ from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
 
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
-"""Where the middle of a track may lie [m]: a little beyond the ice of the widest sheet."""
+"""Limits of the middle of a track [m]: a little beyond the ice of the widest sheet."""
 LEAST_TIMES = 4
 """Most gate times of a throw of which all but the last are needed to forecast."""
 AT_HOG_LINE = 0.05
@@ -129,7 +129,7 @@ class Session:
 
     @property
     def errs_slowly(self) -> bool:
-        """Whether the errors of the tracks may last for seconds and belong to places.
+        """Return whether the errors of the tracks may last for seconds and belong to places.
 
         Only a track that says how wrong it is can count in the errors that all its frames share.
         """
@@ -165,7 +165,7 @@ class Session:
 
     @cached_property
     def sweeps(self) -> tuple[Floats, Indices, Floats]:
-        """When sweeping begins and ends.
+        """Times at which sweeping begins and ends.
 
         Returns
         -------
@@ -206,7 +206,7 @@ class Session:
 
     @cached_property
     def turns(self) -> Flags:
-        """Whether the heading of each throw was measured, (k,)."""
+        """Return whether the heading of each throw was measured, (k,)."""
         known = np.isfinite(self.theta).astype(int)
         return np.add.reduceat(known, self.starts[:-1]) > LEAST_HEADINGS
 
@@ -238,7 +238,7 @@ class Session:
 
     @cached_property
     def _bends(self) -> Floats:
-        """How the path of each throw bends to the left of its travel, (k,) [m/s²]."""
+        """Acceleration of each throw to the left of its travel, (k,) [m/s²]."""
         bends = np.zeros(len(self))
         for i in range(len(self)):
             t, xy = self.times[self.rows(i)], self.xy[self.rows(i)]
@@ -449,7 +449,7 @@ def _session_of_gates(tracks: Sequence[Trajectory]) -> Session:
 def _with_heading(
     pairs: list[tuple[FreeSlide, Indices]],
 ) -> tuple[list[tuple[FreeSlide, Indices]], list[str]]:
-    """Slides whose heading was measured, if these are enough, and why the others are left out.
+    """Return the slides whose heading was measured, if enough, and why others are dropped.
 
     The rotation of a stone says to which side it curls. Where it is unknown, a guess would be
     wrong every other time.
@@ -466,7 +466,7 @@ def _turns(slide: FreeSlide, rows: Indices) -> bool:
 
 
 def _elsewhere(track: Trajectory) -> str:
-    """Why a track cannot be of this sheet; empty if it can."""
+    """Return the reason why a track cannot be of this sheet; empty if it can."""
     if len(track) == 0:
         return ""
     x, y = np.abs(np.median(track.xy, axis=0))
@@ -479,7 +479,7 @@ def _elsewhere(track: Trajectory) -> str:
 
 
 def _relative(claims: Sequence[Floats]) -> Floats:
-    """Claimed standard errors over their mean, 1 where there is none."""
+    """Return claimed standard errors over their mean, 1 where none is claimed."""
     values = np.concatenate(claims)
     known = np.isfinite(values) & (values > 0)
     mean = float(values[known].mean()) if known.any() else 1.0
@@ -487,7 +487,7 @@ def _relative(claims: Sequence[Floats]) -> Floats:
 
 
 def _jitter_over_claims(slides: Sequence[FreeSlide]) -> float:
-    """How much rows jitter about their neighbours, over the standard errors that they claim."""
+    """Return the jitter of rows about their neighbours, over their claimed standard errors."""
     found: list[float] = []
     for slide in slides:
         track, rows = slide.track, slide.rows

@@ -1,4 +1,4 @@
-"""What something unknown does to the stones of a session: pushes, throw by throw, over time."""
+"""Pushes of an unknown effect on the stones of a session, throw by throw, over time."""
 
 from __future__ import annotations
 
@@ -42,6 +42,6 @@ class UnknownPushes(NamedTuple):
 
 
 def no_pushes(throws: int) -> UnknownPushes:
-    """Nothing unknown in so many throws."""
+    """Return no pushes, for a number of throws."""
     starts = np.zeros(throws + 1, dtype=np.intp)
     return UnknownPushes(np.zeros((0, 4)), starts, np.ones(throws))

@@ -1,4 +1,4 @@
-"""Where the stones of a session ran, and so wore the ice for those that came after them.
+"""Paths of the stones of a session, which wore the ice for those that came after them.
 
 Every throw wears the ice, whether or not it is among those that are searched: a session keeps the
 wear tracks of all its throws however it is split.
@@ -26,14 +26,14 @@ wear the ice by that."""
 SMOOTHED_PERIODS = (8.0, 4.0, 2.0)
 """A path has no swings faster than the first of these, or the next where it does not fit [s]."""
 FURTHEST_ASIDE = WORN_WIDTH / 4
-"""How far a smoothed path may stay away from where the stone was seen [m]."""
+"""Maximum distance of a smoothed path from the places where the stone was seen [m]."""
 LONGEST_PATH = 60.0
 """Longest path [m], half as long again as the sheet: no stone goes further."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class WearTracks:
-    """Where stones ran.
+    """Paths on which stones ran.
 
     Parameters
     ----------
@@ -60,7 +60,7 @@ class WearTracks:
         return cls(orders=orders, paths=tuple(path for _, path in kept))
 
     def before(self, orders: Indices) -> Indices:
-        """How many of the paths are older than each of some throws, (k,)."""
+        """Return the number of paths that are older than each of some throws, (k,)."""
         return np.searchsorted(self.orders, orders, side="left")
 
     def passes(self, sheet: Sheet) -> Floats:
@@ -71,7 +71,7 @@ class WearTracks:
         return self._passes[sheet]
 
     def tracks(self, sheet: Sheet) -> tuple[WornTracks, Floats]:
-        """Where bands passed, as contacts feel it.
+        """Return the cells over which running bands passed, as contacts feel it.
 
         Returns
         -------
@@ -88,12 +88,12 @@ class WearTracks:
         return fresh, self._layers[size]
 
     def tracks_before(self, stones: int, sheet: Sheet) -> WornTracks:
-        """Where the first stones ran."""
+        """Return the tracks of the first stones."""
         return WornTracks(sheet, self.tracks(sheet)[1][stones])
 
 
 def smoothed_path(t: Floats, xy: Floats) -> Floats:
-    """Where a stone ran, (n, 2), by positions with noise.
+    """Return the path of a stone, (n, 2), from positions with noise.
 
     Contacts feel the side of a track, to the millimetre. A path is therefore taken without its fast
     part, but for the last metres of a stone that rests, and as it was seen where it is not smooth.

@@ -1,1 +1,1 @@
-"""Whether a term is real: significance, held-out throws, intervals, rivals, the unknown."""
+"""Evidence for a term: significance, held-out throws, intervals, rivals, the unknown."""

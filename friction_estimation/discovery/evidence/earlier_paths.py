@@ -1,9 +1,9 @@
-"""What the errors of earlier stones' measured paths do to the parameters of a fit.
+"""Effect of errors in earlier stones' measured paths on the parameters of a fit.
 
 Where wear follows the paths of stones, a throw is compared with what earlier ones left. Their paths
 are measured, and their errors are common to all throws that came after: no noise of single throws
 holds them. They are drawn some times as the noise of the tracks would make them, and the parameters
-that fit best are found anew each time, as in multiple imputation.
+that fit best are found again each time, as in multiple imputation.
 """
 
 from __future__ import annotations
@@ -76,9 +76,9 @@ def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionF
 
 
 def _moved(session: Session, noise: SessionNoise, rng: np.random.Generator) -> WearTracks:
-    """The paths of a session as its throws might have been measured on other days.
+    """Return the paths of a session as its throws might have been measured on other days.
 
-    Those of throws that were left out stay: nothing is known of their noise.
+    Those of excluded throws stay: nothing is known of their noise.
     """
     tracks = session.wear_tracks
     throws = {order: i for i, order in enumerate(session.orders.tolist())}

@@ -14,10 +14,10 @@ from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPR
 
 
 def exceptional_throws(best: SessionFit, session: Session) -> Indices:
-    """Indices of a few throws without which the others agree.
+    """Return the indices of a few throws without which the others agree.
 
     Fitted together with the rest, an exceptional throw bends the model and spoils them all. Around
-    the fit with all selected effects, proved or not, throws are left out one by one, and the misfit
+    the fit with all selected effects, proved or not, throws are excluded one by one, and the misfit
     of the others is compared with their misfit before.
 
     Parameters

@@ -26,7 +26,7 @@ from friction_estimation.discovery.tuning import (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class ForecastGap:
-    """How far throws run from where they were forecast.
+    """Distances of throws from their forecasts.
 
     Parameters
     ----------

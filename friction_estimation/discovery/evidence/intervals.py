@@ -60,7 +60,9 @@ def map_errors(fitted: SessionFit) -> Floats | None:
 def common_errors(
     fitted: SessionFit,
 ) -> tuple[LevelError, dict[tuple[str, str], tuple[float, ...]]]:
-    """What the errors of effects and of the friction's level have in common, as in an ice file.
+    """Return the common parts of the errors of effects and of the friction's level.
+
+    They are written as in an ice file.
 
     Their covariance is Gaussian with the spread between throws integrated over. Each error of a
     parameter is written by those before it, as by Cholesky's root of their correlation; that of the

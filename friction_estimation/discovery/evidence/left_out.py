@@ -1,9 +1,9 @@
-"""How well a fit foretells a throw that it was not fitted to: its predictive density.
+"""Predictive density of a throw under a fit to all the others.
 
-The density of a throw under the fit to all the others, with what is uncertain integrated out: its
-release and own friction, and the shared parameters. Around a fit everything is quadratic, so that a
-throw is left out by subtracting its Gram matrix, and every integral is a Gaussian one. A parameter
-of which only that throw told falls back on a broad prior, as wide as its card allows.
+All uncertain quantities are integrated out: the throw's release and own friction, and the shared
+parameters. Around a fit everything is quadratic, so that a throw is excluded by subtracting its
+Gram matrix, and every integral is a Gaussian one. A parameter that only that throw constrains falls
+back on a broad prior, as wide as its card allows.
 """
 
 from __future__ import annotations

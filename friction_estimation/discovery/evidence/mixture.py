@@ -83,7 +83,7 @@ def integrated_spreads(fitted: SessionFit) -> Floats:
 
 
 def has_few_throws(fitted: SessionFit) -> bool:
-    """Whether a session has too few throws to tell how far they differ."""
+    """Return whether a session has too few throws to tell how far they differ."""
     return len(fitted.session) < LEAST_THROWS_FOR_SPREAD
 
 

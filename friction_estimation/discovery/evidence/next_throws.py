@@ -79,14 +79,14 @@ class NextThrow:
 
 
 class _Sought(NamedTuple):
-    """What a throw may teach, with the shared parameters that say it."""
+    """A quantity that a throw may teach, with the shared parameters that determine it."""
 
     name: str
     places: Indices
 
 
 def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
-    """The throws that would teach most of the ice of a fit, in the order in which to make them."""
+    """Return the throws that would teach most about the ice of a fit, in the order to make them."""
     # As in `discover`: more threads of linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         return _next_throws(fitted, count)
@@ -149,7 +149,7 @@ def _covariance(fitted: SessionFit, spread: float) -> Floats:
 def _told_by(
     fitted: SessionFit, throws: Sequence[TrialThrow], spread: float
 ) -> tuple[list[Informative], list[Floats]]:
-    """What each throw would tell of the shared parameters, and its path (rows, 6)."""
+    """Return the information of each throw on the shared parameters, and its path (rows, 6)."""
     noise = noise_of_rows(fitted)
     blind = not fitted.session.turns.any()
     everything = np.arange(len(fitted.model.vector))

@@ -115,7 +115,7 @@ def quadratic(grams: Floats, steps: Floats) -> Floats:
 
 
 def throw_constants(fitted: SessionFit) -> Floats:
-    """What makes the deviance of each throw −2 ln of a density, (k,).
+    """Return the constants that make the deviance of each throw −2 ln of a density, (k,).
 
     The noise's ln variance, ln 2π for each value, and what integrating over its release adds: ln
     det of the information of the release, less that of the release's prior.

@@ -180,7 +180,7 @@ def _p_of_stones(fitted: SessionFit, term: Term) -> float:
 
 
 def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
-    """What each throw shows of a parameter of its stone, and the standard error, (k,) each.
+    """Return each throw's value of a parameter of its stone, and the standard error, (k,) each.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.tuning import USUAL_SPIN
 
 SWEPT_FROM, SWEPT_TO = 2.0, 8.0
-"""When a trial throw is swept, if it is [s after its release]."""
+"""Begin and end of the sweeping of a swept trial throw [s after its release]."""
 WEIGHTS = {
     "guard weight": 0.93,
     "draw weight": 1.0,
@@ -179,7 +179,7 @@ def noise_of_rows(fitted: SessionFit) -> SessionNoise:
 
 
 def is_playable(path: Floats, sheet: Sheet) -> bool:
-    """Whether a stone passes the far hog line and keeps between the side lines.
+    """Return whether a stone passes the far hog line and keeps between the side lines.
 
     Parameters
     ----------
@@ -235,7 +235,7 @@ def _line_in_words(throw: TrialThrow, sheet: Sheet) -> str:
 
 
 def _rest_in_words(past: float) -> str:
-    """How far a throw runs, by where it is at last past the tee line [m]."""
+    """Describe the length of a throw by its final distance past the tee line [m]."""
     if past > HOUSE_RADIUS:
         return "through the house"
     if past < -HOUSE_RADIUS:

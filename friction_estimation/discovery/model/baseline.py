@@ -27,11 +27,11 @@ FEWEST_ROWS = 5
 
 
 def base_model(ice: Ice | None, session: Session) -> Model:
-    """The baseline as a model whose parameters can be fitted.
+    """Return the baseline as a model whose parameters can be fitted.
 
     Parameters
     ----------
-    ice : ice whose map is scaled and whose effects are fitted anew; None for uniform Coulomb
+    ice : ice whose map is scaled and whose effects are fitted again; None for uniform Coulomb
         friction
     session : throws that the model will be fitted to
 
@@ -94,9 +94,9 @@ def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> 
 
 
 def first_friction(session: Session) -> float:
-    """Median deceleration of the throws over g, from which a fit begins.
+    """Return the median deceleration of the throws over g, from which a fit begins.
 
-    Throws that were seen for less than half as long as another are left out: a short slide between
+    Throws that were seen for less than half as long as another are ignored: a short slide between
     two contacts hardly shows how it slows. The time counts and not the number of rows, because
     tracks from films keep few of them.
     """

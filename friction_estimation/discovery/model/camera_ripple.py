@@ -50,7 +50,7 @@ class CameraRipple:
     def root(self) -> Floats:
         """Displacement of the nodes by one unit of each coefficient, (n, n).
 
-        An even displacement and one that grows evenly are left out: releases take up the first, and
+        An even displacement and one that grows evenly are excluded: releases take up the first, and
         the second is an error of scale, which no throw can tell from friction and speed.
         """
         correlation = matern(np.abs(self.nodes[:, None] - self.nodes), self.length, 2.5)

@@ -24,7 +24,7 @@ from friction_estimation.discovery.tuning import AT_LIMIT, SIDE_SIGMA, STILL_BEL
 
 @dataclass(frozen=True, kw_only=True)
 class Belief:
-    """What is known of a parameter before any throw: a normal distribution."""
+    """Prior of a parameter before any throw: a normal distribution."""
 
     mean: float
     sd: float
@@ -74,22 +74,22 @@ class Term:
 
     @property
     def between_throws(self) -> bool:
-        """Whether it acts on the friction of whole throws, so that no single throw shows it."""
+        """Return whether it acts on the friction of whole throws: no single throw shows it."""
         return (self.variant or self.card).scope == "between throws"
 
     @property
     def wears_map(self) -> bool:
-        """Whether earlier stones change the map that it acts by."""
+        """Return whether earlier stones change the map that it acts by."""
         return self.variant is not None and self.variant.parameter == "along_path"
 
     @property
     def follows_paths(self) -> bool:
-        """Whether it acts where earlier stones have run."""
+        """Return whether it acts where earlier stones have run."""
         return any(self.values.get(name, 0.0) != 0.0 for name in ("along_path", "under_contacts"))
 
     @property
     def at_a_limit(self) -> bool:
-        """Whether a strength is as large as no ice has it: it has taken over something else."""
+        """Return whether a strength exceeds that of any ice: it has taken over something else."""
         return any(
             abs(self.values[p.name] - limit) <= AT_LIMIT * (p.high - p.low)
             for p in self.card.parameters
@@ -158,7 +158,7 @@ def variant_of(label: str) -> Variant | None:
 
 
 def way_of(label: str) -> Variant | EffectCard | None:
-    """What a label names: a variant, or else the effect itself; None if it is not known."""
+    """Return the variant that a label names, or else the effect itself; None if unknown."""
     return variant_of(label) or card_of(label)
 
 
@@ -230,7 +230,7 @@ def candidates(session: Session, terms: tuple[Term, ...] = ()) -> list[Term]:
 
 
 def _shows(session: Session, needs: tuple[Need, ...]) -> bool:
-    """Whether a session holds all that an effect needs to be visible."""
+    """Return whether a session holds all that an effect needs to be visible."""
     orders = session.wear_tracks.orders
     holds: dict[Need, bool] = {
         "swept": bool(session.swept.any()),

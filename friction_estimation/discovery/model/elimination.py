@@ -1,4 +1,4 @@
-"""What belongs to single throws is eliminated: their releases, and their own frictions.
+"""Elimination of the parameters of single throws: their releases and own frictions.
 
 A throw enters a fit as the Gram matrix of its whitened columns. Its release is projected out, and
 the factor on its friction is integrated over. What remains concerns the shared parameters only.

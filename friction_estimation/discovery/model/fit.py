@@ -77,7 +77,8 @@ class SessionFit:
     grams : (k, m, m) whitened Gram matrices of [6 states, ln factor, shared, residual]
     deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
     by_paths : (P, P) covariance of the shared parameters by errors of the paths of earlier stones,
-        beside that of their own noise; None where it was not asked for, or nothing follows paths
+        in addition to that by their own noise; None where it was not asked for, or nothing follows
+        paths
     only_spread : the one spread of ln μ between throws at which the Gram matrices hold; None where
         they hold at any
     """
@@ -111,7 +112,7 @@ class SessionFit:
 
     @property
     def paths(self) -> LinearisedPaths:
-        """How the paths respond to pushes there."""
+        """Paths of the fit with their response to pushes."""
         return _paths_of(self)
 
     def linear_in(self, model: Model, columns: Floats, residual: Floats) -> Linearisation:
@@ -172,7 +173,7 @@ def singular_fit_refused() -> Generator[None]:
 
 
 class Point(NamedTuple):
-    """Where a fit has come.
+    """Present state of a fit.
 
     Parameters
     ----------

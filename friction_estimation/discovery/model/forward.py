@@ -1,9 +1,9 @@
 """Predicted paths of all throws of a session at the times at which they were measured.
 
-Each stone slides by the one integrator of the physics, `integrate`, on ice of its own:
-the map with the factor of its throw and the wear of earlier stones, and what something unknown
-does to it as one more effect of the law. A fit asks for this some thousand times per session. Steps
-are so short that paths change smoothly with every parameter, and finite differences can be trusted.
+Each stone slides by the one integrator of the physics, `integrate`, on separate ice: the map with
+the factor of its throw and the wear of earlier stones, and the pushes of an unknown effect as one
+more effect of the law. A fit asks for this some thousand times per session. Steps are so short that
+paths change smoothly with every parameter, and finite differences can be trusted.
 """
 
 from __future__ import annotations
@@ -50,8 +50,8 @@ STEPS = StepControl(
 )
 """Steps after which paths are right to some micrometres."""
 STEPS_ON_TRACKS = STEPS._replace(target_error=1e-3, relative_error=1e-4, longest_share=0.05)
-"""Where contacts feel tracks the law is rough. No step is taken again there but after an error of
-centimetres: steps of whatever length are less rough than a choice between two."""
+"""Steps where contacts feel tracks and the law is rough. A step is taken again there only after an
+error of centimetres: steps of whatever length are less rough than a choice between two."""
 NODES = 2_000
 """Nodes of a path for which there is room at first."""
 MAX_OFFSET_OF_POINT = 300.0
@@ -59,7 +59,7 @@ MAX_OFFSET_OF_POINT = 300.0
 
 
 class Wear(NamedTuple):
-    """What earlier stones have worn along their paths.
+    """Wear by earlier stones along their paths.
 
     Parameters
     ----------
@@ -73,12 +73,12 @@ class Wear(NamedTuple):
 
 
 class ThrowInputs(NamedTuple):
-    """What the throws of a session bring along, apart from what is fitted.
+    """Inputs of the throws of a session, apart from what is fitted.
 
     Parameters
     ----------
     orders, stones, clocks : (k,) throws played before, stone, and session time of the release [s]
-    ran : (k,) how many stones had worn the ice before
+    ran : (k,) number of stones that had worn the ice before
     swept_first : (k,) whether the stone is swept at first, 0 or 1
     switches : times at which sweeping begins or ends [s]
     switch_starts : (k+1,) index of the first switch of each throw
@@ -127,7 +127,7 @@ def _slides(law: Law, nodes: int) -> _Slides:
     )
 
 
-# --- a law of its own for every throw ------------------------------------------------------------
+# --- a separate law for every throw --------------------------------------------------------------
 
 
 @effect_kernel
@@ -201,7 +201,7 @@ def _set_motion(motion: Any, throws: Any, throw: int) -> None:
 
 @inlined
 def _sweep_from(throws: Any, throw: int, swept: bool, switch: int) -> Any:
-    """When the present or next sweep of a throw begins and ends; infinite if it does not."""
+    """Return the begin and end of the present or next sweep of a throw; infinite if none."""
     switches, last = throws.switches, throws.switch_starts[throw + 1]
     begin = -1.0
     if not swept:

@@ -50,7 +50,7 @@ CARD = EffectCard(
 
 
 NEAR = 0.002
-"""How closely a field of one correlation length takes over what another said of ln μ."""
+"""Tolerance with which a field of one correlation length takes over ln μ from another."""
 LEAST_SPACING = 0.3
 """Least distance between the places by which the field is described [m]."""
 
@@ -166,7 +166,7 @@ def _relative_deviations(known: Floats | None, amplitude: float, cells: int) -> 
 
 
 class Crossed(NamedTuple):
-    """Where stones ran.
+    """Ice on which stones ran.
 
     Parameters
     ----------
@@ -181,7 +181,7 @@ class Crossed(NamedTuple):
 
 
 def crossed_by(sheet: Sheet, paths: Sequence[Floats]) -> Crossed:
-    """Where stones ran on a sheet.
+    """Return the ice of a sheet on which stones ran.
 
     Parameters
     ----------

@@ -67,19 +67,19 @@ class Model:
 
     @property
     def systematic_slice(self) -> slice:
-        """Where the coefficients of the systematic error are among the shared parameters."""
+        """Slice of the coefficients of the systematic error among the shared parameters."""
         count = len(self.systematic_error) if self.systematic_error else 0
         return slice(len(GLOBALS), len(GLOBALS) + count)
 
     @property
     def ripple_slice(self) -> slice:
-        """Where the coefficients of the camera's ripple are among the shared parameters."""
+        """Slice of the coefficients of the camera's ripple among the shared parameters."""
         begin = self.systematic_slice.stop
         return slice(begin, begin + (len(self.ripple) if self.ripple else 0))
 
     @property
     def map_slice(self) -> slice:
-        """Where the coefficients of the friction map are among the shared parameters."""
+        """Slice of the coefficients of the friction map among the shared parameters."""
         begin = self.ripple_slice.stop
         return slice(begin, begin + (len(self.map_field) if self.map_field else 0))
 
@@ -122,7 +122,7 @@ class Model:
 
     @property
     def names(self) -> list[tuple[str, str]]:
-        """(term, parameter) of every shared parameter; the term is empty where there is none."""
+        """(term, parameter) of every shared parameter; the term is empty if it has none."""
         places = {
             "systematic_error": self.systematic_slice,
             "ripple": self.ripple_slice,
@@ -257,7 +257,7 @@ class Model:
         return replace(sheet, cell_size=sheet.cell_size / self.wear_refinement)
 
     def wear(self, session: Session) -> Wear:
-        """What the stones of a session wear along their paths."""
+        """Return the wear by the stones of a session along their paths."""
         along_path = wear_along_path(self._ice_with_terms)
         if along_path == 0.0:
             return NO_WEAR
@@ -366,7 +366,7 @@ def true_states(
 
 
 def throw_inputs(session: Session, times: Floats, starts: Indices) -> ThrowInputs:
-    """What the throws of a session bring along, for some times."""
+    """Return the inputs of the throws of a session, for some times."""
     switches, firsts, swept_first = session.sweeps
     return ThrowInputs(
         orders=session.orders,

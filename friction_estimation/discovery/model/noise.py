@@ -108,12 +108,12 @@ class SessionNoise:
 
     @property
     def remembers(self) -> bool:
-        """Whether the noise of positions has a memory."""
+        """Return whether the noise of positions has a memory."""
         return max(self.fading[:2]) > 0.0
 
     @property
     def lasts(self) -> bool:
-        """Whether the noise of positions has a longer memory than raw tracks usually have."""
+        """Return whether the noise of positions has a longer memory than in most raw tracks."""
         return self.remembers and max(self.memory[:2]) > MEMORY_BOUNDS[1]
 
     def drawn(self, t: Floats, rng: np.random.Generator) -> Floats:

@@ -224,8 +224,8 @@ def profile_spread(
 class _SpreadProfile(NamedTuple):
     """F at the best shared parameters, as a function of the ln factors of the throws.
 
-    The shared parameters are eliminated first. What is left is a quadratic of as many ln factors as
-    there are throws; on its axes a spread costs a division.
+    The shared parameters are eliminated first. What is left is a quadratic of the ln factors, one
+    for each throw; on its axes a spread costs a division.
 
     Parameters
     ----------

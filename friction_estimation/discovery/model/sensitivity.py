@@ -1,4 +1,4 @@
-"""How what a model predicts responds: to releases, to its parameters, and to pushes."""
+"""Response of a model's predictions to releases, to its parameters, and to pushes."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ LN_MU_STEP = 2e-4
 def linearised_paths(
     model: Model, session: Session, states: Floats, ln_factors: Floats
 ) -> LinearisedPaths:
-    """How the paths of a session respond to pushes, from seven paths of every throw.
+    """Return the paths of a session with their response to pushes, from seven of every throw.
 
     Parameters
     ----------

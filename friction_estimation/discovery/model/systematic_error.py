@@ -113,7 +113,7 @@ class SystematicError:
 
 
 def _correlation(y: Floats, nodes: Floats) -> Floats:
-    """How alike the displacement is at places (k,) and (n,) along the sheet, (k, n)."""
+    """Return the correlation of displacements at places (k,) and (n,) along the sheet, (k, n)."""
     return np.exp(-0.5 * ((y[:, None] - nodes) / SYSTEMATIC_LENGTH) ** 2)
 
 

@@ -62,7 +62,7 @@ def whiten_series(
 
 @compiled
 def restricted_square(gram: Any) -> float:
-    """What is left of the last column's square beside the others, and the log determinant of these.
+    """Return the last column's residual square given the others, plus their log determinant.
 
     Parameters
     ----------

@@ -47,12 +47,12 @@ def place_sides_of(fitted: SessionFit, label: str) -> SessionFit:
 
 
 def foreseen_deviances(fitted: SessionFit, models: Sequence[Model]) -> Floats:
-    """F of models that differ little in their friction, if all stays linear around a fit, (n,).
+    """Return F of models that differ little in friction, if all stays linear around a fit, (n,).
 
     Parameters
     ----------
     fitted : the fit
-    models : models with the parameters of its own
+    models : models with the parameters of the fitted one
     """
     columns, paths, always = fitted.columns, fitted.paths, np.ones((len(fitted.paths.path), 1))
     moved = [

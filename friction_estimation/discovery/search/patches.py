@@ -114,7 +114,7 @@ def responses_of_cells(paths: LinearisedPaths, grid: Grid) -> list[tuple[Indices
 
 
 class Promised(NamedTuple):
-    """What a rectangle promises.
+    """A rectangle with its promised gain.
 
     Parameters
     ----------

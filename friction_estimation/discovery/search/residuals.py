@@ -63,7 +63,7 @@ class Misfit:
 
     @property
     def white(self) -> bool:
-        """Whether noise may have left them."""
+        """Return whether noise may have left them."""
         return self.ratio < self.tolerated or self.z < NOT_WHITE
 
     @property

@@ -1,4 +1,4 @@
-"""Whether the throws of a session show a ripple of their camera along the sheet.
+"""Search for a ripple of the camera along the sheet in the throws of a session.
 
 A ripple that was always fitted would now and then take up what noise or an unknown effect left. So
 it is declined unless the evidence for it is clear beside the map and beside effects that bend
@@ -54,7 +54,7 @@ class RippleSearch:
         none would
     gain : fall of −2 ln likelihood that the best ripple brings
     likeness : correlation of the ripples that two halves of the throws find; 0 where not computed
-    ripple : the likeliest ripple, of zero; None where none was found
+    ripple : the most likely ripple, of zero; None where none was found
     """
 
     outcome: RippleVerdict
@@ -189,7 +189,7 @@ def _signed_squares(fitted: SessionFit) -> tuple[list[Floats], list[Floats]]:
 
 
 def variety(places: Sequence[Floats], squares: Sequence[Floats]) -> float:
-    """How differently the throws passed the same places: spread of their signed v² over its size.
+    """Return how differently throws passed the same places: spread of signed v² over its size.
 
     Parameters
     ----------

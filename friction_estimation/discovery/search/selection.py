@@ -239,7 +239,7 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
 
 
 def _has_rough_map(fitted: SessionFit, kept: set[str]) -> bool:
-    """Whether a map that was added is as rough as the sides of a patch, and may be just that."""
+    """Return whether an added map is as rough as the sides of a patch, and may be just that."""
     field = fitted.model.map_field
     given = kept & {CARD.name, *(patch.label for patch in _patches(fitted))}
     return field is not None and field.length <= ROUGH_MAP and not given
@@ -290,10 +290,10 @@ def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
 
 
 def _without(fitted: SessionFit, term: Term) -> SessionFit:
-    """The fit without a term.
+    """Return the fit without a term.
 
     A patch that was found beside a map is what the map had left of it: without the map it is sought
-    anew.
+    again.
     """
     best = refit(fitted, fitted.model.without(term.label))
     return best if term.map_field is None else with_patches_sought_again(best)

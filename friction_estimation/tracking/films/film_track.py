@@ -1,4 +1,4 @@
-"""What a user may choose for the built-in tracker, and what it finds in a film."""
+"""Options of the built-in tracker, and its results for a film."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from friction_estimation.film.stabilisation import Stabiliser
 HANDLE = 4
 """Row of the handle among the colours of an appearance."""
 HIDDEN_LONG = 1.0
-"""A stone that is not seen for longer is said to be hidden [s]."""
+"""A stone that is not seen for longer is reported as hidden [s]."""
 STILL_SLIDES = 0.15
 """A stone that is as fast when it is last seen has not come to rest [m/s]."""
 FlowMethod = Literal["plain", "pyramidal"]
@@ -26,7 +26,7 @@ FlowMethod = Literal["plain", "pyramidal"]
 
 @dataclass(frozen=True, kw_only=True)
 class TrackingOptions:
-    """What a user may choose.
+    """Options of the built-in tracker.
 
     Parameters
     ----------
@@ -87,7 +87,7 @@ class FilmTrack:
 
     @property
     def not_seen(self) -> str:
-        """When the stone slid unseen, in words; empty where it was seen all the way."""
+        """Times at which the stone slid unseen, in words; empty where it was seen all the way."""
         t, pace = self.trajectory.t, self.velocity[-1]
         long = np.flatnonzero(np.diff(t) > HIDDEN_LONG)
         parts = [f"from {t[k]:.1f} to {t[k + 1]:.1f} s" for k in long]

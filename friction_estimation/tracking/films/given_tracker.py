@@ -31,18 +31,18 @@ class GivenTracker:
 
     @cached_property
     def own(self) -> OwnTracker | None:
-        """What belongs to a tracker of this package; None for another."""
+        """Parts of a tracker of this package; None for another."""
         return own_tracker(self.function)
 
     @property
     def options(self) -> TrackingOptions | None:
-        """What was chosen for one of this package; None for the defaults, and for another."""
+        """Options chosen for a tracker of this package; None for the defaults, and for another."""
         given: Any = self.function
         return given.keywords.get("options") if self.own and isinstance(given, partial) else None
 
     @property
     def shares_cameras(self) -> bool:
-        """Whether it takes a camera that was solved before, and may correct it."""
+        """Return whether it takes a camera that was solved before, and may correct it."""
         return self.own is not None and (self.options is None or self.options.refine)
 
     @property

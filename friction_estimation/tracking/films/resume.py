@@ -34,7 +34,7 @@ from curling_env.trajectory import Trajectory
 from friction_estimation.film.video import TIMES_SUFFIX
 
 SUFFIX = ".unfinished"
-"""What is added to the name of the output for the folder of checkpoints."""
+"""Suffix of the folder of checkpoints, added to the name of the output."""
 
 
 class Checkpoints:

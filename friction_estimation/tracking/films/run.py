@@ -44,7 +44,7 @@ def track_films(
     Returns
     -------
     The tracks of all stones in all throws, numbered by throw from 0; the thrown stone comes first.
-    Stones are numbered in order of play, and told apart by the colours of their handles.
+    Stones are numbered in order of play, and distinguished by the colours of their handles.
 
     Raises
     ------
@@ -91,7 +91,7 @@ def track_each(
     tracker : finds the stones in a film; by default the built-in one, `track_film`
     checkpoints : keeps the tracks of each throw until all films are done, so that an interrupted
         call can be repeated; the caller deletes them at the end. None: nothing is kept
-    always_track : as many of the first throws are tracked even if checkpoints hold their tracks,
+    always_track : number of first throws that are tracked even if checkpoints hold their tracks,
         for callers that need `found`
     cameras : what is known of the cameras of scenes; by default nothing, and each is solved from
         its first films
@@ -135,12 +135,12 @@ def _throws_of_all(
     throw_tracker: ThrowTracker,
     each_shows_one: bool,
 ) -> Iterator[TrackedFilm]:
-    """The throws of all films, in order.
+    """Yield the throws of all films, in order.
 
     Parameters
     ----------
     throws : number of the throw in each film; None: they are counted
-    each_shows_one : whether a film without a throw is refused; else it is left out, and told
+    each_shows_one : whether a film without a throw is refused; else it is skipped, and reported
     """
     empty: list[InputError] = []
     for k, (film, scene) in enumerate(films):

@@ -2,7 +2,7 @@
 
 Lens, pose and height are solved from the first films of a scene together and written beside the
 scene when a throw is tracked with them. Later films use them at once. In every film the paint
-must be where the camera sees it; else the tripod has moved, and the camera is solved anew.
+must be where the camera sees it; else the tripod has moved, and the camera is solved again.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ from friction_estimation.tracking.joint import numbers
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 3
-"""Raised whenever cameras are solved better: those that were kept before are then solved anew."""
+"""Raised whenever cameras are solved better: those that were kept before are then solved again."""
 
 
 @dataclass(eq=False)
@@ -88,7 +88,7 @@ class SharedCameras:
         return self._known[key]
 
     def sampled(self, piece: Piece) -> SteadyFilm | None:
-        """The film of a piece, where it was sampled just now to solve its camera; told once."""
+        """Return a piece's film, once, if it was sampled just now to solve its camera."""
         sampled, self._sampled = self._sampled, None
         return sampled if sampled is not None and sampled.film is piece.film else None
 
@@ -126,7 +126,7 @@ class SharedCameras:
             try:
                 film = Film.open(path, scene.fps)
             except InputError:
-                continue  # it is told when this film's turn comes
+                continue  # it is reported when this film's turn comes
             if film.size == films[0].size and film.duration <= cutting_tuning.ONE_THROW_SECONDS:
                 films.append(film)
 
@@ -155,7 +155,7 @@ class SharedCameras:
             document = FORMAT.accept(read_json(path))
             return camera_from(document) if document["scene"] == key else None
         except (CurlingError, KeyError, TypeError, ValueError):
-            return None  # it is solved again, and written anew
+            return None  # it is solved and written again
 
     def _write(self, scene: Scene, key: str) -> None:
         path, camera = camera_beside(scene), self._known[key]
@@ -179,7 +179,7 @@ def solve_camera(
 
     Parameters
     ----------
-    films : of one camera that does not move, a throw each; those that it does not fit are left out
+    films : of one camera that does not move, a throw each; those that it does not fit are dropped
     scene : its view of the sheet
     own : finds stones in them, where the paint leaves the lens open
     sampled : called with each film once its frames are sampled, which takes a while
@@ -203,7 +203,7 @@ def solve_camera(
             sampled(steady)
             background = empty_ice(steady, scene)
         except InputError:
-            continue  # it is told when this film's turn comes
+            continue  # it is reported when this film's turn comes
         if refined is None:
             refined = refined_by_paint(steady, scene, background, True)
             if not refined.measured:
@@ -234,7 +234,7 @@ def solve_camera(
 
 
 def camera_beside(scene: Scene) -> Path | None:
-    """Where the camera of a scene file is kept: `end.solved.json` beside `end.scene.json`."""
+    """Return the path of a scene's solved camera: `end.solved.json` beside `end.scene.json`."""
     if scene.source is None:
         return None
     path = Path(scene.source)
@@ -243,7 +243,7 @@ def camera_beside(scene: Scene) -> Path | None:
 
 
 def _may_replace(path: Path) -> bool:
-    """Whether there is no file of a path yet, or one that was written here."""
+    """Return whether a path has no file yet, or one that was written here."""
     if not path.exists():
         return True
     try:

@@ -60,7 +60,7 @@ class SteadyFilm:
         self.sample = sample
         """Times [s] and frames, spread over the whole film."""
         self.remarks: tuple[str, ...] = ()
-        """What the frames that were read have shown of the film itself, in words."""
+        """Remarks on the film itself from the frames that were read, in words."""
 
     @property
     def size(self) -> tuple[int, int]:
@@ -103,7 +103,7 @@ class SteadyFilm:
         return self._corrected(self.film.between(low, high, step))
 
     def sample_until(self, t: float) -> list[tuple[float, Image]]:
-        """As many frames as `sample` has, between the beginning and a time [s]."""
+        """Return the same number of frames as `sample`, between the beginning and a time [s]."""
         last = self.film.index_at(t)
         wanted = np.linspace(0, last, self._count).round().astype(int).tolist()
         return list(self._corrected(self.film.pick(wanted)))
@@ -118,7 +118,7 @@ class SteadyFilm:
 
 
 def sample_size(size: tuple[int, int]) -> int:
-    """How many frames of a film are looked at before the stone is followed."""
+    """Return the number of frames of a film that are sampled before the stone is followed."""
     fitting = numbers.SAMPLE_BYTES // max(3 * size[0] * size[1], 1)
     return min(numbers.SAMPLE_FRAMES, max(fitting, numbers.LEAST_SAMPLE))
 

@@ -29,9 +29,9 @@ class ThrowTracker:
     tracker : finds the stones in a throw
     cameras : what is known of the cameras of scenes
     checkpoints : the tracks of an interrupted call, and where those of this one are kept
-    always_track : as many of the first throws are tracked even if checkpoints hold their tracks
+    always_track : number of first throws that are tracked even if checkpoints hold their tracks
     several_films : whether there are several; the throw of a single film is not kept
-    left_out : called with what is left out of a film, and why
+    left_out : called with each dropped part of a film, and the reason
     progress : called with the number of frames done and the expected number of all
     """
 
@@ -56,7 +56,7 @@ class ThrowTracker:
 
         Returns
         -------
-        None, or of a film of which no part is a throw why the first one is none; each was told
+        None; or, if no part of the film is a throw, the error of the first; all were reported
 
         Raises
         ------
@@ -186,7 +186,7 @@ class ThrowTracker:
         )
 
     def _kept(self, key: str, piece: Piece) -> TrackedFilm | None:
-        """What an interrupted call has tracked of a piece; None where nothing is kept of it."""
+        """Return what an interrupted call has tracked of a piece; None if nothing is kept."""
         if self.checkpoints is None or self._done < self.always_track:
             return None
         kept = self.checkpoints.load(key)
@@ -212,6 +212,6 @@ class ThrowTracker:
 
 
 def alone(error: InputError) -> InputError:
-    """An error without what was being done: the pictures of a throw that is left out."""
+    """Return an error without its context: the pictures of a throw that is dropped."""
     error.__cause__ = error.__context__ = None
     return error.with_traceback(None)

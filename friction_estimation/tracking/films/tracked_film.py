@@ -1,4 +1,4 @@
-"""What tracking one throw of a film gave, under the numbers that a tracks file has for it."""
+"""Result of tracking one throw of a film, under its numbers in a tracks file."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from friction_estimation.tracking.stone_numbers import StoneNumbers, handle_code
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class TrackedFilm:
-    """What tracking one throw gave.
+    """Result of tracking one throw.
 
     Parameters
     ----------
@@ -67,7 +67,7 @@ class TrackedFilm:
 
 
 def with_stones(films: Iterable[TrackedFilm]) -> Iterator[TrackedFilm]:
-    """With the stones numbered in order of play, and told apart by the colours of their handles."""
+    """Number the stones in order of play, and distinguish them by the colours of their handles."""
     numbers = StoneNumbers()
     for one in films:
         given = numbers.of(one.tracks, one.handles)

@@ -1,4 +1,4 @@
-"""Association of detections to stones over all sampled frames: the likeliest paths.
+"""Association of detections to stones over all sampled frames: the most likely paths.
 
 A path is a chain of detections. Every two of them tell a velocity, and the next one is predicted
 under the mode that the stone is in: carried, sliding or at rest. The score of a path is the log of
@@ -68,7 +68,7 @@ class Path:
 
 
 def likeliest_paths(seen: Detections, area: float, among: Integers | None = None) -> list[Path]:
-    """All paths whose log odds are above `numbers.SURE`, the likeliest first.
+    """Return all paths whose log odds are above `numbers.SURE`, the most likely first.
 
     Parameters
     ----------
@@ -89,9 +89,9 @@ def likeliest_paths(seen: Detections, area: float, among: Integers | None = None
 
 
 def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Path]:
-    """The likeliest paths through some of the detections, one at a time.
+    """Return the most likely paths through some of the detections, one at a time.
 
-    Once the likeliest is taken out, those beside it may go on elsewhere, so that they wait.
+    Once the most likely is taken out, those beside it may go on elsewhere, so that they wait.
     """
     frame, t, xy = seen.frame[left], seen.t[left], seen.xy[left]
     variance, score = seen.sigma[left] ** 2, seen.score[left]

@@ -1,4 +1,4 @@
-"""How long ago the pixels of a stone last changed.
+"""Time since the pixels of a stone last changed.
 
 The noise of a camera differs in every frame, and so does the rim of a stone that moves. A codec
 that leaves small changes out repeats old pixels: the stone then lags behind its true place, and its
@@ -27,7 +27,7 @@ _OF_NOISE = 9.0
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Ages:
-    """How old the pictures of a stone are.
+    """Ages of the pictures of a stone.
 
     Parameters
     ----------
@@ -122,7 +122,7 @@ class PixelAges:
             self._known.append((t, *ages, repeated, *(dropped * aim).tolist()))
 
     def seen(self) -> Ages:
-        """What was seen so far."""
+        """Return the ages known until now."""
         t, rim, whole, repeated, x, y = np.array(self._known).reshape(-1, 6).T
         return Ages(t=t, rim=rim, whole=whole, dropped=np.column_stack([x, y]), repeated=repeated)
 

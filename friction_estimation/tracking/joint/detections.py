@@ -139,7 +139,7 @@ class Detector:
 
     @property
     def at_rest(self) -> list[Floats]:
-        """Places (2,) of what rests on ice that does not change, the likeliest first [m]."""
+        """Places (2,) of what rests on ice that does not change, the most likely first [m]."""
         stones = sorted(self._still.stones, key=lambda one: -one.score)
         return [one.xy for one in stones]
 

@@ -1,4 +1,4 @@
-"""Where the network sees stones in parts of a picture, as log odds for the association."""
+"""Detections of the network in parts of a picture, as log odds for the association."""
 
 from __future__ import annotations
 

@@ -113,7 +113,7 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
 
 
 def _thrown(paths: Sequence[Path], seen: Detections) -> Path | None:
-    """The likeliest path that slides, goes some way and does not begin at rest."""
+    """Return the most likely path that slides, goes some way and does not begin at rest."""
     for path in paths:
         way = seen.xy[path.at[-1]] - seen.xy[path.at[0]]
         if path.slides and path.mode[0] != RESTING and np.hypot(*way) > numbers.LEAST_WAY:

@@ -27,7 +27,7 @@ _ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
 
 @dataclass(eq=False)
 class HeadingViews:
-    """How well each heading fits single pictures of a stone.
+    """Misfits of each heading to single pictures of a stone.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class HeadingViews:
 
 @dataclass(frozen=True, kw_only=True)
 class KnownHeading:
-    """How a stone was turned when a stretch of its way began.
+    """Heading and spin of a stone when a stretch of its way began.
 
     A contact does not turn a stone at once, and changes little how fast it turns.
 
@@ -67,7 +67,7 @@ class KnownHeading:
     spin: float = 0.0
 
     def waves(self) -> NDArray[np.complex128]:
-        """What each heading costs then, as the waves of a picture."""
+        """Return the cost of each heading then, as the waves of a picture."""
         waves = np.zeros(numbers.HEADING_WAVES + 1, dtype=complex)
         cost = 1 / numbers.KNOWN_HEADING_SIGMA**2
         waves[:2] = cost, -cost * np.exp(-1j * self.theta)
@@ -133,7 +133,7 @@ class HeadingCurve:
         return start + since * (slope + since * (square + since * cubic)) + rate * (t - inside)
 
     def trusted(self, t: Floats) -> Flags:
-        """Whether the curve may be trusted at times [s], (n,)."""
+        """Return whether the curve may be trusted at times [s], (n,)."""
         after = np.clip(np.searchsorted(self._t, t), 1, len(self._t) - 1)
         nearest = np.where(t - self._t[after - 1] < self._t[after] - t, after - 1, after)
         return self._trusted[nearest] & (
@@ -141,7 +141,7 @@ class HeadingCurve:
         )
 
     def differs(self, other: HeadingCurve) -> bool:
-        """Whether another curve, where it may be trusted, is not this one."""
+        """Return whether another curve, where it may be trusted, is not this one."""
         miss = np.angle(np.exp(1j * (self.at(other._t) - other._theta)))
         return bool(np.mean(np.abs(miss[other._trusted]) > numbers.HEADING_MATCH / 2) > 0.1)
 
@@ -180,7 +180,7 @@ def headings_near(
 
 
 def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> Floats:
-    """How far a stone has turned since its pixels last changed, (n,) [rad].
+    """Return the turn of a stone since its pixels last changed, (n,) [rad].
 
     Parameters
     ----------
@@ -306,9 +306,9 @@ def likeliest_turn(views: HeadingViews, t: Floats, speed: Floats) -> tuple[Float
 
 
 def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
-    """What each picture counts (n,): all of a stone that hardly moves repeat each other's faults.
+    """Return the weight of each picture, (n,).
 
-    Together they count as one.
+    All pictures of a stone that hardly moves repeat each other's faults, and together count as one.
     """
     way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (speed[1:] + speed[:-1]) / 2)])
     place = np.floor(np.interp(times, t, way) / numbers.REPEATED_WAY)
@@ -356,7 +356,7 @@ def _steady_rotation(
     speed: Floats,
     known: KnownHeading | None,
 ) -> Floats:
-    """The heading at each time with the likeliest spin that falls as a power of the speed, (n,)."""
+    """Return the headings, (n,), with the most likely spin that falls as a power of the speed."""
     share = np.clip(speed / max(float(np.nanmax(speed)), 1e-6), 0.0, 1.0)
     fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
     best, least = np.zeros(len(times)), np.inf
@@ -382,9 +382,9 @@ def _steady_rotation(
 
 
 def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Floats:
-    """How far the heading slowly drifts from a steady rotation, (n,) [rad].
+    """Return the slow drift of the heading from a steady rotation, (n,) [rad].
 
-    It is the likeliest random walk through the pictures, by dynamic programming.
+    It is the most likely random walk through the pictures, by dynamic programming.
     """
     own = _cost_at(waves, theta[:, None] + _ANGLES)
     step = np.angle(np.exp(1j * (_ANGLES[:, None] - _ANGLES)))  # [now, before]

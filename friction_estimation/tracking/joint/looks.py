@@ -105,7 +105,7 @@ class SeenStone:
 
 
 def _spread(xy: Floats) -> Integers:
-    """Indices of as many of the places (n, 2) as teach a look, spread over the way and the time.
+    """Return indices of places (n, 2) that suffice to learn a look, spread over way and time.
 
     A stone far away fills few frames and one at rest fills many, which repeat each other's faults.
     """

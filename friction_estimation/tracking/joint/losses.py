@@ -1,4 +1,4 @@
-"""Where a track loses more speed than ice takes from a stone: in a hit, or because it stays behind.
+"""Losses of more speed than ice takes from a stone: in a hit, or because the track stays behind.
 
 On dark paint a codec may leave an old picture of the stone, which the track keeps to while the
 stone slides on. Whatever it is that a track keeps to, no stone stops as fast.
@@ -33,7 +33,7 @@ class LeftBehind:
     velocity: Floats
 
     def by(self, t: Floats, xy: Floats) -> Floats:
-        """How far from places (n, 2) the stone may have slid on at times (n,) [s], (n,) [m]."""
+        """Return how far from places (n, 2) it may have slid on at times (n,) [s], (n,) [m]."""
         pace = float(np.hypot(*self.velocity))
         slides = np.clip(t - self.since, 0.0, pace / numbers.HIDDEN_DECELERATION)
         way = slides - 0.5 * numbers.HIDDEN_DECELERATION * slides**2 / pace
@@ -48,7 +48,7 @@ def left_behind(
     height: float,
     stretches: Sequence[Scattered],
 ) -> LeftBehind | None:
-    """Where a thrown stone seems to stop faster than on ice; None where it does not, or was hit.
+    """Find where a thrown stone seems to stop faster than on ice; None if not, or if it was hit.
 
     Parameters
     ----------
@@ -91,7 +91,7 @@ def sudden_loss(
     height: float,
     contacts: Sequence[float] = (),
 ) -> float | None:
-    """When a thrown stone lost speed at once, as ice does not slow it; None where it did not [s].
+    """Return when a thrown stone lost more speed at once than ice takes [s]; None if it did not.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def sudden_loss(
 
 
 def _missed_by(t: Floats, xy: Floats, k: int) -> float:
-    """How far a stone then is from where it would be by its motion before place k [m].
+    """Return the later distance of a stone from its extrapolated motion before place k [m].
 
     For a moment a place may be wrong by part of a pixel; what is lost in a hit stays lost.
     """

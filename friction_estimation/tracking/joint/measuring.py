@@ -101,7 +101,7 @@ class Follower:
                 strays.append(fit)
         if not strays:
             return None
-        # Nobody is near whom it might be: the stone itself moves as no stone does alone.
+        # No person is near that it might be: the stone itself moves as no stone does alone.
         self._seen = -np.inf
         self._update(t, strays[0])
         return strays[0]

@@ -91,7 +91,7 @@ def filtered(
     Parameters
     ----------
     t : (n,) times [s]
-    z, variance : (n,) measurements [m] and their variances [m²]; infinite where there is none
+    z, variance : (n,) measurements [m] and their variances [m²]; infinite without a measurement
     expected, sigma, memory : (n,) as of `predict`, for the step that ends with each frame
     jump : (n,) variance of the jump of the velocity in that step [m²/s²]
     rests : index of the first frame in which the stone rests; n if it does not

@@ -107,7 +107,7 @@ LONGEST_SLIDE = 30.0
 ASKED_EVERY = 3
 """The network is asked in one of this number of looks."""
 TURNS_BACK = 0.3
-"""What goes back this far is pushed back [m]."""
+"""Anything that goes back this far is pushed back [m]."""
 LAY_UNTIL, FROM_REST = 2.5, 0.7
 """A stone that lay where one starts less than this before is the same one [s], if it is slower at
 first than this share of its mean speed."""
@@ -127,10 +127,10 @@ for which a stone that has come to rest is seen at rest [s]."""
 WALKING_SIGMA = 0.02
 """Standard deviation of the mean acceleration of people who walk [m/s²]."""
 UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
-"""Share of stones that hit others or are hit, and of people who change their pace; ranges of the
+"""Share of stones that hit others or are hit, and of people who change their speed; ranges of the
 mean deceleration then [m/s²]."""
 WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
-"""Mean and standard deviation of the pace of people who walk [m/s]."""
+"""Mean and standard deviation of the speed of people who walk [m/s]."""
 PUSHED = 0.3
 """Gain of speed that no stone has that slides alone [m/s]."""
 STANDING = 0.12
@@ -143,7 +143,7 @@ SAMPLE_FRAMES = 40
 SAMPLE_BYTES = 375_000_000
 """Memory of these frames: fifteen of a 4K film, forty of one of 1080 rows."""
 LEAST_SAMPLE = 7
-"""As many are looked at of a film of any size."""
+"""Minimum number of these frames, for a film of any size."""
 BACKGROUND_FRAMES = 15
 """Number of these frames whose median is the empty ice."""
 KNOWN_LENS_MARGIN_PX = 12
@@ -164,7 +164,7 @@ CORE_CONTRAST_SHARE = 0.5
 MAX_CORE_BOX_PX = 40_000
 """Area of a blob's box above which it is no stone, and its core is not looked for."""
 MAX_PUSH = 3.0
-"""Nobody sets a stone going faster than this [m/s²]; what seems to has taken its place."""
+"""Maximum acceleration of a pushed stone [m/s²]; something faster has taken its place."""
 HANDLE_RISE = 0.06
 """Rough height of a handle above the body [m]."""
 MAX_SHADOW_GROWTH = 2.5
@@ -172,7 +172,7 @@ MAX_SHADOW_GROWTH = 2.5
 MAX_SIZE_RATIO = 2.2
 """Factor by which a blob may be larger or smaller than a stone in its place would look."""
 BLOB_RIM_PX = 1.5
-"""What the threshold takes in of the blurred rim of a blob."""
+"""Width of the blurred rim of a blob that the threshold includes [px]."""
 
 # --- the look of a stone --------------------------------------------------------------------------
 
@@ -182,17 +182,19 @@ MAX_UNEXPLAINED = 0.2
 """Share of the difference from the empty ice that the learnt appearance may leave unexplained.
 Stones leave 0.04 to 0.1; people who are taken for stones leave 0.3 to 0.5."""
 PEOPLE_NEAR = 1.5
-"""Somebody within this of a stone may pass for it, or hide it [m]."""
+"""A person within this distance of a stone may pass for it, or hide it [m]."""
 FRAMES_WITH_PEOPLE = 3
-"""Where it is so in as many sampled frames, the stone is followed by its look."""
+"""Track by appearance if people are near in at least this many sampled frames."""
 PLAIN_NOISE = 12.0
-"""Differences of so many grey levels count as one when it is judged what looks like a stone."""
+"""Difference that counts as one standard error in judging what looks like a stone [grey levels]."""
 CLEAR_PICTURE, LEAST_CLEAR = 0.1, 8
-"""Of them those of which less is unexplained; where these are fewer, so many of the whole path."""
+"""Maximum unexplained share of a clear picture, and minimum number of pictures to learn from; where
+fewer are clear, the clearest of the whole path are added."""
 AGREEING_SHARE = 0.95
-"""Paths are those of one stone where so many places of one are the other's. Of films with people,
-those whose stone is always alone in the picture have 1.0, and those with sweepers 0.66 at most. A
-stone that is sighted in so many of the frames in which it should be is alone all the way."""
+"""Minimum share of the places of one path that are the other's, if both are of one stone. Of films
+with people, those whose stone is always alone in the picture have 1.0, and those with sweepers 0.66
+at most. A stone that is sighted in this share of the frames in which it should be is alone all the
+way."""
 HEADINGS_TRIED = 24
 """Headings at which the handle of a stone at rest is looked for."""
 CLEAR_FRONT = 12.0
@@ -200,10 +202,10 @@ CLEAR_FRONT = 12.0
 COLOUR_ROUNDS = 3
 """Rounds in which the colours of a stone at rest are found, each with fewer strange pixels."""
 GRANITE_SPREAD = (15.0, 4.0, 4.0)
-"""How much the granite of another stone differs from that of the thrown one, in brightness and two
-colour differences [grey levels]: other granite, or other light where it lies."""
+"""Difference of another stone's granite from that of the thrown one, in brightness and two colour
+differences [grey levels]: other granite, or other light where it lies."""
 USUAL_HANDLE, HANDLE_SPREAD = (110.0, 0.0, 0.0), (60.0, 60.0, 60.0)
-"""What colours handles have, and how much they differ [grey levels]."""
+"""Mean and standard deviation of the colours of handles [grey levels]."""
 
 # --- the camera, and the focal length that the paint leaves open ----------------------------------
 
@@ -218,17 +220,17 @@ FINE_HEIGHT_STEPS = (-0.5, -0.25, 0.25, 0.5)
 SAME_HEIGHT_STEP = 0.2
 """Heights nearer to each other than this part of a coarse step count as one."""
 HEIGHT_PASSES = 3
-"""How often heights are tried again with the looks of better ones, at most, and how often finer
-ones are tried beside the best."""
+"""Maximum number of times that heights are tried again with the looks of better ones, and that
+finer ones are tried beside the best."""
 UNLIKELY_HEIGHT = 20.0
-"""Heights that cost so much more than the best are not tried again [squared standard errors]."""
+"""Excess cost over the best above which heights are not tried again [squared standard errors]."""
 MIN_LOG_HEIGHT_SIGMA = 0.05
 """The logarithm of the height is never claimed to be known better: it follows how high a stone's
 widest place is, which is known to 3 mm of 57."""
 LOW_HEIGHT = 4.0
 """Heights are compared on the pixels in which a camera at this height shows the stone [m]."""
 HEIGHT_CROPS = 12
-"""About so many pictures of stones are used to compare heights."""
+"""Approximate number of pictures of stones that are used to compare heights."""
 STILL_PX = 0.5
 """A camera that has moved by less since it was solved counts as standing still [px]."""
 SOLVING_FILMS = 3
@@ -259,13 +261,13 @@ HEADING_WAVES = 6
 MAX_VIEW_COST = 25.0
 """The most that a single picture may count against a heading: it may show a sweeper's foot."""
 HEADING_WANDER = 0.25
-"""How far the heading drifts from a steady law within a second [rad/√s]."""
+"""Drift of the heading from a steady law within a second [rad/√s]."""
 HEADING_MATCH = 0.7
 """A heading further from the joint one than this is another heading [rad]."""
 HEADING_NEIGHBOURS = 1.5
 """Pictures within this time of each other decide together whether the heading is right [s]."""
 LEAST_NEAR = 0.7
-"""Where a smaller share of the frames around one is near the joint heading, they have strayed."""
+"""Minimum share of the frames around one near the joint heading; with fewer, they have strayed."""
 INDEPENDENT_VIEW = np.pi / 4
 """A handle that has turned by less repeats the same faults of its model [rad]."""
 MIN_INDEPENDENT_VIEWS = 3
@@ -280,9 +282,9 @@ MAX_HEADING_GAP = 2.0
 MIN_FITS = 5
 """Number of frames in which a stone must be measured to have a track."""
 EDGE_ERROR_PX = 0.015
-"""Error of a stone's place in the picture that neither noise nor the doubt about its look tells,
-alike in all frames [px]: no shape of the model is quite that of a stone. In 94 films of known
-throws the doubt told all of it; so much is left for stones unlike those."""
+"""Error of a stone's place in the picture beyond noise and the uncertainty of its look, alike in
+all frames [px]: no shape of the model is quite that of a stone. In 94 films of known throws that
+uncertainty explained all of it; this much is kept for stones unlike those."""
 SMALL_STONE_ERROR_PX = 0.075
 """The same for a stone with a radius of one pixel. It falls with the radius: the fewer pixels a
 stone has, the more of them mix it with the ice."""
@@ -299,21 +301,22 @@ HANDLE_ERROR_PX = 0.35
 """Systematic error of a handle's picture across its length [px]; a stone at rest repeats it. It was
 0.34 px (root mean square) for 16 stones in films of 405 to 720 lines."""
 HANDLE_TILT_ERROR = 0.008
-"""How much higher one end of a handle may stand than its look has it [m]. Seen from low down, that
-looks as if it were turned."""
+"""Error of the height of one end of a handle [m]. Seen from low down, that looks as if the handle
+were turned."""
 AGE_NEIGHBOURS = 0.5
 """The age of a stone's pixels is the mean over frames this far before and after [s]."""
 AGE_AIM_DISTANCE = 0.1
-"""Where a stone is going shows once it has gone so far [m]."""
+"""Minimum distance that a stone must go to show its direction [m]."""
 AGE_MARGIN_PX = 2
 """Width of the ring around a stone whose pixels are watched [px]."""
 DROPPED_CHANGE = 6.0
-"""A codec that repeats pixels leaves out changes of about so much [grey levels]. Stones in fourteen
-films, compressed in six ways, lagged by what changes their rim by 0 to 15, by 6 in the middle."""
+"""Approximate largest change that a codec drops when it repeats pixels [grey levels]. Stones in
+fourteen films, compressed in six ways, lagged by what changes their rim by 0 to 15, by 6 in the
+middle."""
 BLOCK_ERROR = 5.0
-"""Where all pixels of a stone are repeated, they err together: by so many times what they would
-if each had an error of its own. It was 4 to 6 in films compressed at quality 23 to 33, at any
-speed, on any paint, most along the line of sight."""
+"""Factor on the error where all pixels of a stone are repeated and err together, over that of
+independent errors. It was 4 to 6 in films compressed at quality 23 to 33, at any speed, on any
+paint, most along the line of sight."""
 MAX_UNSEEN_TURN = 0.3
 """Stones that have turned by more since their pixels last changed show no heading [rad]."""
 
@@ -333,8 +336,8 @@ SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
 SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
 """... if it is this many pixels from where it would be, this long after it [s]."""
 STOPS_WITHIN, MOST_SLOWING, SURELY_SLOWS = 1.2, 0.2, 3.0
-"""What slows down by more than the second of these [m/s²] within the first [s] before and after, by
-the third in standard errors, is no stone that slides on..."""
+"""A track that slows down by more than the second of these [m/s²] within the first [s] before and
+after, by the third in standard errors, is no stone that slides on..."""
 LEFT_PX = 1.5
 """... if a stone would be this many pixels ahead. Stones beside brooms were up to 0.9."""
 BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
@@ -350,7 +353,7 @@ SCATTER_PX, SCATTER_TIMES, LEAST_SCATTER = 0.2, 5.0, 0.02
 Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most; where now a stone and
 now a broom was measured, by 0.2 to 1.3."""
 SCATTER_APART = 2.0
-"""What lies between two stretches that scatter is no better if it is shorter [s]."""
+"""A part between two stretches that scatter is no better than these if it is shorter [s]."""
 SCATTER_ERROR = 2.0
 """Standard error of places there, in parts of the most that they scatter."""
 SCATTER_REPORTED = 1.0

@@ -1,4 +1,4 @@
-"""The look of another stone on the sheet: shaped like the thrown one, with colours of its own."""
+"""The look of another stone on the sheet: shaped like the thrown one, in different colours."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class OwnLook:
     Parameters
     ----------
     look : with its own colours
-    heading : the likeliest [rad]; 0 where it has no handle
+    heading : the most likely [rad]; 0 where it has no handle
     clear : whether all others are far less likely
     """
 
@@ -74,7 +74,7 @@ def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> Own
 def coloured(
     crops: Sequence[Crop], thrown: Appearance, hidden: Flags | None = None
 ) -> tuple[Appearance, float]:
-    """The look of a stone with its likeliest colours, and its misfit [squared standard errors].
+    """Return a stone's look in its most likely colours, and the misfit [squared standard errors].
 
     Parameters
     ----------

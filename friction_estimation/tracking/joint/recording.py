@@ -361,7 +361,7 @@ def is_before_its_hog_line(xy: Floats) -> bool:
 def slides_as_stone(t: Floats, xy: Floats, sigma: Floats, ice: float | None = None) -> bool:
     """Return whether something moves as a stone that was thrown rather than as a walking person.
 
-    A stone slows down as ice slows it, or is hit. People keep a pace or change it at will, and
+    A stone slows down as ice slows it, or is hit. People keep a speed or change it at will, and
     are slower than a stone that is thrown hard.
 
     Parameters
@@ -392,7 +392,7 @@ def slides_as_stone(t: Floats, xy: Floats, sigma: Floats, ice: float | None = No
 
 
 def moved(track: Trajectory) -> str:
-    """Why what a track shows was not thrown, in words; empty if it was.
+    """Return the reason why a track shows no thrown stone, in words; empty if it shows one.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Where the measured places of a stone scatter as those of no stone do.
+"""Stretches where the measured places of a stone scatter as those of no stone do.
 
 A stone slides smoothly. Where something is beside it that looks like it, such as a broom, now one
 and now the other is measured: the places jump to and fro, and even where they agree for a while
@@ -34,7 +34,7 @@ class Scattered:
 
     @property
     def is_wild(self) -> bool:
-        """Whether its places tell nothing, even with their errors.
+        """Return whether its places are useless, even with their errors.
 
         Where a stone is hit, its places are off a smooth path as well, but for a moment only.
         """
@@ -107,7 +107,7 @@ def metres_per_px(camera: Camera, xy: Floats, height: float) -> Floats:
 
 
 def _around_smooth(t: Floats, xy: Floats) -> Floats:
-    """How much the places around each time scatter about a parabola, (n,) [m]; 0 where few are."""
+    """Return the scatter of places around each time about a parabola, (n,) [m]; 0 where few are."""
     spread = np.zeros(len(t))
     for k, now in enumerate(t):
         first, last = np.searchsorted(

@@ -112,7 +112,7 @@ def _as_stone(
 
 
 def is_larger(blob: Blob, camera: Camera, model: StoneModel) -> bool:
-    """Whether a blob is much larger than a stone would be there, as people are."""
+    """Return whether a blob is much larger than a stone would be there, as people are."""
     middle = camera.on_plane(((blob.low_px + blob.high_px) / 2)[None], 0.0)[0]
     corners = model.extent_px(camera, middle) if np.isfinite(middle).all() else np.empty((0, 2))
     if len(corners) == 0:

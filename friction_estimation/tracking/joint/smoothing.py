@@ -29,7 +29,7 @@ class SmoothPath:
     ----------
     t : (n,) times [s]
     place, velocity, sigma : (n, 2) place [m], velocity [m/s] and standard error of the place [m]
-    weight : (n,) weight of each measurement, 0 to about 1; 0 where there is none
+    weight : (n,) weight of each measurement, 0 to about 1; 0 without one
     scale : factor by which the given standard errors had to be multiplied
     rests_from : when it comes to rest [s]; infinite if it does not in the film
     """
@@ -143,7 +143,7 @@ def smooth_heading(t: Floats, measured: Floats, sigma: Floats) -> tuple[Floats, 
     ----------
     t : (n,) increasing times [s]
     measured, sigma : (n,) unwrapped headings and their standard errors up to a common factor [rad];
-        NaN where there is none
+        NaN without a heading
     """
     n = len(t)
     seen = np.isfinite(measured) & np.isfinite(sigma)
@@ -210,7 +210,7 @@ class _States:
             self._sigma[:] = numbers.CURL_SIGMA
 
     def settle(self, variance: Floats, turn: int) -> None:
-        """Set the frame in which it comes to rest, the likeliest by the measurements."""
+        """Set the frame in which it comes to rest, the most likely by the measurements."""
         n = len(self._t)
         if turn == 0:
             return

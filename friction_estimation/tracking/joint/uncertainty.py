@@ -69,7 +69,7 @@ def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) 
     Parameters
     ----------
     xy : (n, 2) places on the ice [m]; NaN where it was not seen
-    hidden : (n,) share of the stone that was left out of its measurement
+    hidden : (n,) share of the stone that was excluded from its measurement
     """
     sigma = np.zeros_like(xy)
     some = (hidden > 0) & np.isfinite(xy[:, 0])
@@ -90,7 +90,7 @@ def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
 
 
 def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
-    """How far a stone has gone since its pixels last changed, (n, 2) [m].
+    """Return the way of a stone since its pixels last changed, (n, 2) [m].
 
     It slows down as stones do on ice: that it stands still in the picture need not mean that it
     rests.

@@ -1,4 +1,4 @@
-"""Doubts about the tracks of a film, in words, and the larger errors that they mean."""
+"""Warnings about the tracks of a film, in words, and the larger errors that they mean."""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""What an overlay shows on top of a film."""
+"""Overlay of a track on its film."""

@@ -48,7 +48,7 @@ def write_overlay(
     film_path, scene, track : what was tracked, and what was found
     output : the film that is written
     largest_px : larger films are drawn at this width or height
-    units : what lengths are told in
+    units : units of displayed lengths
     progress : called with the number of frames done and the expected number of all
 
     Raises
@@ -84,8 +84,8 @@ def draw_stills(
     Parameters
     ----------
     film_path, scene, track : what was tracked, and what was found
-    count : how many pictures, at most
-    units : what lengths are told in
+    count : maximum number of pictures
+    units : units of displayed lengths
 
     Returns
     -------
@@ -154,7 +154,7 @@ class _Overlay:
         return frame
 
     def _projected(self, track: FilmTrack, points: ArrayLike) -> Floats:
-        """Where points (n, 3) [m] are in the picture that is drawn, (n, 2) [px]."""
+        """Project points (n, 3) [m] into the picture that is drawn, (n, 2) [px]."""
         return self._scaled(track.camera.project(points))
 
     def _scaled(self, px: Floats) -> Floats:
@@ -238,7 +238,7 @@ class _Overlay:
         cv2.circle(image, centre, round(16 * radius), colour, 2, cv2.LINE_AA, 4)
 
     def _map_lies_flat(self, shape: tuple[int, ...]) -> bool:
-        """Whether the map goes to the lower edge, because at the right it would cover the ice."""
+        """Return whether the map goes to the lower edge: at the right it would cover the ice."""
         return bool(np.nanmax(self._sheet_px[:, 0]) > 0.9 * shape[1])
 
     def _draw_numbers(self, frame: Image, row: int | None, until: int, t: float) -> None:

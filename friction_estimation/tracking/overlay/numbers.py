@@ -1,4 +1,4 @@
-"""What an overlay says of a throw while it runs, in a coach's words."""
+"""Lines of an overlay about a throw while it runs, in a coach's words."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ class RunningNumbers:
     Parameters
     ----------
     track : the thrown stone
-    units : what lengths are told in
+    units : units of displayed lengths
     """
 
     def __init__(self, track: FilmTrack, units: Units = Units.METRES) -> None:
@@ -37,11 +37,11 @@ class RunningNumbers:
             )
 
     def before(self, seen: bool) -> list[str]:
-        """What is said where the stone is not in a frame; `seen` if it was in an earlier one."""
+        """Return the lines for a frame without the stone; `seen` if it was in an earlier one."""
         return ["not seen" if seen else "no stone yet"]
 
     def at(self, row: int) -> list[str]:
-        """What is said with the stone in a row of the track."""
+        """Return the lines for the stone in a row of the track."""
         track, units = self._track, self._units
         now = float(np.hypot(*track.velocity[row]))
         lines = [speed_in(now, units) if now > MIN_MOVING_SPEED else "at rest"]
@@ -69,7 +69,7 @@ class RunningNumbers:
         return lines
 
     def _line(self, found: ThrowMeasures, row: int, now: float) -> list[str]:
-        """Handle, curl so far, and where the stone rests."""
+        """Return lines on handle, curl until now, and the stone's final place."""
         lines: list[str] = []
         beyond = self._ahead[row] >= NEAR_HOG
         if beyond and found.spin is not None and 3 * abs(found.spin.value) > MIN_TURN:

@@ -1,1 +1,1 @@
-"""What the catalogue does not hold: what it follows, and how much of it there is."""
+"""Effects that the catalogue lacks: the variables that they follow, and their size."""

@@ -1,4 +1,4 @@
-"""What the catalogue does not have: which variables it follows, and what is needed beside it.
+"""Search for an unknown effect: the variables that it follows, and the effects beside it.
 
 Something unknown bends whatever is fitted without it, and effects are chosen that stand for it.
 It is therefore a term of the model as well: pushes, each a smooth function of one variable. Effects
@@ -55,8 +55,8 @@ ALIKE: dict[Push, Push] = {
 }
 """Pushes of one kind: on the friction, and sideways."""
 MOST_ROUNDS = 3
-"""Times that the models near a fit are laid out anew, because other effects were chosen, or paths
-lie elsewhere."""
+"""Maximum number of times that the models near a fit are laid out again, because other effects were
+chosen, or paths lie elsewhere."""
 SETTLED = 1e-3
 """Distance that paths move from one such round to the next, below which they have settled [m]."""
 
@@ -111,10 +111,10 @@ def search(
 
 
 def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bool:
-    """Whether a further term may mend what is inexact in the pushes, and nothing else.
+    """Return whether a further term may merely correct inexact pushes.
 
-    Paths respond to pushes linearly in part only. A term that mends this explains little beside
-    what the pushes explain, and leaves much of what was left.
+    Paths respond to pushes linearly in part only. A term that corrects this explains little
+    beside what the pushes explain, and leaves much of what was left.
     """
     terms = [len(made.effects) + len(made.pushes) for made in (before, after)]
     if terms[1] <= terms[0]:
@@ -165,7 +165,7 @@ def surviving(around: Nearby, made: Combination, dispersion: float) -> Combinati
 
 
 def _explained(around: Nearby, made: Combination, label: str) -> float:
-    """What an effect of a combination explains: −2 ln likelihood that is more without it."""
+    """Return the rise of −2 ln likelihood when an effect is taken from a combination."""
     return around.fall_short(made.toggled(label)) - around.fall_short(made)
 
 
@@ -323,9 +323,9 @@ def _fit_beside(
 
 
 def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
-    """The fit of the same effects to a session in which pushes of an unknown act on the stones.
+    """Fit the same effects to a session in which pushes of an unknown act on the stones.
 
-    The pushes are found anew where the paths then lie, until these no longer move. What the pushes
+    The pushes are found again where the paths then lie, until these no longer move. What the pushes
     could do in place of an effect is no information on that effect. How much that is depends on how
     far throws differ, so that the fit holds at one spread of theirs.
 

@@ -161,7 +161,7 @@ class Nearby:
 
     @cached_property
     def places(self) -> dict[str, Indices]:
-        """Where the parameters of each optional term are."""
+        """Indices of the parameters of each optional term."""
         found = {
             label: np.array([k for k, (own, _) in enumerate(self.model.names) if own == label])
             for label in self.optional
@@ -203,7 +203,7 @@ class Nearby:
         return found
 
     def repeats(self, made: Combination) -> bool:
-        """Whether pushes of a combination do all that one of its effects does.
+        """Return whether pushes of a combination do all that one of its effects does.
 
         Computed in two ways, the difference of the two would look like something that the throws
         tell, and large sizes of both would cancel to bring it out.
@@ -237,7 +237,7 @@ class Nearby:
         return float(sum(counts))
 
     def quadratic(self, made: Combination, dispersion: float = 1.0) -> Quadratic:
-        """What a combination has to minimise, with noise that is larger by the dispersion."""
+        """Return what a combination has to minimise, with noise scaled by the dispersion."""
         return self._quadratic(made, self._total(made.spread)[0] / dispersion)
 
     def _total(self, spread: float) -> tuple[Floats, float]:
@@ -306,7 +306,7 @@ class Nearby:
         return least.value + integrated + self._total(made.spread)[1] + needed
 
     def dispersion(self, made: Combination) -> float:
-        """How much larger than noise is what a combination leaves; at least one."""
+        """Return the ratio of what a combination leaves to the noise; at least one."""
         left = self.fall_short(made) - self.values
         return max(1.0, 1.0 + left / self.slow)
 

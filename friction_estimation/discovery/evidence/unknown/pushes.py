@@ -55,7 +55,7 @@ def variables(paths: LinearisedPaths, off: Floats | float = 0.0) -> dict[str, Fl
 
 
 def _swept(paths: LinearisedPaths) -> Floats:
-    """Whether the stone was swept at every instant, 0 or 1."""
+    """Return whether the stone was swept at every instant, 0 or 1."""
     session, (times, starts) = paths.session, paths.instants
     swept = np.empty(len(times))
     for i in range(len(session)):
@@ -76,7 +76,9 @@ def _tents(values: Floats, count: int) -> Floats:
 
 
 def directions(paths: LinearisedPaths) -> dict[Push, Floats]:
-    """What one unit of each of `PUSHES` does, (n, 3) accelerations along x, along y, of the spin.
+    """Return the (n, 3) accelerations along x, along y and of the spin by a unit of each push.
+
+    The pushes are those of `PUSHES`.
 
     A push along the travel is more friction by a share of it, as is one along the sheet, but less
     of it towards the home end; the others are in m/s² and rad/s².
