@@ -177,6 +177,7 @@ def test_a_game_goes_on_after_an_answer_that_never_came(context, address):
     page.get_by_role("button", name="New game").click()
     page.get_by_text("Click where it should rest").first.wait_for()
     page.get_by_role("button", name="Aim at the button").last.click()
+    page.get_by_role("button", name="Throw it").wait_for()
     page.route("**/throw/game", lambda route: route.abort())
     page.get_by_role("button", name="Throw it").click()
     page.get_by_text("The app does not answer").wait_for()
