@@ -110,7 +110,7 @@ def with_warnings(
     measured = thrown.measured
     t, height = np.array(measured.t), thrown.appearance.model.height / 2
     said = [
-        _scatter(one)
+        scatter_in_words(one)
         for one in scatter.thrown
         if one.is_wild
         or (
@@ -132,20 +132,20 @@ def with_warnings(
         )
     followed = {id(one.path): one.measured.seen for one in hit}
     said += [
-        f"the stone that lay at {_place(one.fit.xy)} left unseen and has no track"
+        f"the stone that lay at {place_in_words(one.fit.xy)} left unseen and has no track"
         for one in others
         if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < numbers.MIN_FITS
     ]
     lay = {id(one.rests.path): one.fit.xy for one in others}
     said += [
-        f"the stone that lay at {_place(lay[id(one.path)])}: {_scatter(part)}"
+        f"the stone that lay at {place_in_words(lay[id(one.path)])}: {scatter_in_words(part)}"
         for one, stretches in zip(hit, scatter.hit, strict=True)
         for part in stretches
         if part.is_wild
     ]
     ends = [one.xy[-1] for one in found.trajectories]
     said += [
-        f"a stone lies at {_place(xy)} at the end, and no track leads there"
+        f"a stone lies at {place_in_words(xy)} at the end, and no track leads there"
         for xy in came
         if all(np.hypot(*(xy - end)) > 2 * numbers.SAME_PLACE for end in ends)
     ]
@@ -157,7 +157,7 @@ def with_warnings(
     return replace(found, trajectory=track, unexplained=tuple(said))
 
 
-def _scatter(one: Scattered) -> str:
+def scatter_in_words(one: Scattered) -> str:
     said = (
         f"from {one.first:.1f} to {one.last:.1f} s its places scatter by {one.by:.2f} m: something "
         "beside it may have been taken for it"
@@ -165,5 +165,5 @@ def _scatter(one: Scattered) -> str:
     return f"{said}, and they are left out" if one.is_wild else said
 
 
-def _place(xy: Floats) -> str:
+def place_in_words(xy: Floats) -> str:
     return f"({xy[0]:.2f}, {xy[1]:.2f}) m"

@@ -7,12 +7,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import tuning
 from friction_estimation.tracking.detection.resting_stones import FilmedRestingStone
 from friction_estimation.tracking.joint.losses import left_behind, sudden_loss
-from friction_estimation.tracking.joint.scatter import Scattered, scattered
+from friction_estimation.tracking.joint.scatter import scattered
+from friction_estimation.tracking.joint.warnings import place_in_words, scatter_in_words
 from friction_estimation.tracking.path.assembly import Measurements
 from friction_estimation.tracking.several.moving_stones import MovingStone
 
@@ -35,37 +35,25 @@ def unexplained(
     resting : what lay on the sheet at the beginning or at the end: no stone comes from nowhere
     """
     lost = [
-        f"the stone that lay at {_place(stone.rested.xy)} left unseen and has no track"
+        f"the stone that lay at {place_in_words(stone.rested.xy)} left unseen and has no track"
         for stone, track in zip(stones[1:], tracks[1:], strict=True)
         if stone.rested is not None and track is None
     ]
     ends = [track.xy[-1] for track in tracks if track is not None]
     new = [
-        f"a stone lies at {_place(stone.xy)} at the end, and no track leads there"
+        f"a stone lies at {place_in_words(stone.xy)} at the end, and no track leads there"
         for stone in resting
         if stone.comes
         and all(np.linalg.norm(stone.xy - end) > 2 * tuning.SAME_PLACE for end in ends)
     ]
     wild = [
-        f"the stone that lay at {_place(stone.rested.xy)}: {_scatter(one)}"
+        f"the stone that lay at {place_in_words(stone.rested.xy)}: {scatter_in_words(one)}"
         for stone in stones[1:]
         if stone.rested is not None
         for one in scattered(np.array(stone.measured.t), stone.measured.fits, camera, 0.0)
         if one.is_wild
     ]
     return (*strange_ways(camera, stones[0].measured, contacts[0]), *lost, *wild, *new)
-
-
-def _scatter(one: Scattered) -> str:
-    said = (
-        f"from {one.first:.1f} to {one.last:.1f} s its places scatter by {one.by:.2f} m: something "
-        "beside it may have been taken for it"
-    )
-    return f"{said}, and they are left out" if one.is_wild else said
-
-
-def _place(xy: Floats) -> str:
-    return f"({xy[0]:.2f}, {xy[1]:.2f}) m"
 
 
 def strange_ways(
@@ -83,7 +71,7 @@ def strange_ways(
     t = np.array(measured.t)
     stretches = scattered(t, measured.fits, camera, 0.0)
     said = [
-        _scatter(one)
+        scatter_in_words(one)
         for one in stretches
         if one.is_wild
         or (

@@ -30,7 +30,7 @@ def test_at_a_fit_nothing_is_left_to_gain(fitted):
     assert (np.abs(step) < 0.2 * sigma).all()
 
 
-def test_columns_whitened_anew_say_the_same(fitted):
+def test_columns_whitened_again_are_the_same(fitted):
     again = fitted.linear_in(fitted.model, fitted.columns, fitted.residuals)
     scale = np.sqrt(np.einsum("kii->ki", fitted.linear.reduced)).max(axis=0)
     difference = (again.reduced - fitted.linear.reduced) / np.outer(scale, scale)
