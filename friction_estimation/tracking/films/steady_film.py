@@ -162,7 +162,7 @@ def camera_of(
     if refine_camera and not refined.measured:
         raise InputError(
             "the camera has moved so far that the paint is not found near where it was "
-            "marked; mark the sheet anew in this film",
+            "marked; mark the sheet again in this film",
             source=film.path,
         )
     return refined, moved_px
