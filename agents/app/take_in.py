@@ -12,8 +12,8 @@ from itertools import groupby
 from pathlib import Path
 
 from agents.app.club import Camera, Club, Film, Session
-from agents.app.club.club import ICE, TRACKS, added, plain
-from agents.app.club.database import row_of
+from agents.app.club.club import ICE, TRACKS, named_row, plain
+from agents.app.club.films import added_film, film_in
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import Part, finish_files, note_change, save_part, write_files
 from agents.coaching.throw_sheet import hands_beside
@@ -105,12 +105,8 @@ def begin_from(club: Club, folder: Path, *, name: str, day: str, sheet: str) -> 
     """
     look_through(folder)
     session = club.add_session(name, day, sheet, None)
-    with club.database.writing() as connection:
-        query = (
-            "insert into setting values (?, ?) "
-            "on conflict (name) do update set value = excluded.value"
-        )
-        connection.execute(query, (_mark(folder), str(session.id)))
+    query = "insert or replace into setting values (?, ?)"
+    club.database.write(query, _mark(folder), str(session.id))
     return session
 
 
@@ -124,9 +120,7 @@ def fill_from(club: Club, session: Session, folder: Path) -> Session:
     found = look_through(folder)
     if found.scene is not None and session.camera_id is None:
         camera = _camera(club, found.scene)
-        with club.database.writing() as connection:
-            query = "update session set camera_id = ? where id = ?"
-            connection.execute(query, (camera.id, session.id))
+        club.change("session", session.id, camera_id=camera.id)
         session = club.session(session.id) or session
     shown: dict[int, int] = {}
     without = [number for number in found.throws if number not in found.films]
@@ -178,27 +172,11 @@ def add_film(club: Club, session: Session, path: Path, *, clock: float | None = 
             shutil.copyfile(path, draft)
     size, file = target.stat().st_size, club.name_of(target)
     with club.database.writing() as connection:
-        query = "select * from film where session_id = ? and file = ? and removed is null"
-        known = row_of(connection, Film, query, (session.id, file))
+        known = film_in(connection, session, file=file)
         if known is not None:
             return known
-        query = "select coalesce(max(place), -1) + 1 from film where session_id = ?"
-        place = connection.execute(query, (session.id,)).fetchone()[0]
-        number = added(
-            connection,
-            "film",
-            session_id=session.id,
-            place=place,
-            name=path.name,
-            file=file,
-            size=size,
-            received=size,
-            state=State.DONE,
-            clock=clock,
-        )
-    found = club.film(number)
-    assert found is not None
-    return found
+        state = {"state": State.DONE, "clock": clock}
+        return added_film(connection, session, path.name, size, file=file, received=size, **state)
 
 
 def _camera(club: Club, scene: Path) -> Camera:
@@ -215,12 +193,8 @@ def _camera(club: Club, scene: Path) -> Camera:
     free = next(k for k in (name, *(f"{name} ({i})" for i in range(2, 1000))) if k not in taken)
     file = f"cameras/{plain(free)}.scene.json"
     save_scene(seen, club.path(file))
-    with club.database.writing() as connection:
-        length, width = seen.sheet.length, seen.sheet.width
-        number = added(connection, "camera", name=free, length=length, width=width, scene=file)
-    found = club.camera(number)
-    assert found is not None
-    return found
+    length, width = seen.sheet.length, seen.sheet.width
+    return club.add(Camera, name=free, length=length, width=width, scene=file)
 
 
 def _note(club: Club, session: Session, found: Found, before: Mapping[int, int]) -> None:
@@ -233,20 +207,9 @@ def _note(club: Club, session: Session, found: Found, before: Mapping[int, int])
     with club.database.writing() as connection:
         for number, old in before.items():
             note = found.notes.get(old, ThrowNote())
-            athlete = stone = None
-            if note.athlete:
-                hand = Hand(found.hands.get(note.athlete, "right"))
-                connection.execute(
-                    "insert into athlete (name, hand) values (?, ?) on conflict do nothing",
-                    (note.athlete, hand),
-                )
-                query = "select id from athlete where name = ?"
-                athlete = connection.execute(query, (note.athlete,)).fetchone()[0]
-            if note.stone:
-                query = "insert into stone (name) values (?) on conflict do nothing"
-                connection.execute(query, (note.stone,))
-                query = "select id from stone where name = ?"
-                stone = connection.execute(query, (note.stone,)).fetchone()[0]
+            hand = Hand(found.hands.get(note.athlete, "right"))
+            athlete = named_row(connection, "athlete", note.athlete, hand=hand)
+            stone = named_row(connection, "stone", note.stone)
             connection.execute(
                 "update throw set athlete_id = ?, stone_id = ?, called = ?, note = ? "
                 "where session_id = ? and number = ? "

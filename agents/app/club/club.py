@@ -12,7 +12,7 @@ from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
 
-from agents.app.club.database import Database, row_of, rows_of
+from agents.app.club.database import Database, Row, rows_of
 from agents.app.club.records import Athlete, Camera, Film, Note, Session, Stone, Target, Throw
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
@@ -125,24 +125,20 @@ class Club:
 
     def athletes(self) -> list[Athlete]:
         """All athletes by name."""
-        with self.database.reading() as connection:
-            return rows_of(connection, Athlete, "select * from athlete order by name")
+        return self.database.rows(Athlete, "select * from athlete order by name")
 
     def stones(self) -> list[Stone]:
         """All stones, by name as people count: red 2 before red 10."""
-        with self.database.reading() as connection:
-            found = rows_of(connection, Stone, "select * from stone")
+        found = self.database.rows(Stone, "select * from stone")
         return sorted(found, key=lambda stone: _as_counted(stone.name))
 
     def cameras(self) -> list[Camera]:
         """All cameras by name."""
-        with self.database.reading() as connection:
-            return rows_of(connection, Camera, "select * from camera order by name")
+        return self.database.rows(Camera, "select * from camera order by name")
 
     def camera(self, number: int | None) -> Camera | None:
         """A camera by its number."""
-        with self.database.reading() as connection:
-            return row_of(connection, Camera, "select * from camera where id = ?", (number,))
+        return self.database.row(Camera, "select * from camera where id = ?", number)
 
     def camera_of(self, session: Session, film: Film) -> Camera | None:
         """The camera of a film: the session's, or as it stood after it was moved."""
@@ -151,38 +147,32 @@ class Club:
 
     def sessions(self) -> list[Session]:
         """All sessions, the latest first."""
-        with self.database.reading() as connection:
-            query = "select * from session where removed is null order by day desc, id desc"
-            return rows_of(connection, Session, query)
+        query = "select * from session where removed is null order by day desc, id desc"
+        return self.database.rows(Session, query)
 
     def session(self, number: int) -> Session | None:
         """A session by its number."""
-        with self.database.reading() as connection:
-            query = "select * from session where id = ? and removed is null"
-            return row_of(connection, Session, query, (number,))
+        query = "select * from session where id = ? and removed is null"
+        return self.database.row(Session, query, number)
 
     def films(self, session: Session) -> list[Film]:
         """The films of a session in order of play."""
-        with self.database.reading() as connection:
-            query = "select * from film where session_id = ? and removed is null order by place"
-            return rows_of(connection, Film, query, (session.id,))
+        query = "select * from film where session_id = ? and removed is null order by place"
+        return self.database.rows(Film, query, session.id)
 
     def film(self, number: int | None) -> Film | None:
         """A film by its number."""
-        with self.database.reading() as connection:
-            query = "select * from film where id = ? and removed is null"
-            return row_of(connection, Film, query, (number,))
+        query = "select * from film where id = ? and removed is null"
+        return self.database.row(Film, query, number)
 
     def throws(self, session: Session) -> list[Throw]:
         """The throws of a session in order of play."""
-        with self.database.reading() as connection:
-            return rows_of(connection, Throw, THROWS_OF_SESSION, (session.id,))
+        return self.database.rows(Throw, THROWS_OF_SESSION, session.id)
 
     def throw(self, number: int) -> Throw | None:
         """A throw by its own number, not that within its session."""
-        with self.database.reading() as connection:
-            query = "select * from throw where id = ? and removed is null"
-            return row_of(connection, Throw, query, (number,))
+        query = "select * from throw where id = ? and removed is null"
+        return self.database.row(Throw, query, number)
 
     def targets(self) -> list[Target]:
         """The targets that are offered, by name."""
@@ -190,16 +180,27 @@ class Club:
 
     def named_targets(self) -> list[Target]:
         """All targets that calls may name, also those that are no longer offered."""
-        with self.database.reading() as connection:
-            return rows_of(connection, Target, "select * from target order by name")
+        return self.database.rows(Target, "select * from target order by name")
 
     def notes(self, session: Session) -> list[Note]:
         """Remarks about a session, in the order in which they were written."""
-        with self.database.reading() as connection:
-            query = "select * from note where session_id = ? order by id"
-            return rows_of(connection, Note, query, (session.id,))
+        query = "select * from note where session_id = ? order by id"
+        return self.database.rows(Note, query, session.id)
 
-    # --- what is added ---------------------------------------------------------------------------
+    # --- what is added and changed ---------------------------------------------------------------
+
+    def add(self, form: type[Row], **values: object) -> Row:
+        """Add a row to the table of a class of `records`."""
+        table = form.__name__.lower()
+        with self.database.writing() as connection:
+            number = added(connection, table, **values)
+            (found,) = rows_of(connection, form, f"select * from {table} where id = ?", (number,))
+        return found
+
+    def change(self, table: str, row: int, /, **values: object) -> None:
+        """Change values of a row."""
+        with self.database.writing() as connection:
+            changed(connection, table, row, **values)
 
     def add_session(self, name: str, day: str, sheet: str, camera: Camera | None) -> Session:
         """Add a session with its own folder.
@@ -217,7 +218,7 @@ class Club:
                 (name, day, sheet, None if camera is None else camera.id, folder),
             ).lastrowid
             make_directory(self.folder / folder)
-            found = row_of(connection, Session, "select * from session where id = ?", (number,))
+        found = self.session(number or 0)
         assert found is not None
         return found
 
@@ -229,6 +230,27 @@ def added(connection: sqlite3.Connection, table: str, **values: object) -> int:
     number = connection.execute(query, tuple(values.values())).lastrowid
     assert number is not None
     return number
+
+
+def changed(connection: sqlite3.Connection, table: str, row: int, /, **values: object) -> None:
+    """Change values of a row."""
+    names = ", ".join(f"{name} = ?" for name in values)
+    connection.execute(f"update {table} set {names} where id = ?", (*values.values(), row))
+
+
+def named_row(connection: sqlite3.Connection, table: str, name: str, **new: object) -> int | None:
+    """Return the number of an athlete or a stone by name, added if new; None without a name.
+
+    Parameters
+    ----------
+    new : further values of a row that is added
+    """
+    if not name:
+        return None
+    name = named(name, "an athlete" if table == "athlete" else "a stone")
+    query = f"select id from {table} where name = ?"
+    found = connection.execute(query, (name,)).fetchone()
+    return added(connection, table, name=name, **new) if found is None else found[0]
 
 
 def named(text: str, what: str) -> str:

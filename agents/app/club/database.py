@@ -1,7 +1,7 @@
 """The club's database: one SQLite file, safe against a power cut, with its versions.
 
-Python's own `sqlite3` behind three functions: a connection to read, one to write, and rows as the
-frozen classes of `records`.
+Python's own `sqlite3`: a connection to read, one to write, and rows as the frozen classes of
+`records`.
 """
 
 from __future__ import annotations
@@ -71,6 +71,20 @@ class Database:
                 connection.rollback()
                 raise
             connection.commit()
+
+    def rows(self, form: type[Row], query: str, *given: Any) -> list[Row]:
+        """The rows that a query gives, as instances of a class of `records`."""
+        with self.reading() as connection:
+            return rows_of(connection, form, query, given)
+
+    def row(self, form: type[Row], query: str, *given: Any) -> Row | None:
+        """Return the first row that a query gives; None without rows."""
+        return next(iter(self.rows(form, query, *given)), None)
+
+    def write(self, query: str, *given: Any) -> None:
+        """Change rows by one statement."""
+        with self.writing() as connection:
+            connection.execute(query, given)
 
     @contextmanager
     def _connected(self) -> Generator[sqlite3.Connection]:

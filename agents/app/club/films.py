@@ -13,7 +13,7 @@ import sqlite3
 from dataclasses import replace
 from pathlib import Path
 
-from agents.app.club.club import FILMS, Club, added, digest_of_file
+from agents.app.club.club import FILMS, Club, added, changed, digest_of_file
 from agents.app.club.database import row_of
 from agents.app.club.records import Film, Session, State
 from curling_env.errors import InputError
@@ -48,15 +48,12 @@ def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
         raise InputError(f"a film has 1 byte to {MAX_FILM >> 30} GB", source=name[:80])
     folder = make_directory(club.folder_of(session) / "films")
     with club.database.writing() as connection:
-        query = (
-            "select * from film where session_id = ? and name = ? and size = ? and removed is null"
-        )
-        found = row_of(connection, Film, query, (session.id, name, size))
+        found = film_in(connection, session, name=name, size=size)
         if found is not None:
             return found
         if shutil.disk_usage(folder).free < size + SPARE:
             raise InputError("there is no room for it on the disk", source=name[:80])
-        return _added(connection, session, name, size, 0, None)
+        return added_film(connection, session, name, size)
 
 
 def add_piece(club: Club, film: Film, begin: int, piece: bytes) -> Film:
@@ -86,8 +83,7 @@ def add_piece(club: Club, film: Film, begin: int, piece: bytes) -> Film:
         received = begin + len(piece)
         if received == now.size:
             draft.replace(target)
-        query = "update film set received = ? where id = ?"
-        connection.execute(query, (received, now.id))
+        changed(connection, "film", now.id, received=received)
     return replace(now, received=received)
 
 
@@ -98,8 +94,7 @@ def settle_films(club: Club) -> None:
         for row in connection.execute(query).fetchall():
             target = club.path(row["file"])
             if target.exists() and target.stat().st_size == row["size"]:
-                query = "update film set received = size where id = ?"
-                connection.execute(query, (row["id"],))
+                changed(connection, "film", row["id"], received=row["size"])
 
 
 def take_film(club: Club, session: Session, path: Path) -> Film:
@@ -115,10 +110,9 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
         raise InputError(f"is no film ({', '.join(SUFFIXES)})", source=file[:80])
     size = inside.stat().st_size
     with club.database.writing() as connection:
-        query = "select * from film where session_id = ? and file = ? and removed is null"
-        if row_of(connection, Film, query, (session.id, file)) is not None:
+        if film_in(connection, session, file=file) is not None:
             raise InputError("is in this session already", source=file[:80])
-        return _added(connection, session, inside.name, size, size, file)
+        return added_film(connection, session, inside.name, size, file=file, received=size)
 
 
 def waits(club: Club, session: Session, film: Film) -> bool:
@@ -164,14 +158,33 @@ def _is_inside(club: Club, path: Path) -> bool:
     return path.is_file() and path.resolve().is_relative_to(club.folder)
 
 
-def _added(
+def film_in(connection: sqlite3.Connection, session: Session, **values: object) -> Film | None:
+    """Return the film of a session with these values; None if there is none."""
+    which = "".join(f" and {name} = ?" for name in values)
+    query = f"select * from film where session_id = ? and removed is null{which}"
+    return row_of(connection, Film, query, (session.id, *values.values()))
+
+
+def added_film(
     connection: sqlite3.Connection,
     session: Session,
     name: str,
     size: int,
-    received: int,
-    file: str | None,
+    *,
+    file: str = "",
+    **values: object,
 ) -> Film:
+    """Add a film after those of a session.
+
+    Parameters
+    ----------
+    file : where it lies, from the club folder; by default in the folder of the session
+    values : further columns
+
+    Raises
+    ------
+    InputError : too many films
+    """
     query = "select count(*), coalesce(max(place), -1) + 1 from film where session_id = ?"
     count, place = connection.execute(query, (session.id,)).fetchone()
     if count >= MAX_FILMS:
@@ -186,7 +199,7 @@ def _added(
         name=name,
         file=file or f"{session.folder}/films/{fitting.removesuffix(TIMES_SUFFIX)}",
         size=size,
-        received=received,
+        **values,
     )
     found = row_of(connection, Film, "select * from film where id = ?", (number,))
     assert found is not None

@@ -51,9 +51,8 @@ def bring_back(club: Club, kind: Kind, number: int) -> None:
 
 def removed_sessions(club: Club) -> list[Removed]:
     """Sessions that were removed, the latest first."""
-    with club.database.reading() as connection:
-        query = "select * from session where removed is not null order by removed desc"
-        found = rows_of(connection, Session, query)
+    query = "select * from session where removed is not null order by removed desc"
+    found = club.database.rows(Session, query)
     return [
         Removed(kind="session", id=one.id, name=f"{one.name}, {one.day}", when=one.removed or "")
         for one in found

@@ -21,7 +21,7 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from agents.app.club.club import TRACKS, Club, added
+from agents.app.club.club import TRACKS, Club, added, changed
 from agents.app.club.database import rows_of
 from agents.app.club.records import Film, Session, State, Throw
 from agents.app.club.targets import with_places
@@ -258,9 +258,7 @@ def _bring_up_to_date(club: Club, session: Session) -> None:
             if row is None:
                 added(connection, "throw", **values)
             else:
-                names = ", ".join(f"{name} = ?" for name in values)
-                query = f"update throw set {names} where id = ?"
-                connection.execute(query, (*values.values(), row.id))
+                changed(connection, "throw", row.id, **values)
         connection.execute("update session set stale = 1 where id = ?", (session.id,))
     _write_files(club, session, sorted(shown, key=lambda tracks: tracks[0].throw))
 
@@ -320,8 +318,7 @@ def _write_notes(club: Club, session: Session) -> None:
 
 
 def _mark_clean(club: Club, session: Session) -> None:
-    with club.database.writing() as connection:
-        connection.execute("update session set stale = 0 where id = ?", (session.id,))
+    club.change("session", session.id, stale=0)
 
 
 def _cell(note: str) -> str:
@@ -375,7 +372,7 @@ def _move_entries(
         for row in rows:
             part = moved.get(row.part)
             if part is not None:
-                connection.execute("update throw set part = ? where id = ?", (part, row.id))
+                changed(connection, "throw", row.id, part=part)
             elif any((row.athlete_id, row.stone_id, row.called, row.note, row.made is not None)):
                 query = "update throw set removed = datetime('now', 'localtime') where id = ?"
                 connection.execute(query, (row.id,))

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from agents.app.club.club import Club, added, named
+from agents.app.club.club import Club, added, changed, named
 from agents.app.club.database import row_of
 from agents.app.club.records import Target
 from agents.coaching import read_call
@@ -57,9 +57,7 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
                 calls = [row[0] for row in connection.execute("select called from throw")]
                 if any(with_places(called, [found]) != called for called in calls):
                     raise InputError(f"throws have called {found.name!r}; choose another name")
-            connection.execute(
-                "update target set x = ?, y = ?, removed = null where id = ?", (x, y, number)
-            )
+            changed(connection, "target", number, x=x, y=y, removed=None)
         kept = row_of(connection, Target, "select * from target where id = ?", (number,))
         # Calls that have named it before mean this place now.
         connection.execute(
@@ -73,8 +71,7 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
 
 def remove_target(club: Club, number: int) -> None:
     """Offer a target no longer; calls that name it keep their meaning."""
-    with club.database.writing() as connection:
-        connection.execute("update target set removed = datetime() where id = ?", (number,))
+    club.database.write("update target set removed = datetime() where id = ?", number)
 
 
 def with_places(called: str, targets: Sequence[Target]) -> str:

@@ -12,7 +12,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Camera, Club, Film, Session
-from agents.app.club.club import CAMERAS, added, digest_of_file, plain
+from agents.app.club.club import CAMERAS, changed, digest_of_file, plain
 from agents.app.club.films import note_marks, waits
 from agents.app.pages import club_of, session_of, work_of
 from curling_env.errors import InputError
@@ -109,14 +109,11 @@ def _keep_from(
     """
     club = club_of(request)
     name = f"{before.name[:40]}, from {film.name[:30]} on"
-    with club.database.writing() as connection:
+    with club.database.reading() as connection:
         query = "select count(*) from camera where substr(name, 1, ?) = ?"
         known = connection.execute(query, (len(name), name)).fetchone()[0]
-        length, width = scene.sheet.length, scene.sheet.width
-        name = f"{name} ({known + 1})" if known else name
-        number = added(connection, "camera", name=name, length=length, width=width)
-    camera = club.camera(number)
-    assert camera is not None
+    name = f"{name} ({known + 1})" if known else name
+    camera = club.add(Camera, name=name, length=scene.sheet.length, width=scene.sheet.width)
     _save(club, camera, scene)
     with club.database.writing() as connection:
         connection.execute(
@@ -129,8 +126,7 @@ def _keep_from(
             "where session_id = ? and (id = ? or (place > ? and state <> 'done'))",
             (session.id, film.id, film.place),
         )
-        query = "update session set camera_id = ? where id = ?"
-        connection.execute(query, (number, session.id))
+        changed(connection, "session", session.id, camera_id=camera.id)
     work_of(request).submit("track", session)
 
 
@@ -142,13 +138,10 @@ def _save(club: Club, camera: Camera, scene: Scene) -> None:
         save_scene(scene, path)
     except OSError as error:
         raise InputError(str(error)) from error
+    size = {"length": scene.sheet.length, "width": scene.sheet.width}
     with club.database.writing() as connection:
-        connection.execute(
-            "update camera set scene = ?, length = ?, width = ? where id = ?",
-            (file, scene.sheet.length, scene.sheet.width, camera.id),
-        )
-    if digest_of_file(path) != before:
-        with club.database.writing() as connection:
+        changed(connection, "camera", camera.id, scene=file, **size)
+        if digest_of_file(path) != before:
             note_marks(connection, "coalesce(film.camera_id, session.camera_id) = ?", camera.id)
 
 

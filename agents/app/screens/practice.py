@@ -11,7 +11,7 @@ from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
 from agents.app.club import Camera, Club, Film, Session
-from agents.app.club.club import added, named
+from agents.app.club.club import changed, named
 from agents.app.club.films import (
     add_piece,
     begin_film,
@@ -20,7 +20,7 @@ from agents.app.club.films import (
     take_film,
     waits,
 )
-from agents.app.club.records import State
+from agents.app.club.records import Note, State
 from agents.app.club.removal import removed_in, removed_sessions
 from agents.app.club.session_files import finish_files, note_change
 from agents.app.pages import (
@@ -87,10 +87,8 @@ async def begin(request: Request) -> Response:
 async def correct(request: Request) -> Response:
     """Correct the name, day and sheet of a session."""
     club, session = club_of(request), _session(request)
-    about = _about(await form_of(request))
-    with club.database.writing() as connection:
-        query = "update session set name = ?, day = ?, sheet = ? where id = ?"
-        connection.execute(query, (*about, session.id))
+    name, day, sheet = _about(await form_of(request))
+    club.change("session", session.id, name=name, day=day, sheet=sheet)
     return go_to(request, f"practice/{session.id}")
 
 
@@ -105,7 +103,7 @@ async def rename(request: Request) -> Response:
         query = f"select id from {table} where name = ? and id <> ?"
         other = connection.execute(query, (name, number)).fetchone()
         if other is None:
-            connection.execute(f"update {table} set name = ? where id = ?", (name, number))
+            changed(connection, table, number, name=name)
         elif table == "camera":
             raise InputError("there is a camera of that name already", source=name)
         else:
@@ -125,8 +123,8 @@ async def choose_camera(request: Request) -> Response:
     with club.database.writing() as connection:
         if camera is None or camera.id != session.camera_id:
             note_marks(connection, "film.camera_id is null and session.id = ?", session.id)
-        query = "update session set camera_id = ? where id = ?"
-        connection.execute(query, (None if camera is None else camera.id, session.id))
+        number = None if camera is None else camera.id
+        changed(connection, "session", session.id, camera_id=number)
     _track_if_marked(request, session)
     return go_to(request, f"practice/{session.id}")
 
@@ -203,9 +201,8 @@ async def watch_work(request: Request) -> Response:
 def again(request: Request) -> Response:
     """Track a film once more that could not be tracked."""
     club, film = club_of(request), _film(request)
-    with club.database.writing() as connection:
-        query = "update film set state = 'waiting', said = '' where id = ? and state = ?"
-        connection.execute(query, (film.id, State.FAILED))
+    if film.state is State.FAILED:
+        club.change("film", film.id, state=State.WAITING, said="")
     session = club.session(film.session_id)
     assert session is not None
     _track_if_marked(request, session)
@@ -220,8 +217,7 @@ async def write_note(request: Request) -> Response:
         raise InputError(f"a remark has at most {LONGEST_NOTE} letters; this one has {len(text)}")
     if text:
         now = datetime.datetime.now().isoformat(" ", "minutes")
-        with club.database.writing() as connection:
-            added(connection, "note", session_id=session.id, text=text, written=now)
+        club.add(Note, session_id=session.id, text=text, written=now)
     return go_to(request, f"practice/{session.id}")
 
 
@@ -274,9 +270,7 @@ def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
             raise InputError("no such size of the ice")
         if any(camera.name == name for camera in club.cameras()):
             raise InputError("there is a camera of that name already", source=name)
-        with club.database.writing() as connection:
-            number = added(connection, "camera", name=name, length=size.length, width=size.width)
-        return club.camera(number)
+        return club.add(Camera, name=name, length=size.length, width=size.width)
     if not chosen:
         return None
     camera = club.camera(number_in(chosen, "a camera"))

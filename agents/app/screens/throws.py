@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import mimetypes
-import sqlite3
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,7 +14,7 @@ from starlette.responses import FileResponse, JSONResponse, Response
 from starlette.routing import Route
 
 from agents.app.club import Club, Session, Throw
-from agents.app.club.club import named
+from agents.app.club.club import changed, named_row
 from agents.app.club.films import has_other_marks
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import finish_files, note_change
@@ -224,10 +223,10 @@ async def enter(request: Request) -> Response:
     if not isinstance(was, dict):
         raise InputError("expected an object", source="was")
     now = _entry_of(club, throw)
-    changed = {name: value for name, value in given.items() if value != was.get(name)}
+    entered = {name: value for name, value in given.items() if value != was.get(name)}
     theirs = {
         name: now[name]
-        for name, value in changed.items()
+        for name, value in entered.items()
         if name in was and now[name] != was[name] and now[name] != value
     }
     if theirs:
@@ -236,7 +235,7 @@ async def enter(request: Request) -> Response:
         if _wants_json(request):
             return JSONResponse(document | {"theirs": theirs}, 409)
         raise HTTPException(409, document["problem"])
-    await run_in_threadpool(_keep, club, session, throw, changed)
+    await run_in_threadpool(_keep, club, session, throw, entered)
     if _wants_json(request):
         found = club.throw(throw.id)
         entry = _entry_of(club, throw if found is None else found)
@@ -272,38 +271,26 @@ def _typed(throw: Throw) -> dict[str, str]:
     return {"called": throw.called, "made": made, "note": throw.note}
 
 
-def _keep(club: Club, session: Session, throw: Throw, changed: Mapping[str, str]) -> None:
+def _keep(club: Club, session: Session, throw: Throw, entered: Mapping[str, str]) -> None:
     """Write the fields of an entry that have changed, and the session's files."""
-    values: dict[str, object] = {k: changed[k] for k in ("called", "note") if k in changed}
-    if "made" in changed:
-        values["made"] = MADE[changed["made"]]
+    values: dict[str, object] = {k: entered[k] for k in ("called", "note") if k in entered}
+    if "made" in entered:
+        values["made"] = MADE[entered["made"]]
     with club.database.writing() as connection:
         for table in ("athlete", "stone"):
-            if table in changed:
-                values[f"{table}_id"] = _named_row(connection, table, changed[table])
+            if table in entered:
+                values[f"{table}_id"] = named_row(connection, table, entered[table])
         athlete = values.get("athlete_id", throw.athlete_id)
-        if "hand" in changed and athlete is not None:
+        if "hand" in entered and athlete is not None:
             query = "update athlete set hand = ? where id = ?"
-            connection.execute(query, (changed["hand"], athlete))
+            connection.execute(query, (entered["hand"], athlete))
             # With another hand the handles of all their throws have other names.
             which = "id in (select session_id from throw where athlete_id = ?)"
             note_change(connection, which, athlete)
         if values:
-            names = ", ".join(f"{name} = ?" for name in values)
-            query = f"update throw set {names} where id = ?"
-            connection.execute(query, (*values.values(), throw.id))
+            changed(connection, "throw", throw.id, **values)
         note_change(connection, "id = ?", session.id)
     finish_files(club)
-
-
-def _named_row(connection: sqlite3.Connection, table: str, name: str) -> int | None:
-    """Return the number of an athlete or a stone by name, added if new; None without a name."""
-    if not name:
-        return None
-    name = named(name, "an athlete" if table == "athlete" else "a stone")
-    query = f"insert into {table} (name) values (?) on conflict do nothing"
-    connection.execute(query, (name,))
-    return connection.execute(f"select id from {table} where name = ?", (name,)).fetchone()[0]
 
 
 def _line(text: str) -> str:

@@ -42,19 +42,17 @@ def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
 
 def running(club: Club, kind: str, session: Session) -> Job | None:
     """Return work of a kind on a session that has not ended; None if there is no such work."""
-    with club.database.reading() as connection:
-        query = (
-            "select * from job where kind = ? and session_id = ? "
-            "and state in ('waiting', 'running') order by id desc"
-        )
-        return row_of(connection, Job, query, (kind, session.id))
+    query = (
+        "select * from job where kind = ? and session_id = ? "
+        "and state in ('waiting', 'running') order by id desc"
+    )
+    return club.database.row(Job, query, kind, session.id)
 
 
 def latest(club: Club, kind: str, session: Session, given: str) -> Job | None:
     """The latest request for a kind of work; None if there was none."""
-    with club.database.reading() as connection:
-        query = "select * from job where kind = ? and session_id = ? and given = ? order by id desc"
-        return row_of(connection, Job, query, (kind, session.id, given))
+    query = "select * from job where kind = ? and session_id = ? and given = ? order by id desc"
+    return club.database.row(Job, query, kind, session.id, given)
 
 
 def measure_all(club: Club) -> None:

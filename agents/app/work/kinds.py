@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 KINDS = {
     "track": ("tracking", "Tracking"),
     "record": ("recording", "Recording"),
-    "estimate": ("ice", "Estimating the ice"),
-    "discover": ("discovering", "Looking for what the ice map leaves unexplained"),
-    CAUSES: ("coaching", "Working out why throws missed, and how the stones differ"),
+    "estimate": ("sessions", "Estimating the ice"),
+    "discover": ("sessions", "Looking for what the ice map leaves unexplained"),
+    CAUSES: ("sessions", "Working out why throws missed, and how the stones differ"),
     COPY: ("film_copy", "Making a copy that this browser plays"),
-    MEASURE: ("filling", "Measuring the throws"),
-    "import": ("filling", "Importing files"),
-    "make up": ("filling", "Making up an evening"),
+    MEASURE: ("sessions", "Measuring the throws"),
+    "import": ("sessions", "Importing files"),
+    "make up": ("sessions", "Making up an evening"),
 }
 """The module of each in this package, whose function has the name of the kind, and its title."""
 

@@ -41,8 +41,7 @@ class WorkQueue:
         self._running: dict[int, SpawnProcess] = {}
         self._losses: dict[int, int] = {}
         self._lock = Lock()
-        with club.database.writing() as connection:
-            connection.execute("update job set state = 'waiting' where state = 'running'")
+        club.database.write("update job set state = 'waiting' where state = 'running'")
         self._thread = Thread(target=self._watch, daemon=True)
 
     def __enter__(self) -> WorkQueue:
@@ -84,27 +83,24 @@ class WorkQueue:
 
     def again(self, number: int) -> None:
         """Begin work once more that failed or was cancelled."""
-        with self.club.database.writing() as connection:
-            connection.execute(
-                "update job set state = 'waiting', share = 0, problem = null "
-                "where id = ? and state in ('failed', 'cancelled')",
-                (number,),
-            )
+        query = (
+            "update job set state = 'waiting', share = 0, problem = null "
+            "where id = ? and state in ('failed', 'cancelled')"
+        )
+        self.club.database.write(query, number)
 
     def those(self, numbers: Collection[int]) -> list[Job]:
         """Work by its numbers."""
         marks = ", ".join("?" * len(numbers))
-        with self.club.database.reading() as connection:
-            query = f"select * from job where id in ({marks}) order by id desc"
-            return rows_of(connection, Job, query, tuple(numbers))
+        query = f"select * from job where id in ({marks}) order by id desc"
+        return self.club.database.rows(Job, query, *numbers)
 
     def jobs(self, session: Session | None = None) -> list[Job]:
         """Work of a session, or of all, the latest first."""
-        with self.club.database.reading() as connection:
-            if session is None:
-                return rows_of(connection, Job, "select * from job order by id desc")
-            query = "select * from job where session_id = ? order by id desc"
-            return rows_of(connection, Job, query, (session.id,))
+        if session is None:
+            return self.club.database.rows(Job, "select * from job order by id desc")
+        query = "select * from job where session_id = ? order by id desc"
+        return self.club.database.rows(Job, query, session.id)
 
     # --- the processes ---------------------------------------------------------------------------
 
@@ -155,10 +151,7 @@ class WorkQueue:
                 self._start(job)
 
     def _start(self, job: Job) -> None:
-        with self.club.database.writing() as connection:
-            connection.execute(
-                "update job set state = 'running', problem = null where id = ?", (job.id,)
-            )
+        self.club.change("job", job.id, state=State.RUNNING, problem=None)
         process = get_context("spawn").Process(
             target=_work, args=(self.club.folder, job.id), daemon=True
         )

@@ -50,11 +50,8 @@ class Reported:
         within = min(done / total, 1.0) if total else 0.0
         share = (self._piece + within) / self._pieces
         self._wrote = now
-        with self._club.database.writing() as connection:
-            connection.execute(
-                "update job set share = ?, says = ?, left = ? where id = ?",
-                (share, what, self._left(now, share), self._number),
-            )
+        left = self._left(now, share)
+        self._club.change("job", self._number, share=share, says=what, left=left)
 
     def _left(self, now: float, share: float) -> float | None:
         """Time that the work still takes [s]; None while estimates disagree."""

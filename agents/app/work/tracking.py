@@ -69,9 +69,8 @@ def set_state(
     club: Club, film: Film, state: State, said: str = "", marks: str | None = None
 ) -> None:
     """Write how far tracking of a film is, and with which marks it was done."""
-    with club.database.writing() as connection:
-        query = "update film set state = ?, said = ?, marks = coalesce(?, marks) where id = ?"
-        connection.execute(query, (state, said, marks, film.id))
+    query = "update film set state = ?, said = ?, marks = coalesce(?, marks) where id = ?"
+    club.database.write(query, state, said, marks, film.id)
 
 
 def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress: Reported) -> str:

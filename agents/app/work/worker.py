@@ -7,7 +7,7 @@ from pathlib import Path
 import cv2
 
 from agents.app.club import Club, Job
-from agents.app.club.database import row_of
+from agents.app.club.records import State
 from agents.app.work.kinds import do
 from agents.app.work.reported import Reported
 from curling_env.errors import CurlingError
@@ -23,15 +23,12 @@ def do_job(folder: Path, number: int) -> None:
     """
     cv2.setNumThreads(1)
     club = Club(folder)
-    with club.database.reading() as connection:
-        job = row_of(connection, Job, "select * from job where id = ?", (number,))
+    job = club.database.row(Job, "select * from job where id = ?", number)
     session = None if job is None else club.session(job.session_id)
     if job is None:
         return
     if session is None:  # it was removed
-        with club.database.writing() as connection:
-            query = "update job set state = 'cancelled' where id = ?"
-            connection.execute(query, (number,))
+        club.change("job", number, state=State.CANCELLED)
         return
     problem = None
     try:
@@ -41,9 +38,8 @@ def do_job(folder: Path, number: int) -> None:
     except Exception as error:  # an internal error is reported, not retried
         problem = f"a mistake of this program: {type(error).__name__}: {str(error)[:200]}"
     state, share = ("done", 1.0) if problem is None else ("failed", 0.0)
-    with club.database.writing() as connection:
-        connection.execute(
-            "update job set state = ?, share = ?, left = null, says = '', problem = ? "
-            "where id = ? and state = 'running'",
-            (state, share, problem, number),
-        )
+    query = (
+        "update job set state = ?, share = ?, left = null, says = '', problem = ? "
+        "where id = ? and state = 'running'"
+    )
+    club.database.write(query, state, share, problem, number)

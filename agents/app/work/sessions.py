@@ -1,0 +1,73 @@
+"""Work on the throws of a session: files in, measurements, its ice, effects, causes of misses."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from agents.app.club import Club, Session
+from agents.app.club.club import DISCOVERY, digest_of_file
+from agents.app.club.session_files import write_files
+from agents.app.work.causes import prepare
+from curling_env.infrastructure.files.writing import make_directory, together
+from curling_env.infrastructure.provenance import provenance
+from friction_estimation.tracks.throw_list import load_tracks
+
+if TYPE_CHECKING:
+    from agents.app.work.reported import Reported
+
+
+def do_measure(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Measure the throws of a session that an earlier version of the program kept."""
+    write_files(club, session)
+
+
+def do_import(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Fill a session with the files of the folder that is given."""
+    from agents.app.take_in import fill_from
+
+    fill_from(club, session, Path(given))
+    prepare(club, session)
+
+
+def do_make_up(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Fill a session with a made-up evening."""
+    from agents.app.demo import fill  # it loads what renders films
+
+    fill(club, session, progress=progress)
+    prepare(club, session)
+
+
+def do_estimate(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Estimate the ice of a session, into its ``ice.json``."""
+    from curling_env.ice import save_ice
+    from friction_estimation.estimation.whole_ice import estimate_ice
+
+    tracks = club.tracks_of(session)
+    digest = digest_of_file(tracks)
+    found = estimate_ice(load_tracks(tracks), progress=progress)
+    save_ice(found.ice, club.ice_of(session), provenance=provenance(seed=0))
+    club.change("session", session.id, ice_of=digest)
+    prepare(club, session)
+
+
+def do_discover(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """Find what the ice of a session lacks, into the folder ``discovery`` of the session."""
+    from friction_estimation.discovery.discover import discover
+    from friction_estimation.discovery.evidence.next_throws import next_throws
+    from friction_estimation.discovery.report import write_files as write_report
+
+    found = discover(load_tracks(club.tracks_of(session)), progress=progress)
+    following = next_throws(found.final)
+    folder = make_directory(club.folder_of(session) / DISCOVERY)
+    with together():
+        write_report(found, folder, following=following, provenance=provenance(seed=0))
+
+
+def do_causes(club: Club, session: Session, progress: Reported, given: str = "") -> None:
+    """See `causes.work_out` and `views.coached`."""
+    from agents.app.views.coached import prepare_errors
+    from agents.app.work.causes import work_out
+
+    work_out(club, session, progress, given)
+    prepare_errors(club, session)
