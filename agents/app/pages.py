@@ -15,6 +15,7 @@ from agents.app.club import Club, Session
 from agents.app.gate import token_for
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
+from curling_env.units import short_length
 
 if TYPE_CHECKING:
     from agents.app.work.queue import WorkQueue
@@ -142,10 +143,12 @@ def number_in(text: str, what: str) -> int:
 
 @cache
 def _environment() -> Environment:
-    return Environment(
+    found = Environment(
         loader=PackageLoader("agents.app"),
         autoescape=True,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    found.filters |= {"short": short_length}
+    return found

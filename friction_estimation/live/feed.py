@@ -8,10 +8,11 @@ affect the measured positions.
 from __future__ import annotations
 
 import time
-from collections.abc import Generator
+from collections.abc import Callable, Generator
 from contextlib import suppress
 from dataclasses import dataclass
 from fractions import Fraction
+from functools import partial
 from queue import Empty, Queue
 from threading import Event, Thread
 from typing import Any, Protocol
@@ -72,11 +73,13 @@ class LiveFrame:
     ----------
     t : when it was taken, since the first frame [s]
     grey : its brightness, (height, width)
+    picture : makes the frame in colour, (height, width, 3) BGR, until the next one is asked for
     packets : all packets that came since the frame before it
     """
 
     t: float
     grey: Image
+    picture: Callable[[], Image]
     packets: tuple[Packet, ...]
 
 
@@ -188,7 +191,12 @@ class Stream:
                     t = float((shown - begin) * packet.time_base)
                     if t > last:
                         last = t
-                        yield LiveFrame(t=t, grey=brightness_of(frame), packets=tuple(unseen))
+                        yield LiveFrame(
+                            t=t,
+                            grey=brightness_of(frame),
+                            picture=partial(frame.to_ndarray, format="bgr24"),
+                            packets=tuple(unseen),
+                        )
                         unseen.clear()
 
     def add_to(self, film: Any) -> Any:
@@ -282,6 +290,7 @@ class Webcam:
                 yield LiveFrame(
                     t=float(tick * MPEG4_TICK),
                     grey=planes[: self.size[1]],
+                    picture=partial(np.asarray, picture),
                     packets=tuple(_coded(packet, packet.pts, 0) for packet in packets),
                 )
         finally:

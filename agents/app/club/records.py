@@ -71,6 +71,12 @@ class Session:
     stale : 1 where its files must be written again, 2 where only the tables of throws and athletes
     removed : when it was removed; None for what is there, here and below
     ice_of : digest of the tracks that its ice was estimated from; None if it was not estimated here
+    lineup : athletes whose throws come next, in turn, separated by commas
+    drill : the call of the throws that come next
+    pebble, temperature, humidity, scrape : of the ice, as an ice technician enters them
+    live : encoded measurements of the throw that a camera shows now, see
+        `session_files.measures_of`
+    live_rests : whether that throw's stone has come to rest
     """
 
     id: int
@@ -82,6 +88,14 @@ class Session:
     stale: int = 0
     removed: str | None = None
     ice_of: str | None = None
+    lineup: str = ""
+    drill: str = ""
+    pebble: str = ""
+    temperature: str = ""
+    humidity: str = ""
+    scrape: str = ""
+    live: bytes | None = None
+    live_rests: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -133,8 +147,8 @@ class Throw:
     part : which throw of its film, or of the tracks that were imported, it is
     clock : when its part of the film begins [s]
     seen_stone : the stone's number as tracking tells them apart
-    athlete_id, stone_id, called, made, note : a coach's entries, which no program writes; what
-        was called reads as in `agents.coaching`
+    athlete_id, stone_id, called, made, note, swept : a coach's entries; what was called reads as in
+        `agents.coaching`, where it was swept as in `session_files.SWEPT`
     settled : whether the number is final: all earlier films have been tracked
     measures : encoded measurements, see `session_files.measures_of`; None if not measured yet,
         empty where the stone slid too short a way
@@ -157,6 +171,7 @@ class Throw:
     settled: bool = True
     measures: bytes | None = None
     measured_of: str = ""
+    swept: str = ""
 
     @property
     def label(self) -> int:
@@ -173,6 +188,15 @@ class Target:
     x: float
     y: float
     removed: str | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Position:
+    """A position of stones that was saved: the part of the address of *Throw* that shows it."""
+
+    id: int
+    name: str
+    address: str
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,13 +21,14 @@ from typing import Any, NamedTuple
 import msgspec
 import numpy as np
 
-from agents.app.club.club import TRACKS, Club, added, changed
+from agents.app.club.club import TRACKS, Club, added, changed, named_row
 from agents.app.club.database import rows_of
 from agents.app.club.records import Film, Session, State, Throw
 from agents.app.club.targets import with_places
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.storage import write_json, write_table
 from curling_env.infrastructure.files.writing import make_directory, together
+from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.tracking.stone_numbers import StoneNumbers
 from friction_estimation.tracks.throw_list import THROW_LIST
@@ -42,6 +43,13 @@ LONGEST_CELL = 900
 """Longest note in the table of throws; commands read at most 1,000 letters of a cell."""
 NOTES_CHANGED = 2
 """State of a session's files in which only what a coach entered has changed since."""
+SWEPT = {
+    "no": (np.inf, np.inf),
+    "first half": (-HOG_LINE_Y, 0.0),
+    "second half": (0.0, np.inf),
+    "all the way": (-HOG_LINE_Y, np.inf),
+}
+"""Where a stone was swept, in the words of a coach: from and to, along the way of play [m]."""
 SAME_STONE = 0.3
 """Two tracks of a film are of one stone if their median distance is less [m]."""
 LEAST_COMMON = 0.5
@@ -146,11 +154,16 @@ def alone_in(club: Club, session: Session) -> Generator[None]:
         yield
 
 
-def measures_of(throw: Throw) -> ThrowMeasures | None:
-    """The measurements kept with a throw; None if it is not measured, or too short."""
-    if not throw.measures:
+def measures_of(encoded: bytes | None) -> ThrowMeasures | None:
+    """The measurements kept of a throw; None if it is not measured, or too short."""
+    if not encoded:
         return None
-    return msgspec.msgpack.decode(throw.measures, type=ThrowMeasures, dec_hook=as_array)
+    return msgspec.msgpack.decode(encoded, type=ThrowMeasures, dec_hook=as_array)
+
+
+def encoded_measures(measures: ThrowMeasures) -> bytes:
+    """Measurements for the database, see `measures_of`."""
+    return msgspec.msgpack.encode(measures, enc_hook=as_list)
 
 
 def as_list(value: Any) -> Any:
@@ -252,21 +265,43 @@ def _bring_up_to_date(club: Club, session: Session) -> None:
             values |= {"measures": _measured(tracks), "measured_of": digest}
         entered.append((row, values))
         if row is None or row.removed is None:
-            shown.append(tracks)
+            shown.append(tracks if row is None else [_as_swept(tracks[0], row.swept), *tracks[1:]])
     with club.database.writing() as connection:
         for row, values in entered:
             if row is None:
+                if values["film_id"] is not None:
+                    values |= _called_now(connection, session.id)
                 added(connection, "throw", **values)
             else:
                 changed(connection, "throw", row.id, **values)
-        connection.execute("update session set stale = 1 where id = ?", (session.id,))
+        changed(connection, "session", session.id, stale=1)
     _write_files(club, session, sorted(shown, key=lambda tracks: tracks[0].throw))
 
 
 def _measured(tracks: Sequence[Trajectory]) -> bytes:
-    """The measurements of a throw for its row, see `measures_of`."""
+    """The measurements of a throw for its row; empty if it is too short."""
     found = throw_table(tracks)
-    return msgspec.msgpack.encode(found[0], enc_hook=as_list) if found else b""
+    return encoded_measures(found[0]) if found else b""
+
+
+def _called_now(connection: sqlite3.Connection, session: int) -> dict[str, Any]:
+    """Entries of a throw that has just been found: whose turn it was, and the call of the drill."""
+    query = "select lineup, drill from session where id = ?"
+    lineup, drill = connection.execute(query, (session,)).fetchone()
+    first, *others = [name.strip() for name in lineup.split(",")]
+    # What was seen live is this throw.
+    turn = ", ".join([*others, first])
+    changed(connection, "session", session, lineup=turn, live=None, live_rests=0)
+    return {"called": drill, "athlete_id": named_row(connection, "athlete", first)}
+
+
+def _as_swept(track: Trajectory, words: str) -> Trajectory:
+    """A track swept where a coach noted it; as it is where nothing was noted."""
+    if words not in SWEPT:
+        return track
+    ahead = track.xy[:, 1] * (1.0 if track.xy[-1, 1] >= track.xy[0, 1] else -1.0)
+    begin, end = SWEPT[words]
+    return replace(track, swept=((ahead >= begin) & (ahead < end)).astype(np.float64))
 
 
 def _digest(tracks: Sequence[Trajectory]) -> str:

@@ -63,5 +63,17 @@ _FOURTH = (
         or film_id in (select id from film where removed is not null)""",
 )
 
-VERSIONS = (_FIRST, _SECOND, _THIRD, _FOURTH)
+_FIFTH = (
+    *(
+        f"alter table session add column {name} text not null default ''"
+        for name in ("lineup", "drill", "pebble", "temperature", "humidity", "scrape")
+    ),
+    "alter table session add column live blob",
+    "alter table session add column live_rests integer not null default 0",
+    "alter table throw add column swept text not null default ''",
+    """create table position (
+        id integer primary key, name text not null unique, address text not null) strict""",
+)
+
+VERSIONS = (_FIRST, _SECOND, _THIRD, _FOURTH, _FIFTH)
 """The statements of each version, oldest first."""

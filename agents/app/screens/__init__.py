@@ -1,10 +1,20 @@
 """The screens, in the order of the navigation; a new one is a module with a `SCREEN`."""
 
-from agents.app.screens import athletes, hand_or_ice, ice, practice, stones, throw, throws
+from agents.app.screens import (
+    athletes,
+    hand_or_ice,
+    ice,
+    practice,
+    rink,
+    stones,
+    throw,
+    throws,
+)
 from agents.app.screens.screen import Screen
 
 SCREENS: tuple[Screen, ...] = (
     practice.SCREEN,
+    rink.SCREEN,
     throws.SCREEN,
     ice.SCREEN,
     throw.SCREEN,

@@ -53,7 +53,8 @@ def show(request: Request) -> Response:
 def _split_of(club: Club, key: str) -> dict[str, Any]:
     """The product of split and speed at the hog line on an ice [m], and if throws measured it."""
     session = club.session(int(key)) if key.isdecimal() else None
-    measured = [] if session is None else map(measures_of, club.throws(session))
+    throws = [] if session is None else club.throws(session)
+    measured = [measures_of(throw.measures) for throw in throws]
     products = [
         one.back_to_hog.value * one.speed.value
         for one in measured

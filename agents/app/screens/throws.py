@@ -17,7 +17,7 @@ from agents.app.club import Club, Session, Throw
 from agents.app.club.club import changed, named_row
 from agents.app.club.films import has_other_marks
 from agents.app.club.records import Hand, State
-from agents.app.club.session_files import finish_files, note_change
+from agents.app.club.session_files import SWEPT, finish_files, note_change
 from agents.app.club.targets import with_places
 from agents.app.pages import club_of, form_of, go_to, page, session_of
 from agents.app.screens.screen import Screen
@@ -36,7 +36,7 @@ from curling_env.infrastructure.files.reading import parse_json
 MADE = {"": None, "made": True, "missed": False}
 LONGEST = {"called": 300, "note": 5000}
 """Letters of each text that a coach enters."""
-ENTRY = ("athlete", "hand", "stone", "called", "made", "note")
+ENTRY = ("athlete", "hand", "stone", "called", "made", "swept", "note")
 """Fields of a coach's entry."""
 COLOURS = 6
 """Number of colours for athletes."""
@@ -110,10 +110,11 @@ def show_throw(request: Request) -> Response:
         film=film,
         waiting=film is not None and has_other_marks(club, session, film),
         copied=film is not None and copy_of(club, film).exists(),
-        entry=_entry_of(club, throw),
+        entry=entry_of(club, throw),
+        swept=SWEPT,
         athletes=club.athletes(),
         stones=club.stones(),
-        reading=_reading(club, throw.called),
+        reading=reading_of(club, throw.called),
         targets=club.targets(),
         chosen=chosen,
         before=throws[place - 1] if place else None,
@@ -124,10 +125,10 @@ def show_throw(request: Request) -> Response:
 
 def read(request: Request) -> Response:
     """Answer how a call is read, while it is typed."""
-    return JSONResponse(_reading(club_of(request), request.query_params.get("text", "")[:400]))
+    return JSONResponse(reading_of(club_of(request), request.query_params.get("text", "")[:400]))
 
 
-def _reading(club: Club, called: str) -> dict[str, Any]:
+def reading_of(club: Club, called: str) -> dict[str, Any]:
     """A call in words and where it is to rest; or the word that is not known."""
     text = with_places(called, club.named_targets())
     call = read_call(text)
@@ -212,6 +213,8 @@ async def enter(request: Request) -> Response:
         given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
     if given.get("made", "") not in MADE:
         raise InputError("expected made, missed or neither")
+    if given.get("swept", "") not in ("", *SWEPT):
+        raise InputError(f"expected one of {', '.join(SWEPT)}", source="swept")
     for what, most in LONGEST.items():
         if len(given.get(what, "")) > most:
             raise InputError(
@@ -222,7 +225,7 @@ async def enter(request: Request) -> Response:
     was = parse_json(form.get("was") or "{}", source="was")
     if not isinstance(was, dict):
         raise InputError("expected an object", source="was")
-    now = _entry_of(club, throw)
+    now = entry_of(club, throw)
     entered = {name: value for name, value in given.items() if value != was.get(name)}
     theirs = {
         name: now[name]
@@ -238,8 +241,8 @@ async def enter(request: Request) -> Response:
     await run_in_threadpool(_keep, club, session, throw, entered)
     if _wants_json(request):
         found = club.throw(throw.id)
-        entry = _entry_of(club, throw if found is None else found)
-        return JSONResponse({"now": entry, **_reading(club, entry["called"])})
+        entry = entry_of(club, throw if found is None else found)
+        return JSONResponse({"now": entry, **reading_of(club, entry["called"])})
     return go_to(request, f"throws/{session.id}/{throw.label}")
 
 
@@ -247,7 +250,7 @@ def _wants_json(request: Request) -> bool:
     return "application/json" in request.headers.get("Accept", "")
 
 
-def _entry_of(club: Club, throw: Throw) -> dict[str, str]:
+def entry_of(club: Club, throw: Throw) -> dict[str, str]:
     """A coach's entry as the fields of its form."""
     athlete = next((one for one in club.athletes() if one.id == throw.athlete_id), None)
     stone = next((one for one in club.stones() if one.id == throw.stone_id), None)
@@ -268,12 +271,12 @@ def _entry(throw: Throw, sheet: ThrowSheet) -> dict[str, str]:
 
 def _typed(throw: Throw) -> dict[str, str]:
     made = next(word for word, value in MADE.items() if value is throw.made)
-    return {"called": throw.called, "made": made, "note": throw.note}
+    return {"called": throw.called, "made": made, "note": throw.note, "swept": throw.swept}
 
 
 def _keep(club: Club, session: Session, throw: Throw, entered: Mapping[str, str]) -> None:
     """Write the fields of an entry that have changed, and the session's files."""
-    values: dict[str, object] = {k: entered[k] for k in ("called", "note") if k in entered}
+    values: dict[str, object] = {k: entered[k] for k in ("called", "note", "swept") if k in entered}
     if "made" in entered:
         values["made"] = MADE[entered["made"]]
     with club.database.writing() as connection:
@@ -289,6 +292,8 @@ def _keep(club: Club, session: Session, throw: Throw, entered: Mapping[str, str]
             note_change(connection, which, athlete)
         if values:
             changed(connection, "throw", throw.id, **values)
+        if "swept" in entered:  # the tracks say it, too
+            changed(connection, "session", session.id, stale=1)
         note_change(connection, "id = ?", session.id)
     finish_files(club)
 

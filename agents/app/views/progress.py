@@ -14,11 +14,14 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.films import has_other_marks
 from agents.app.club.records import State
 from agents.app.club.removal import removed_in
-from agents.app.views.measures import sheets_of
+from agents.app.views.measures import sheet_seen_live, sheets_of
+from agents.app.views.scores import missed_by, points_of
+from agents.app.views.told import told
 from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN
 from agents.app.work.kinds import KINDS
 from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet
+from curling_env.units import short_length
 from friction_estimation.reports.throws_section import throw_in_words
 
 PAUSE = 0.5
@@ -66,7 +69,7 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
     films = club.films(session)
     again = {film.id for film in films if has_other_marks(club, session, film)}
     seen = [one.film_id for one in throws]
-    jobs = work.jobs(session)
+    jobs, live = work.jobs(session), sheet_seen_live(club, session)
     open_jobs = [job for job in jobs if job.state in OPEN]
     ended = [job for job in jobs if job.state not in OPEN and job.kind not in UNTOLD][:SHOWN]
     return {
@@ -88,7 +91,12 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
         ],
         "jobs": [job_in_words(job) for job in (*open_jobs, *ended)],
         "count": len(throws),
-        "latest": _latest(club, session),
+        "latest": [
+            {"number": sheet.throw + 1, "words": in_words(sheet), **large(sheet)}
+            for sheet in reversed(sheets_of(club, session)[-SHOWN:])
+        ],
+        "live": None if live is None else large(live) | {"rests": session.live_rests},
+        "next": {"athlete": session.lineup.partition(",")[0], "called": session.drill},
         "removed": len(removed_in(club, session)),
     }
 
@@ -123,9 +131,21 @@ def in_words(sheet: ThrowSheet) -> str:
     return ", ".join(part for part in (sheet.athlete, words) if part)
 
 
-def _latest(club: Club, session: Session) -> list[dict[str, Any]]:
-    """The latest throws, the newest first."""
-    return [
-        {"number": sheet.throw + 1, "words": in_words(sheet)}
-        for sheet in reversed(sheets_of(club, session)[-SHOWN:])
+def large(sheet: ThrowSheet) -> dict[str, Any]:
+    """The few numbers of a throw that are read from afar, and its points if a draw was called."""
+    split, weight, _, line, *_, past, beside = told(sheet)
+    rest = {"name": "Rest", "value": ", ".join(filter(None, (past.value, beside.value)))}
+    off, points = missed_by(sheet), points_of(sheet, None)
+    missed = {"name": "From the target", "value": "" if off is None else short_length(off)}
+    numbers = [
+        {"name": "Split", "value": split.value, "sigma": split.sigma},
+        {"name": weight.name, "value": weight.value, "sigma": weight.sigma},
+        {"name": line.name, "value": line.value, "sigma": line.sigma},
+        rest | {"sigma": past.sigma},
+        missed | {"sigma": "" if points is None else f"{points} points"},
     ]
+    return {
+        "athlete": sheet.athlete,
+        "called": sheet.note.called,
+        "numbers": [one for one in numbers if one["value"]],
+    }

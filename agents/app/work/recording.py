@@ -1,4 +1,7 @@
-"""Recording from a camera: every throw becomes a film of the session, which is then tracked."""
+"""Recording from a camera: every throw becomes a film of the session, which is then tracked.
+
+The first numbers of a throw are there as soon as its stone has passed a line or come to rest.
+"""
 
 from __future__ import annotations
 
@@ -8,14 +11,18 @@ from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.films import take_film
+from agents.app.club.session_files import encoded_measures, load_part, part_path
+from agents.app.work.glance import Glance
 from agents.app.work.jobs import submit
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
+from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.scene import load_scene
+from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.live import open_feed
 from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.tracking.cutting.motion import MotionDetector
+from friction_estimation.tracking.films.shared_cameras import camera_from
 
 SOURCE = r"\d{1,3}|(?:rtsps?|rtmps?|https?|udp|rtp|srt)://\S{1,500}"
 """Cameras of this machine by their number, and streams by their address; no files."""
@@ -52,13 +59,28 @@ def do_record(club: Club, session: Session, progress: Reported, given: str = "")
             submit(club, "track", session)
 
     motion = MotionDetector.for_camera(camera_from_scene(scene, feed.size), scene)
+    glance = Glance(_latest_camera(club, session, scene, feed.size), scene)
     folder = make_directory(club.folder_of(session) / "films")
     recorder = Recorder(feed=feed, motion=motion, folder=folder)
     with closing(feed):
         try:
             with closing(feed.frames()) as frames:
                 for frame in frames:
+                    if glance.wants(frame.t) and glance.add(frame.t, frame.picture()):
+                        seen = b"" if glance.seen is None else encoded_measures(glance.seen)
+                        club.change("session", session.id, live=seen, live_rests=glance.rests)
                     keep(recorder.add(frame))
                     progress(f"watching the camera, {count} throws recorded", 0.0, 0.0)
         finally:
             keep(recorder.finish())
+
+
+def _latest_camera(club: Club, session: Session, scene: Scene, size: tuple[int, int]) -> Camera:
+    """The camera as it was solved for the latest film that was tracked, or as it was marked."""
+    for film in reversed(club.films(session)):
+        part = None if film.camera_id else load_part(part_path(club, session, film))
+        if part is not None and part.camera is not None:
+            solved = camera_from(part.camera).camera
+            if solved.size == size:
+                return solved
+    return camera_from_scene(scene, size)

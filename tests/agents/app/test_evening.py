@@ -24,13 +24,14 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app import Club, WorkQueue, add_piece, begin_film, take_film
 from agents.app.club.club import added
+from agents.app.views.measures import sheet_seen_live
 from agents.app.views.progress import state_of
 from agents.app.work.worker import Reported
 from curling_env import Throw, load_ice
 from curling_env.errors import InputError
 from curling_env.ice import load_ice as read_ice
 from curling_env.physics import play_bounds, slide
-from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction
+from curling_env.sheet import PAPER_SHEET, RULE_BOOK_STONE, Direction, to_delivery
 from curling_env.trajectory import read_tracks
 from friction_estimation import load_scene
 from friction_estimation.camera import CORNERS, save_scene
@@ -254,7 +255,7 @@ def stream(filmed, tmp_path) -> Iterator[str]:
 def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, stream):
     from agents.app.work import recording
 
-    film, scene, _ = filmed
+    film, scene, rest = filmed
     club = Club(tmp_path / "club")
     save_scene(scene, club.path("cameras/middle.scene.json"))
     with club.database.writing() as connection:
@@ -272,6 +273,11 @@ def test_a_camera_that_films_now_gives_films_that_are_tracked(tmp_path, filmed, 
     assert abs(club.path(kept.file).stat().st_size / film.stat().st_size - 1) < 0.5
     (job,) = WorkQueue(club).jobs(session)
     assert (job.kind, job.state) == ("track", "waiting")
+    # The first numbers are there before the film is tracked.
+    seen = sheet_seen_live(club, session).measures
+    found = to_delivery(rest, seen.direction)
+    assert club.session(session.id).live_rests
+    assert np.hypot(seen.right.value - found[0], seen.past.value - found[1]) < 0.1
 
 
 def test_a_camera_that_was_moved_is_marked_from_a_film_on(visitor, filmed):

@@ -1,0 +1,81 @@
+"""The screen *At the rink*: the throw of this moment in large numbers, drills and their scores."""
+
+from __future__ import annotations
+
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from agents.app.club.club import changed, named_row
+from agents.app.club.session_files import SWEPT
+from agents.app.pages import club_of, form_of, go_to, page, session_of, work_of
+from agents.app.screens.screen import Screen
+from agents.app.screens.throws import entry_of, reading_of
+from agents.app.views.measures import sheets_of
+from agents.app.views.progress import state_of
+from agents.app.views.scores import ELSEWHERE, HIT, POINTS, leaderboard
+from agents.app.work.jobs import running
+from curling_env.errors import InputError
+
+LONGEST = 300
+"""Letters of a drill's call, and of a list of athletes."""
+
+
+def show(request: Request) -> Response:
+    """Show the latest throw, whose turn is next, and the leaderboard; of `?drill=CALL` alone."""
+    club, session = club_of(request), session_of(request)
+    if session is None:
+        text = "Begin a session on the page Practice, and start a camera there."
+        return page(request, "empty.html", heading="At the rink", text=text)
+    throws, camera = club.throws(session), club.camera(session.camera_id)
+    made = {throw.number: throw.made for throw in throws}
+    sheets = sheets_of(club, session)
+    drills = list(dict.fromkeys(sheet.note.called for sheet in sheets if sheet.call is not None))
+    chosen = request.query_params.get("drill", "")
+    return page(
+        request,
+        "rink.html",
+        session=session,
+        state=state_of(club, work_of(request), session),
+        filming=running(club, "record", session),
+        marked=camera is not None and bool(camera.scene),
+        latest=throws[-1] if throws else None,
+        entry=entry_of(club, throws[-1]) if throws else {},
+        athletes=club.athletes(),
+        stones=club.stones(),
+        targets=club.targets(),
+        swept=SWEPT,
+        reading=reading_of(club, session.drill),
+        scores=leaderboard(
+            (sheet, made[sheet.throw]) for sheet in sheets if chosen in ("", sheet.note.called)
+        ),
+        drills=drills,
+        chosen=chosen,
+        rules=(POINTS, ELSEWHERE, HIT),
+    )
+
+
+async def plan(request: Request) -> Response:
+    """Enter whose throws come next, in turn, and what is called of them."""
+    club, session, form = club_of(request), session_of(request), await form_of(request)
+    assert session is not None  # the address names one
+    names = [" ".join(name.split()) for name in form.get("lineup", "").split(",")]
+    lineup, drill = ", ".join(filter(None, names)), form.get("drill", "")
+    if max(len(lineup), len(drill)) > LONGEST:
+        raise InputError(f"at most {LONGEST} letters are kept")
+    with club.database.writing() as connection:
+        for name in filter(None, names):
+            named_row(connection, "athlete", name)
+        changed(connection, "session", session.id, lineup=lineup, drill=drill)
+    return go_to(request, f"rink/{session.id}")
+
+
+SCREEN = Screen(
+    name="rink",
+    title="At the rink",
+    routes=[
+        Route("/rink", show),
+        Route("/rink/{session:int}", show),
+        Route("/rink/{session:int}", plan, methods=["POST"]),
+    ],
+)

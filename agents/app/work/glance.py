@@ -1,0 +1,189 @@
+"""First numbers of a throw while its stone slides, from the frames of a camera that films now.
+
+The network that finds stones looks ten times a second where the stone should be. What it finds is a
+track, measured as any track is; the film is tracked in full afterwards, and replaces these numbers.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import cv2
+import numpy as np
+
+from curling_env.errors import TrackTooShortError
+from curling_env.trajectory import Trajectory
+from curling_env.typing import Floats, Image
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.scene import Scene
+from friction_estimation.tracking.detector import DetectedPlace, Detector, OnIce
+from friction_estimation.tracks.throw_table import ThrowMeasures, measure_throw
+
+INTERVAL = 0.09
+"""Minimum time between two looks [s]."""
+COMPARED_AFTER = 0.35
+"""Motion is what has changed since this long before [s]."""
+LEAST_CHANGE = 18
+"""Of brightness, of 255, that counts as motion."""
+SHRUNK = 4
+"""Motion is looked for in pictures of this part of the size."""
+FASTEST, SLOWEST = 4.5, 0.25
+"""Speeds of a thrown stone that is found [m/s]."""
+ENOUGH = 6
+"""Looks in a line that make a moving stone."""
+REACH = 0.45
+"""The stone is looked for this far around its expected place [m]."""
+GATE = 0.3
+"""Largest distance from the expected place [m]."""
+LONGEST_UNSEEN = 3.0
+"""A stone unseen for longer is given up [s]."""
+STILL_SECONDS, STILL_WITHIN = 1.0, 0.03
+"""A stone rests once its mean place moves by less than this, or its error, in this time [s, m]."""
+
+SHOWN = ("back_to_hog", "hog_to_hog", "line")
+"""Numbers that are shown while a stone slides."""
+
+Row = tuple[float, float, float, float]
+"""Time [s], place and its standard error [m] of a stone."""
+
+
+@dataclass(eq=False)
+class Glance:
+    """Follows the thrown stone from frame to frame.
+
+    Parameters
+    ----------
+    camera, scene : of the frames that are added
+    rests : whether the stone that was seen has come to rest
+    seen : measurements of its throw; None while no stone slides
+    """
+
+    camera: Camera
+    scene: Scene
+    rests: bool = False
+    seen: ThrowMeasures | None = None
+    _on_ice: OnIce = field(init=False)
+    _looks: list[tuple[float, Image]] = field(default_factory=list)
+    _chains: list[list[Row]] = field(default_factory=list)
+    _rows: list[Row] = field(default_factory=list)
+    _last_look: float = -np.inf
+
+    def __post_init__(self) -> None:
+        model = StoneModel(radius=self.scene.stone_radius, height=self.scene.stone_height)
+        self._on_ice = OnIce(Detector(mirrored=False), self.camera, model, self.scene.sheet)
+
+    def wants(self, t: float) -> bool:
+        """Return whether the frame of a time [s] is to be added."""
+        return t - self._last_look >= INTERVAL
+
+    def add(self, t: float, picture: Image) -> bool:
+        """Look at a frame; return whether more is known of a throw than before.
+
+        Parameters
+        ----------
+        t : time of the frame [s]
+        picture : (rows, columns, 3) BGR
+        """
+        self._last_look = t
+        moved = self._moved(t, picture)
+        known, rested = _known(self.seen), self.rests
+        if self._rows and not self.rests:
+            self._follow(t, picture)
+        elif len(moved):
+            self._search(t, picture, moved)
+        if rested and self.rests:
+            return False
+        self.seen = self._measured() if self._rows else None
+        return (_known(self.seen), self.rests) != (known, rested)
+
+    def _moved(self, t: float, picture: Image) -> Floats:
+        """Parts of the picture (k, 2, 2) that have changed [px]."""
+        height, width = picture.shape[:2]
+        size = (width // SHRUNK, height // SHRUNK)
+        small = cv2.cvtColor(
+            cv2.resize(picture, size, interpolation=cv2.INTER_AREA), cv2.COLOR_BGR2GRAY
+        )
+        self._looks = [one for one in self._looks if t - one[0] < 2 * COMPARED_AFTER]
+        before = [look for when, look in self._looks if t - when >= COMPARED_AFTER]
+        self._looks.append((t, np.asarray(small, dtype=np.uint8)))
+        if not before:
+            return np.empty((0, 2, 2))
+        changed = (cv2.absdiff(small, before[-1]) >= LEAST_CHANGE).astype(np.uint8)
+        _, _, found, _ = cv2.connectedComponentsWithStats(cv2.dilate(changed, np.ones((5, 5))))
+        boxes = SHRUNK * found[1:, :4].astype(np.float64)
+        return np.stack([boxes[:, :2], boxes[:, :2] + boxes[:, 2:]], axis=1)
+
+    def _search(self, t: float, picture: Image, moved: Floats) -> None:
+        """Join detections to chains; one that slides along the sheet is the thrown stone."""
+        longer: list[list[Row]] = []
+        for one in self._on_ice.detect(picture, moved):
+            here = _row(t, one)
+            fitting = [chain for chain in self._chains if _goes_on(chain, here)]
+            longer.append([*max(fitting, key=len, default=[]), here])
+        self._chains = [chain for chain in self._chains if t - chain[-1][0] < 0.5] + longer
+        best = max(longer, key=len, default=[])
+        if len(best) >= ENOUGH and abs(best[-1][2] - best[0][2]) > SLOWEST * (t - best[0][0]):
+            self._rows, self._chains, self.rests = best, [], False
+
+    def _follow(self, t: float, picture: Image) -> None:
+        """Look for the stone where it should be."""
+        expected = _expected(self._rows, t)
+        around = expected + REACH * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+        px = self.camera.project(np.column_stack([around, np.zeros(4)]))
+        box = np.array([[px.min(axis=0), px.max(axis=0)]])
+        found = self._on_ice.detect(picture, box) if np.isfinite(box).all() else []
+        near = [one for one in found if np.hypot(*(one.xy - expected)) < GATE]
+        if near:
+            one = max(near, key=lambda place: place.score - np.hypot(*(place.xy - expected)))
+            self._rows.append(_row(t, one))
+        if t - self._rows[-1][0] > LONGEST_UNSEEN:
+            self._rows = []
+            return
+        recent = np.array([row for row in self._rows if t - row[0] <= STILL_SECONDS])
+        if t - self._rows[0][0] > STILL_SECONDS and len(recent) > 5:
+            first, last = (half[:, 1:].mean(axis=0) for half in np.array_split(recent, 2))
+            self.rests = bool(np.hypot(*(last - first)[:2]) < max(STILL_WITHIN, last[2] / 2))
+
+    def _measured(self) -> ThrowMeasures | None:
+        rows = np.array(self._rows)
+        unknown = np.full(len(rows), np.nan)
+        track = Trajectory(
+            t=rows[:, 0] - rows[0, 0], xy=rows[:, 1:3], sigma_xy=rows[:, 3], theta=unknown
+        )
+        try:
+            return measure_throw(track)
+        except TrackTooShortError:
+            return None
+
+
+def _known(seen: ThrowMeasures | None) -> list[bool]:
+    """Return which of the lines of the sheet a stone is known to have passed."""
+    return [seen is not None, *(getattr(seen, name, None) is not None for name in SHOWN)]
+
+
+def _row(t: float, one: DetectedPlace) -> Row:
+    sigma = float(np.sqrt(np.trace(one.covariance) / 2))
+    return t, float(one.xy[0]), float(one.xy[1]), sigma
+
+
+def _goes_on(chain: Sequence[Row], here: Row) -> bool:
+    """Return whether a place may be the next one of a chain of places."""
+    t, x, y, _ = chain[-1]
+    after = here[0] - t
+    if after <= 0:
+        return False
+    if len(chain) == 1:
+        return SLOWEST * after < np.hypot(here[1] - x, here[2] - y) < FASTEST * after
+    return bool(np.hypot(*(np.array(here[1:3]) - _expected(chain, here[0]))) < GATE)
+
+
+def _expected(rows: Sequence[Row], t: float) -> Floats:
+    """Return the place at a time, from the latest rows and a steady slowing."""
+    late = np.array(rows[-12:])
+    degree = 1 if len(late) < 12 or late[-1, 0] - late[0, 0] < 0.8 else 2
+    past = late[:, 0] - late[-1, 0]
+    fits = [np.polynomial.polynomial.polyfit(past, late[:, k], degree) for k in (1, 2)]
+    u = min(t - late[-1, 0], 0.5)
+    return np.array([np.polynomial.polynomial.polyval(u, fit) for fit in fits])
