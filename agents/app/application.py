@@ -12,18 +12,18 @@ from starlette.requests import Request
 from starlette.responses import JSONResponse, Response
 from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
-from starlette.types import ASGIApp
 
 from agents.app.club import Club
 from agents.app.gate import READING, Gate
-from agents.app.pages import go_to, network_address_of, page, session_of
+from agents.app.pages import go_to, page, session_of
 from agents.app.screens import SCREENS
+from agents.app.screens.share import SHARING
+from agents.app.sharing import Door, Sharing
 from agents.app.views.progress import job_in_words
 from agents.app.work.causes import ComingError
 from agents.app.work.jobs import OPEN
 from agents.app.work.queue import WorkQueue
 from curling_env.errors import CurlingError, InputError
-from curling_env.infrastructure.qr_code import qr_outline
 
 TRACEBACK = "CURLING_TRACEBACK"
 """Environment variable: if it is set, internal errors are printed with their traceback."""
@@ -35,9 +35,8 @@ def application(
     *,
     secret: str,
     hosts: Collection[str],
-    network: tuple[str, str] | None = None,
-) -> ASGIApp:
-    """The application of a club.
+) -> Gate:
+    """The application of a club, for this machine; its `sharing` opens it to others.
 
     Parameters
     ----------
@@ -45,12 +44,10 @@ def application(
     work : its long work
     secret : the first part of every address on this machine
     hosts : names, without a port, by which this machine's browsers call it
-    network : the name by which other machines call it, and their secret; None while it is for this
-        machine alone
     """
     routes = [
         Route("/", _home),
-        Route("/share", _share),
+        *SHARING,
         Mount("/static", StaticFiles(packages=[("agents.app", "static")])),
         *(route for screen in SCREENS for route in screen.routes),
     ]
@@ -63,25 +60,15 @@ def application(
             Exception: _own_up,
         },
     )
-    app.state.club, app.state.work, app.state.network = club, work, network
-    app.state.screens = SCREENS
-    doors = {host: secret for host in hosts}
-    if network is not None:
-        doors[network[0]] = network[1]
-    return Gate(app, doors)
+    app.state.club, app.state.work, app.state.screens = club, work, SCREENS
+    own = Door(secret, frozenset(host.lower() for host in hosts), is_own=True)
+    app.state.sharing = Sharing(club, own)
+    app.state.sharing.app = gate = Gate(app, app.state.sharing)
+    return gate
 
 
 def _home(request: Request) -> Response:
     return go_to(request, SCREENS[0].name)
-
-
-def _share(request: Request) -> Response:
-    """The address for other machines, to be read by their cameras."""
-    address = network_address_of(request)
-    if address is None:
-        raise HTTPException(404, "This app is for this machine alone; --share opens it to others.")
-    size, outline = qr_outline(address)
-    return page(request, "share.html", size=size, outline=outline)
 
 
 async def _say_what_is_not_there(request: Request, error: Exception) -> Response:

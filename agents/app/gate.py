@@ -10,13 +10,14 @@ from __future__ import annotations
 
 import hashlib
 import hmac
-from collections.abc import Mapping
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
+
+from agents.app.sharing import Sharing
 
 TOKEN_FIELD, TOKEN_HEADER = "csrf", "X-CSRF-Token"
 MAX_BODY = 1_000_000
@@ -51,6 +52,8 @@ HEADERS = {
 }
 """Of every answer that does not say otherwise."""
 READING = frozenset({"GET", "HEAD"})
+ANSWERED = frozenset(f"throw/{name}" for name in ("run", "plan", "calls", "game", "advice"))
+"""Addresses that a link for reading may send to: they change nothing."""
 FORM = "application/x-www-form-urlencoded"
 
 
@@ -65,12 +68,12 @@ class Gate:
     Parameters
     ----------
     app : what is behind it; `scope["root_path"]` is the secret's part of the address
-    doors : the names, without a port, by which this server may be called, and for each the secret
-        that opens there
+    sharing : the names, without a port, by which this server may be called, and the secrets that
+        open it there
     """
 
-    def __init__(self, app: ASGIApp, doors: Mapping[str, str]) -> None:
-        self.app, self.doors = app, {host.lower(): secret for host, secret in doors.items()}
+    def __init__(self, app: ASGIApp, sharing: Sharing) -> None:
+        self.app, self.sharing = app, sharing
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         """Let a request through, or answer it with a refusal."""
@@ -92,20 +95,28 @@ class Gate:
         HTTPException : the request is refused
         """
         headers, port = Headers(scope=scope), scope["server"][1]
-        own = {f"{name}:{port}": secret for name, secret in self.doors.items()}
-        origin = headers.get("Origin")
-        secret = own.get(headers.get("Host", "").lower())
-        if secret is None:
+        doors = self.sharing.doors
+        own = {f"{name}:{port}" for door in doors for name in door.hosts}
+        origin, host = headers.get("Origin"), headers.get("Host", "").lower()
+        if host not in own:
             raise HTTPException(403, "This server does not go by that name.")
         if origin is not None and origin.lower().removeprefix("http://") not in own:
             raise HTTPException(403, "Another page may not ask this server.")
-        if not _same([*scope["path"].split("/"), ""][1], secret):
+        first, *rest = [*scope["path"].split("/"), ""][1:]
+        name = host.removesuffix(f":{port}")
+        # All are compared, so that the time taken shows nothing.
+        fitting = [door for door in doors if _same(first, door.secret) and name in door.hosts]
+        if not fitting:
             raise HTTPException(404, "There is nothing here. Open the address that was shown.")
+        door = scope["door"] = fitting[0]
+        secret = door.secret
         if any(part.isdecimal() and len(part) > MAX_DIGITS for part in scope["path"].split("/")):
             raise HTTPException(404, "There is no such number.")
         scope["root_path"] = f"/{secret}"
         if scope["method"] in READING:
             return receive
+        if not (door.may_write or "/".join(rest).rstrip("/") in ANSWERED):
+            raise HTTPException(403, "This link is for reading; it changes nothing.")
         most = MAX_PIECE if scope["method"] == "PUT" else MAX_BODY
         length = headers.get("Content-Length", "0")
         if not (length.isascii() and length.isdecimal()) or int(length[:15]) > most:

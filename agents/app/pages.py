@@ -39,12 +39,6 @@ def at(request: Request, path: str) -> str:
     return f"{request.scope['root_path']}/{path.lstrip('/')}"
 
 
-def network_address_of(request: Request) -> str | None:
-    """Return the address for other machines in the network; None if not shared."""
-    network, port = request.app.state.network, request.scope["server"][1]
-    return None if network is None else f"http://{network[0]}:{port}/{network[1]}/"
-
-
 def go_to(request: Request, path: str) -> RedirectResponse:
     """Answer a form by another page, so that reloading it sends nothing twice."""
     return RedirectResponse(at(request, path), 303)
@@ -93,7 +87,8 @@ def page(
             screens=request.app.state.screens,
             here=here.split("/")[0],
             session=session,
-            shared=network_address_of(request),
+            door=request.scope["door"],
+            shared=bool(request.app.state.sharing.addresses),
             chooser=[] if session is None else club_of(request).sessions(),
             **content,
         )

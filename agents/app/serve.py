@@ -5,13 +5,15 @@ from __future__ import annotations
 import asyncio
 import socket
 from collections.abc import Callable
-
-from starlette.types import ASGIApp
+from typing import TYPE_CHECKING
 
 from agents.app.club import Club
 from curling_env.infrastructure.local_server import ADDRESS, network_address
 from curling_env.infrastructure.threads import one_thread
 from curling_env.infrastructure.web_server import listening, serving
+
+if TYPE_CHECKING:
+    from agents.app.gate import Gate
 
 USUAL_PORT = 8711
 """Tried first, so that addresses stay the same from day to day."""
@@ -44,15 +46,12 @@ def serve(
     OutputError : there is no network to share it in
     """
     one_thread()  # requests are worked out side by side
-    own, hosts, network = club.secret("this machine"), [ADDRESS, "localhost"], None
-    if share:
-        network = (network_address(), club.secret("network"))
-    address = ADDRESS if network is None else "0.0.0.0"
-    with listening(address, _usual_port(address) if port is None else port) as listener:
+    own, host = club.secret("this machine"), network_address() if share else None
+    with listening(ADDRESS, _usual_port() if port is None else port) as listener:
         there = int(listener.getsockname()[1])
         opened(
             f"http://{ADDRESS}:{there}/{own}/",
-            None if network is None else f"http://{network[0]}:{there}/{network[1]}/",
+            None if host is None else f"http://{host}:{there}/{club.secret('network')}/",
         )
         from agents.app.application import application
         from agents.app.club.films import settle_films
@@ -65,19 +64,23 @@ def serve(
         finish_files(club)
         begin()
         with WorkQueue(club) as work:
-            app = application(club, work, secret=own, hosts=hosts, network=network)
-            asyncio.run(_serve(app, listener))
+            app = application(club, work, secret=own, hosts=[ADDRESS, "localhost"])
+            asyncio.run(_serve(app, listener, share))
 
 
-async def _serve(app: ASGIApp, listener: socket.socket) -> None:
-    async with serving(app, listener):
-        await asyncio.Event().wait()
+async def _serve(app: Gate, listener: socket.socket, share: bool) -> None:
+    async with serving(app, listener) as port:
+        try:
+            await app.sharing.switch(share, port)
+            await asyncio.Event().wait()
+        finally:
+            await app.sharing.switch(False, port)
 
 
-def _usual_port(address: str) -> int:
+def _usual_port() -> int:
     """Return the usual port if it is free, or else any."""
     try:
-        with socket.create_server((address, USUAL_PORT)):
+        with socket.create_server((ADDRESS, USUAL_PORT)):
             return USUAL_PORT
     except OSError:
         return 0

@@ -5,4 +5,6 @@ import { sendFilms } from "./films.js";
 
 document.querySelector("nav [aria-current]")?.scrollIntoView({ inline: "center", block: "nearest" });
 document.getElementById("sessions")?.addEventListener("change", (event) => { location.href = event.target.value; });
-sendFilms();
+if (document.body.classList.contains("reads")) {
+  for (const form of document.querySelectorAll("form[method=post]")) for (const field of form.elements) field.disabled = true;
+} else sendFilms();

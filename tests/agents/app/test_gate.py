@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import pytest
 
-from agents.app import WorkQueue
+from agents.app import WorkQueue, sharing
 from agents.app.application import application
 from agents.app.gate import FORM, MAX_BODY, MAX_PIECE
+from agents.app.sharing import Door
 
 
 def test_whoever_knows_the_secret_sees_the_pages(visitor):
@@ -75,20 +76,45 @@ def test_every_answer_forbids_what_is_not_the_apps_own(visitor):
 def test_shared_each_door_has_its_own_secret(club):
     from tests.agents.app.conftest import Visitor
 
-    app = application(
-        club,
-        WorkQueue(club),
-        secret="at-home",
-        hosts=["127.0.0.1"],
-        network=("192.168.1.7", "in-the-hall"),
-    )
+    app = application(club, WorkQueue(club), secret="at-home", hosts=["127.0.0.1"])
+    app.sharing.doors += [
+        Door("in-the-hall", frozenset({"192.168.1.7"})),
+        Door("on-the-wall", frozenset({"192.168.1.7"}), may_write=False),
+    ]
     home = Visitor(app, secret="at-home")
     hall = Visitor(app, secret="in-the-hall", host="192.168.1.7:8711")
-    assert home.get("practice").status == hall.get("practice").status == 200
-    assert "http://192.168.1.7:8711/in-the-hall/" in home.get("share").text
+    wall = Visitor(app, secret="on-the-wall", host="192.168.1.7:8711")
+    assert [one.get("practice").status for one in (home, hall, wall)] == [200, 200, 200]
+    about = {"name": "Tuesday", "day": "2026-11-17", "sheet": "2"}
+    assert [one.post("practice", about).status for one in (home, hall, wall)] == [303, 303, 403]
+    assert wall.put("practice/films/1?begin=0", b"x").status == 403
+    assert wall.send("throw/targets", {}).status == 403
+    throw = {"ice": "standard", "throw": {"speed": 2.1}}
+    assert wall.send("throw/run", throw).status == 200  # a question, which changes nothing
+    assert hall.post("share", {"share": "on"}).status == 403
     home.secret, hall.secret = hall.secret, home.secret
     assert home.get("practice").status == hall.get("practice").status == 404
 
 
-def test_an_app_for_this_machine_alone_shows_no_code(visitor):
-    assert visitor.get("share").status == 404
+def test_sharing_is_a_switch_with_links_that_only_show(browser, club, serve_club, monkeypatch):
+    monkeypatch.setattr(sharing, "network_address", lambda: "127.0.0.2")
+    club.add_session("Tuesday", "2026-11-17", "2", None)
+    with serve_club(club) as address:
+        page, others = browser.new_page(), browser.new_page()
+        page.goto(address)
+        page.get_by_role("link", name="Share with phones and tablets").click()
+        page.get_by_role("button", name="Share with this network").click()
+        page.get_by_text("may hang on the wall").wait_for()
+        reading, writing = page.locator("code").all_inner_texts()
+        for link, shown in ((reading, False), (writing, True)):
+            others.goto(link)
+            others.get_by_role("heading", name="Films").wait_for()
+            assert others.locator("#drop").is_visible() == shown
+            others.goto(f"{link}share")
+            assert (writing in others.locator("code").all_inner_texts()) == shown
+        page.get_by_role("button", name="End sharing").click()
+        page.get_by_role("button", name="Share with this network").wait_for()
+        with pytest.raises(Exception, match="ERR_CONNECTION_REFUSED"):
+            others.goto(writing)
+        page.close()
+        others.close()

@@ -1,0 +1,35 @@
+"""The switch that shares the app with the network, and the links to send."""
+
+from __future__ import annotations
+
+from starlette.exceptions import HTTPException
+from starlette.requests import Request
+from starlette.responses import Response
+from starlette.routing import Route
+
+from agents.app.pages import form_of, go_to, page
+from curling_env.infrastructure.qr_code import qr_outline
+
+
+def show(request: Request) -> Response:
+    """Show the links, as codes for the cameras of other devices too; one that writes to its own."""
+    may_write = request.scope["door"].may_write
+    addresses = request.app.state.sharing.addresses
+    links = [
+        {"may_write": writes, "address": addresses[writes], "code": qr_outline(addresses[writes])}
+        for writes in (False, True)
+        if writes in addresses and may_write >= writes
+    ]
+    return page(request, "share.html", links=links)
+
+
+async def switch(request: Request) -> Response:
+    """Share the app, or end that; from this machine alone."""
+    if not request.scope["door"].is_own:
+        raise HTTPException(403, "Sharing is switched on the machine that the app runs on.")
+    on = (await form_of(request)).get("share") == "on"
+    await request.app.state.sharing.switch(on, request.scope["server"][1])
+    return go_to(request, "share")
+
+
+SHARING = [Route("/share", show), Route("/share", switch, methods=["POST"])]
