@@ -12,13 +12,23 @@ from starlette.responses import JSONResponse, Response
 from starlette.routing import Route
 
 from agents.app.club import Club
+from agents.app.club.club import named
+from agents.app.club.records import Position
 from agents.app.club.session_files import finish_files, measures_of
 from agents.app.club.targets import keep_target, remove_target
 from agents.app.pages import club_of, document_of, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.sheet import calls, games, plans, runs
 from agents.app.sheet.choices import errors_named, ice_named, ices_of, skill_of, skills_of
-from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, TargetForm, asked
+from agents.app.sheet.forms import (
+    CallsForm,
+    GameForm,
+    PlanForm,
+    PositionNameForm,
+    RunForm,
+    TargetForm,
+    asked,
+)
 from curling_env.units import side
 
 LEAST_SPLITS = 5
@@ -37,7 +47,7 @@ def show(request: Request) -> Response:
         session=session,
         ices=[(key, label) for key, label, _ in ices],
         skills=skills_of(club),
-        targets=_targets(club)["targets"],
+        kept=_kept(club),
         sizes=[
             {
                 "length": ice.sheet.length,
@@ -110,23 +120,40 @@ def _advice(club: Club, document: Any) -> dict[str, Any]:
     return games.advised(ice_named(club, form.ice), hands, form)
 
 
-def _targets(club: Club) -> dict[str, Any]:
-    kept = [{"id": one.id, "name": one.name, "x": one.x, "y": one.y} for one in club.targets()]
-    return {"targets": kept}
+def _kept(club: Club) -> dict[str, Any]:
+    """Targets and positions that are saved, for JSON."""
+    positions = club.database.rows(Position, "select * from position order by name")
+    return {
+        "targets": [{"id": k.id, "name": k.name, "x": k.x, "y": k.y} for k in club.targets()],
+        "positions": [{"id": k.id, "name": k.name, "address": k.address} for k in positions],
+    }
 
 
 def _keep(club: Club, document: Any) -> dict[str, Any]:
     form = asked(document, TargetForm)
     keep_target(club, form.name, form.place.x, form.place.y)
     finish_files(club)  # of sessions whose calls name it
-    return _targets(club)
+    return _kept(club)
+
+
+def _keep_position(club: Club, document: Any) -> dict[str, Any]:
+    form = asked(document, PositionNameForm)
+    query = (
+        "insert into position (name, address) values (?, ?) "
+        "on conflict (name) do update set address = excluded.address"
+    )
+    club.database.write(query, named(form.name, "a position"), form.address)
+    return _kept(club)
 
 
 async def forget(request: Request) -> Response:
-    """Offer a target no longer."""
-    club = club_of(request)
-    await run_in_threadpool(remove_target, club, request.path_params["target"])
-    return JSONResponse(_targets(club))
+    """Offer a target or a position no longer."""
+    club, number = club_of(request), request.path_params["number"]
+    if request.path_params["kind"] == "targets":
+        await run_in_threadpool(remove_target, club, number)
+    else:
+        club.database.write("delete from position where id = ?", number)
+    return JSONResponse(_kept(club))
 
 
 def _answering(
@@ -147,7 +174,7 @@ SCREEN = Screen(
     routes=[
         Route("/throw", show),
         Route("/throw/{session:int}", show),
-        Route("/throw/targets/{target:int}/forget", forget, methods=["POST"]),
+        Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),
         *(
             Route(f"/throw/{name}", _answering(answer), methods=["POST"])
             for name, answer in (
@@ -157,6 +184,7 @@ SCREEN = Screen(
                 ("game", _game),
                 ("advice", _advice),
                 ("targets", _keep),
+                ("positions", _keep_position),
             )
         ),
     ],

@@ -63,6 +63,13 @@ class TargetForm(Document):
     place: PlaceForm
 
 
+class PositionNameForm(Document):
+    """Save by a name what the address of the screen shows."""
+
+    name: Short
+    address: Annotated[str, msgspec.Meta(max_length=4096, pattern=r"^#[\w=&%.*+-]*$")]
+
+
 class RunForm(Document):
     """Throw a stone."""
 

@@ -6,7 +6,7 @@ import { byHand, runThrow, setHand } from "./throw_by_hand.js";
 import { planIt } from "./throw_found.js";
 import { freshEnd, gameJson, goOn, newGame } from "./throw_game.js";
 import { addStone, askCall, listCalls, readPosition, setPosition, stonesChanged } from "./throw_position.js";
-import { listTargets } from "./throw_targets.js";
+import { listKept } from "./throw_kept.js";
 
 function setMode() {
   for (const input of document.querySelectorAll("#modes input")) input.checked = input.value === state.mode;
@@ -127,5 +127,5 @@ sheet.addEventListener("remove", ({ detail }) => {
 });
 addEventListener("popstate", () => { readAddress(); begin(); });
 
-listTargets();
+listKept();
 begin();

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import Any
 
+import cv2
 import numpy as np
 import pytest
 
@@ -282,3 +283,29 @@ def test_a_form_that_a_browser_sends_is_one_of_ours(still, address):
         still.locator("button[value=estimate]").click()
     assert still.url == f"{address}practice/6"
     assert still.locator("h1").count() == 1
+
+
+def test_a_position_is_saved_sent_as_a_picture_and_opened_again(browser, club, serve_club):
+    with serve_club(club) as address:
+        page = browser.new_page(viewport={"width": 1366, "height": 768})
+        page.goto(f"{address}throw#mode=position&stones=r0.5_17.2*y-0.6_16.9&hammer=away&n=6")
+        page.get_by_label("Name of this position").fill("Split <house>")
+        page.get_by_role("button", name="Save position").click()
+        page.get_by_text("Saved; it opens").wait_for()
+        with page.expect_download() as sent:
+            page.get_by_role("button", name="Send as a picture").click()
+        picture = cv2.imread(str(sent.value.path()))
+        height, width = picture.shape[:2]
+        assert width == 1200
+        blue, green, red = (picture[: height - 64].astype(int)).transpose(2, 0, 1)
+        assert ((red > 180) & (green < 90) & (blue < 90)).sum() > 200  # the red stone's handle
+        assert ((red > 220) & (green > 170) & (blue < 120)).sum() > 200  # and the yellow one's
+        page.goto(f"{address}throw#mode=position")
+        page.reload()
+        assert page.locator(".stones .stone").count() == 0
+        page.get_by_role("button", name="Split <house>", exact=True).click()
+        page.locator(".stones .stone").nth(1).wait_for()
+        assert page.locator("#hammer").input_value() == "away"
+        page.get_by_role("button", name="Forget Split <house>").click()
+        page.get_by_role("button", name="Split <house>", exact=True).wait_for(state="detached")
+        page.close()
