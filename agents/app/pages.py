@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-from functools import cache
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
-from jinja2 import Environment, PackageLoader, StrictUndefined
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse
 
 from agents.app.club import Club, Session
 from agents.app.gate import token_for
+from agents.app.rendering import rendered
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
-from curling_env.units import short_length
 
 if TYPE_CHECKING:
     from agents.app.work.queue import WorkQueue
@@ -78,20 +76,17 @@ def page(
     content : what the template shows; text is escaped
     """
     here = request.scope["path"].removeprefix(request.scope["root_path"]).strip("/")
-    text = (
-        _environment()
-        .get_template(template)
-        .render(
-            at=lambda path="": at(request, path),
-            csrf=token_for(request.scope["root_path"].strip("/")),
-            screens=request.app.state.screens,
-            here=here.split("/")[0],
-            session=session,
-            door=request.scope["door"],
-            shared=bool(request.app.state.sharing.addresses),
-            chooser=[] if session is None else club_of(request).sessions(),
-            **content,
-        )
+    text = rendered(
+        template,
+        at=lambda path="": at(request, path),
+        csrf=token_for(request.scope["root_path"].strip("/")),
+        screens=request.app.state.screens,
+        here=here.split("/")[0],
+        session=session,
+        door=request.scope["door"],
+        shared=bool(request.app.state.sharing.addresses),
+        chooser=[] if session is None else club_of(request).sessions(),
+        **content,
     )
     return HTMLResponse(text, status)
 
@@ -134,16 +129,3 @@ def number_in(text: str, what: str) -> int:
     if not (text.isascii() and text.isdecimal() and len(text) < 18):
         raise InputError(f"expected the number of {what}")
     return int(text)
-
-
-@cache
-def _environment() -> Environment:
-    found = Environment(
-        loader=PackageLoader("agents.app"),
-        autoescape=True,
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    found.filters |= {"short": short_length}
-    return found

@@ -11,7 +11,7 @@ from starlette.routing import Route
 from agents.app.club.planned_ice import believed_ice
 from agents.app.pages import club_of, page, session_of
 from agents.app.screens.screen import Screen
-from agents.app.views.pictures import furthest, interval_bar
+from agents.app.views.hands import furthest, interval_bar
 from agents.app.work.causes import causes_of
 from agents.coaching import StoneFactor, StonePair
 from agents.coaching.athletes import Interval

@@ -17,7 +17,7 @@ from agents.app.club.removal import removed_in
 from agents.app.views.measures import sheet_seen_live, sheets_of
 from agents.app.views.scores import missed_by, points_of
 from agents.app.views.told import told
-from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN
+from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN, REPORT
 from agents.app.work.kinds import KINDS
 from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet
@@ -30,7 +30,7 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNTOLD = (CAUSES, COPY, MEASURE)
+UNTOLD = (CAUSES, COPY, MEASURE, REPORT)
 """Work that is begun by looking at a page, which tells how it ended."""
 
 

@@ -16,6 +16,7 @@ from agents.app.club import Club, Film, Session
 from agents.app.club.club import PLAYABLE
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
+from curling_env.typing import Progress
 from friction_estimation.film.video import Film as OpenedFilm
 from friction_estimation.film.writer import film_writer
 
@@ -46,12 +47,32 @@ def do_copy(club: Club, session: Session, progress: Reported, given: str = "") -
     path = copy_of(club, film)
     if path.exists():
         return
-    opened = OpenedFilm.open(club.path(film.file))
-    scale = min(1.0, WIDEST / opened.size[0])
-    width, height = (2 * max(round(scale * side / 2), 1) for side in opened.size)
     make_directory(path.parent)
-    with film_writer(path, (width, height), opened.fps, quality=QUALITY) as writer:
-        for t, frame in opened.frames():
-            small = cv2.resize(frame, (width, height), interpolation=cv2.INTER_AREA)
-            writer.write(np.asarray(small, dtype=np.uint8), t)
-            progress("turning the film into one that browsers play", t, opened.duration)
+    smaller(OpenedFilm.open(club.path(film.file)), path, WIDEST, QUALITY, progress)
+
+
+def smaller(
+    film: OpenedFilm,
+    path: Path,
+    widest: int,
+    quality: float,
+    progress: Progress,
+    *,
+    every: int = 1,
+) -> None:
+    """Write a film as H.264.
+
+    Parameters
+    ----------
+    widest : greatest width [px]
+    quality : see `friction_estimation.film.writer`
+    every : which of the frames are kept
+    """
+    scale = min(1.0, widest / film.size[0])
+    width, height = (2 * max(round(scale * side / 2), 1) for side in film.size)
+    with film_writer(path, (width, height), film.fps / every, quality=quality) as writer:
+        for k, (t, frame) in enumerate(film.frames()):
+            if k % every == 0:
+                small = cv2.resize(frame, (width, height), interpolation=cv2.INTER_AREA)
+                writer.write(np.asarray(small, dtype=np.uint8), t)
+            progress("turning the film into one that browsers play", t, film.duration)

@@ -7,7 +7,7 @@ from agents.app.club.club import added
 from agents.app.club.database import row_of
 from agents.app.club.records import State
 
-CAUSES, COPY, MEASURE = "causes", "copy", "measure"
+CAUSES, COPY, MEASURE, REPORT = "causes", "copy", "measure", "report"
 """Kinds of work that a page requests when someone looks at it."""
 OPEN = (State.WAITING, State.RUNNING)
 """States of work that has not ended."""

@@ -9,7 +9,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
-from agents.app.work.jobs import CAUSES, COPY, MEASURE
+from agents.app.work.jobs import CAUSES, COPY, MEASURE, REPORT
 
 if TYPE_CHECKING:
     from agents.app.work.reported import Reported
@@ -21,6 +21,7 @@ KINDS = {
     "discover": ("sessions", "Looking for what the ice map leaves unexplained"),
     CAUSES: ("sessions", "Working out why throws missed, and how the stones differ"),
     COPY: ("film_copy", "Making a copy that this browser plays"),
+    REPORT: ("report", "Making a report with clips"),
     MEASURE: ("sessions", "Measuring the throws"),
     "import": ("sessions", "Importing files"),
     "make up": ("sessions", "Making up an evening"),

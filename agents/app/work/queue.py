@@ -13,13 +13,13 @@ from threading import Event, Lock, Thread
 from agents.app.club import Club, Job, Session
 from agents.app.club.database import row_of, rows_of
 from agents.app.club.records import State
-from agents.app.work.jobs import CAUSES, COPY, MEASURE, submit
+from agents.app.work.jobs import CAUSES, COPY, MEASURE, REPORT, submit
 
 MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
-BESIDE = ("record", CAUSES, COPY, MEASURE)
+BESIDE = ("record", CAUSES, COPY, MEASURE, REPORT)
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
