@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
 from typing import Any
 
 import numpy as np
@@ -15,30 +14,20 @@ from agents.app.club import Club, Session
 from agents.app.club.planned_ice import believed_ice, earlier_sessions
 from agents.app.pages import club_of, number_in, page, session_of
 from agents.app.screens.screen import Screen
+from agents.app.sheet.choices import ice_of
+from agents.app.sheet.ice_sheet import EarlierIce, compared_in_words
 from agents.app.work.causes import causes_of
-from agents.coaching import Part, Pattern, SessionCauses, ThrowCauses
+from agents.coaching import Pattern, ThrowCauses
+from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
 from agents.coaching.misses.causes import CAUSES, INTERVAL
 from curling_env.sheet import Direction, to_sheet
-from curling_env.units import side
-from friction_estimation.tracks.measured import Measured
 
-TITLES = {
-    "weight": "Weight",
-    "line": "Line",
-    "rotation": "Rotation",
-    "ice": "Ice read wrong",
-    "sweeping": "Sweeping",
-    "neither": "Neither explains",
-}
 LEADS = {
-    "weight": "Most was lost by the weight",
-    "line": "Most was lost by the line",
-    "rotation": "Most was lost by the rotation",
+    **{cause: f"Most was lost by the {cause}" for cause in ("weight", "line", "rotation")},
     "ice": "Most was lost because the ice was read wrong",
     "sweeping": "Most was lost by the sweeping",
     "neither": "Neither hand nor ice explains most of it",
 }
-EITHER = "goes either way"
 SMALL = 0.05
 """A shorter part is not shown [m]."""
 
@@ -66,23 +55,24 @@ def show(request: Request) -> Response:
     shown = [one for one in found.throws if not athlete or one.athlete == athlete]
     chosen = _chosen(request, shown)
     there = {one.number for one in club.throws(session)}
+    causes = [c for c in CAUSES if c != "sweeping" or any(c in one.parts for one in found.throws)]
     return page(
         request,
         "hand_or_ice.html",
         session=session,
         heading=heading,
         coming=answer.job,
-        titles={cause: TITLES[cause] for cause in CAUSES if _has(found, cause)},
+        titles={cause: CAUSE_WORDS[cause].capitalize() for cause in causes},
         pattern=_pattern(patterns[athlete] if athlete else found.pattern),
         athletes=sorted(name for name in patterns if name),
         athlete=athlete,
         throws=[_row(one, there) for one in shown],
         chosen=None if chosen is None else _row(chosen, there),
         picture=None if chosen is None else _picture(chosen),
+        compared=_compared(club, session, believed),
         believed=believed,
         earlier=earlier_sessions(club, session),
-        left_out=[(number + 1, why) for number, why in found.left_out.items()],
-        remarks=found.remarks,
+        found=found,
     )
 
 
@@ -107,80 +97,51 @@ def _chosen(request: Request, shown: list[ThrowCauses]) -> ThrowCauses | None:
     return found
 
 
-def _has(found: SessionCauses, cause: str) -> bool:
-    return any(cause in one.parts for one in found.throws) or cause != "sweeping"
+def _compared(club: Club, session: Session, believed: Session | None) -> str:
+    """Compare the ice with the believed one, in the words of the page *Ice*; empty without one."""
+    now, then = ice_of(club, session), None if believed is None else ice_of(club, believed)
+    if believed is None or now is None or then is None:
+        return ""
+    return compared_in_words(now, EarlierIce(id=believed.id, name=believed.name, ice=then))
 
 
-def _row(one: ThrowCauses, there: Collection[int]) -> dict[str, Any]:
-    return {
-        "number": one.throw + 1,
-        "is_there": one.throw in there,
-        "athlete": one.athlete,
-        "called": one.call.text,
-        "miss": _words(Measured(float(one.miss[0]), None), Measured(float(one.miss[1]), None)),
-        "distance_m": one.distance,
-        "main": one.main,
-        "parts": {cause: _part(part) for cause, part in one.parts.items()},
+def _row(one: ThrowCauses, there: set[int]) -> dict[str, Any]:
+    parts = {
+        cause: {
+            "words": part_in_words(part) if part.size >= SMALL else "",
+            "share": part.share.value,
+            "half": INTERVAL * (part.share.sigma or 0.0),
+        }
+        for cause, part in one.parts.items()
     }
-
-
-def _part(part: Part) -> dict[str, Any]:
-    return {
-        "words": _words(part.right, part.past),
-        "share": _share(part.share),
-        "half": f"± {100 * INTERVAL * (part.share.sigma or 0.0):.0f}",
-        "size": part.size,
-    }
-
-
-def _share(share: Measured) -> str:
-    return f"{round(100 * share.value)} %".replace("-", "−")
-
-
-def _words(right: Measured, past: Measured) -> str:
-    """Return the direction and size of a part, with its 95 % interval; empty where it is small."""
-    told: list[str] = []
-    for one, words in ((past, "past"), (right, "right")):
-        if abs(one.value) < SMALL:
-            continue
-        half = "" if one.sigma is None else f" ± {100 * INTERVAL * one.sigma:.0f}"
-        length = side(one.value, right=words).replace("past", "long")
-        told.append(f"{length}{half}")
-    return ", ".join(told)
+    miss = offset(*one.miss.tolist()) if one.distance >= SMALL else ""
+    return {"throw": one, "is_there": one.throw in there, "miss": miss, "parts": parts}
 
 
 def _pattern(pattern: Pattern | None) -> dict[str, Any] | None:
+    """The pattern of throws, with the places of its causes in a bar of all of them."""
     if pattern is None:
         return None
     rows: list[dict[str, Any]] = []
-    for cause in CAUSES:
-        if cause not in pattern.shares:
-            continue
-        share, (right, past) = pattern.shares[cause], pattern.mean[cause]
+    begin = 0.0
+    for cause, share in sorted(pattern.shares.items(), key=lambda one: CAUSES.index(one[0])):
+        right, past = (way.value for way in pattern.mean[cause])
+        width = max(100 * share.value, 0.0)
         rows.append(
             {
                 "cause": cause,
-                "title": TITLES[cause],
-                "share": _share(share),
-                "half": f"± {100 * INTERVAL * (share.sigma or 0.0):.0f}",
-                "width": max(100 * share.value, 0.0),
-                "mean": _words(right, past) or EITHER,
+                "share": share.value,
+                "half": INTERVAL * (share.sigma or 0.0),
+                "x": begin,
+                "width": width,
+                "mean": offset(right, past) if np.hypot(right, past) >= SMALL else "",
             }
         )
+        begin += width
     main = max(rows, key=lambda row: row["width"])
-    begin = 0.0
-    for row in rows:
-        row["x"] = begin
-        begin += row["width"]
-    return {
-        "throws": pattern.throws,
-        "miss": f"{pattern.typical_miss:.2f} m",
-        "rows": rows,
-        "whole": max(begin, 1.0),
-        "lead": f"{LEADS[main['cause']]}, on average {main['mean']}."
-        if main["mean"] != EITHER
-        else f"{LEADS[main['cause']]}, to either side.",
-    }
+    usual = f"on average {main['mean']}" if main["mean"] else "to either side"
+    lead = f"{LEADS[main['cause']]}, {usual}."
+    return {"found": pattern, "rows": rows, "whole": max(begin, 1.0), "lead": lead}
 
 
 def _picture(one: ThrowCauses) -> dict[str, Any]:

@@ -13,8 +13,8 @@ from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
 from curling_env.analysis.ice_remarks import belief_in_words, believed_effects, what_is_lacking
 from curling_env.analysis.ice_uncertainty import is_uncertain
 from curling_env.ice import Ice
-from curling_env.sheet import Direction
-from curling_env.units import brooms, length
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
+from curling_env.units import brooms, length, short_length
 from friction_estimation.reports.keen_and_heavy import (
     NOTABLE,
     SIGMAS,
@@ -91,7 +91,15 @@ def ice_document(
             {"to": direction.name.lower(), "draws": [_lane(draw) for draw in own[direction]]}
             for direction in Direction
         ],
-        "earlier": [_compared(ice, centre, other) for other in earlier],
+        "earlier": [
+            {
+                "id": other.id,
+                "name": other.name,
+                "words": _in_words(centre, other),
+                "cells": change_of_maps(ice, other.ice),
+            }
+            for other in earlier
+        ],
         "remarks": _remarks(ice),
         "discovery": None if found is None else findings_document(found),
     }
@@ -202,34 +210,34 @@ def _plus_minus(sigma: float, unit: str, digits: int) -> str:
     return f"± {max(sigma, least):.{digits}f} {unit}"
 
 
-def _compared(ice: Ice, centre: _Centre | None, other: EarlierIce) -> dict[str, Any]:
-    """Today against another session: draws to the tee, and the map where stones ran in both."""
+def compared_in_words(ice: Ice, other: EarlierIce) -> str:
+    """Compare an ice with an earlier one by draws to the tee: weight, and the ice to give."""
+    own = [draw for direction in Direction for draw in lane_draws(ice, direction, lanes=(0.0,))]
+    return _in_words(_centre(own), other)
+
+
+def _in_words(centre: _Centre | None, other: EarlierIce) -> str:
     draws = [lane_draws(other.ice, direction, lanes=(0.0,)) for direction in Direction]
     then = _centre([draw for those in draws for draw in those])
-    told: dict[str, Any] = {"id": other.id, "name": other.name, "rows": [], "cells": None}
     if centre is None or then is None:
-        told["words"] = "no draw rests on one of the two"
-        return told
+        return "no draw comes to rest on one of the two"
     change = centre.seconds - then.seconds
-    error = float(np.hypot(centre.seconds_sigma, then.seconds_sigma))
-    told["seconds"] = {"then": round(then.seconds, 2), "change": round(change, 2)}
-    clear = abs(change) > max(SIGMAS * error, SAME_WEIGHT)
-    longer = "longer" if change > 0 else "shorter"
+    error = max(SIGMAS * float(np.hypot(centre.seconds_sigma, then.seconds_sigma)), 0.01)
+    # A stone of the same speed slides as much further as the friction is less.
+    carry = 2 * change / then.seconds * (TEE_Y + HOG_LINE_Y)
+    far = f"a stone of the same speed {short_length(carry)} {'further' if carry > 0 else 'shorter'}"
+    longer = f"{abs(change):.2f} s {'longer' if change > 0 else 'shorter'} hog to hog, {far}"
     words = ["of the same weight"]
-    if clear:
-        kind = "keener" if change > 0 else "heavier"
-        words = [f"{kind} today: {abs(change):.1f} s {longer} hog to hog"]
+    if abs(change) > max(error, SAME_WEIGHT):
+        words = [f"{'keener' if change > 0 else 'heavier'} today: {longer}"]
     elif abs(change) >= SAME_WEIGHT:
-        limit = max(SIGMAS * error, 0.01)
-        words = [f"no clear change: {abs(change):.2f} s {longer} hog to hog, ± {limit:.2f} s"]
-    for handle in centre.ice.keys() & then.ice.keys():
+        words = [f"no clear change: {longer}, ± {error:.2f} s"]
+    for handle in sorted(centre.ice.keys() & then.ice.keys()):
         (now, a), (before, b) = centre.ice[handle], then.ice[handle]
         if abs(now - before) > max(SIGMAS * float(np.hypot(a, b)), 0.1):
             more = "more" if now > before else "less"
             words.append(f"{abs(now - before):.1f} m {more} ice for the {handle}")
-    told["words"] = "; ".join(sorted(words, key=lambda text: "hog" not in text))
-    told["cells"] = change_of_maps(ice, other.ice)
-    return told
+    return "; ".join(words)
 
 
 def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:

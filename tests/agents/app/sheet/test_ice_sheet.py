@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import json
 from dataclasses import replace
 
@@ -26,7 +27,12 @@ def test_a_keener_ice_takes_longer_and_is_said_so():
     told = ice_document(ice(0.95), earlier=[EarlierIce(id=7, name="Friday", ice=ice())])
     (friday,) = told["earlier"]
     assert friday["words"].startswith("keener today: 0.")
-    assert friday["seconds"]["change"] > 0.2
+    change, further = re.search(
+        r"today: ([\d.]+) s longer .* ([\d.]+) m further", friday["words"]
+    ).groups()
+    assert float(change) > 0.2
+    # A tenth of a second of a draw is some 40 cm.
+    assert 2.5 < float(further) / float(change) < 5.0
     back = ice_document(ice(), earlier=[EarlierIce(id=7, name="Friday", ice=ice(0.95))])
     assert back["earlier"][0]["words"].startswith("heavier today")
     same = ice_document(ice(), earlier=[EarlierIce(id=7, name="Friday", ice=ice())])
