@@ -31,7 +31,7 @@ __getattr__, __dir__ = lazy_names(
         "sheet.calls": ("called",),
         "sheet.forms": ("CallsForm", "GameForm", "PlanForm", "RunForm", "asked"),
         "sheet.games": ("advised", "played"),
-        "sheet.ice_sheet": ("EarlierIce", "change_of_maps", "ice_document"),
+        "sheet.ice_sheet": ("EarlierIce", "centre_of", "change_of_maps", "ice_document"),
         "sheet.plans": ("planned",),
         "sheet.runs": ("run",),
         "take_in": ("is_in",),

@@ -32,7 +32,7 @@ from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory, read_tracks, write_tracks
 from friction_estimation.tracking.stone_numbers import StoneNumbers
 from friction_estimation.tracks.throw_list import THROW_LIST
-from friction_estimation.tracks.throw_table import ThrowMeasures, throw_table
+from friction_estimation.tracks.throw_table import ThrowMeasures, rows_until, throw_table
 
 PARTS = "parts"
 """Folder of what was found in each film, in the folder of a session."""
@@ -52,6 +52,10 @@ SWEPT = {
 """Where a stone was swept, in the words of a coach: from and to, along the way of play [m]."""
 SAME_STONE = 0.3
 """Two tracks of a film are of one stone if their median distance is less [m]."""
+STOPPED_SECONDS, STOPPED_WITHIN = 1.0, 0.05
+"""A stone has stopped once it has moved less than this in this time [s, m]."""
+MOVED_ON = 0.4
+"""A stone that has stopped and is farther away later was moved, or is another one [m]."""
 LEAST_COMMON = 0.5
 """Shortest common time of two such tracks, as a part of the shorter one."""
 
@@ -96,7 +100,7 @@ def save_part(club: Club, session: Session, film: Film | None, part: Part) -> No
     make_directory(path.parent)
     before = load_part(path)
     if film is not None:
-        part = _without_repeats(part)
+        part = _cleaned(part)
     if before is not None and film is not None:
         _move_entries(club, film, before.throws, part.throws)
     with together():
@@ -365,8 +369,13 @@ def _cell(note: str) -> str:
 # --- throws that were found before ------------------------------------------------------------
 
 
-def _without_repeats(part: Part) -> Part:
-    """The throws of a film without those that track the stone of an earlier one again."""
+def _cleaned(part: Part) -> Part:
+    """The throws of a film, each until its stone has stopped, without those that were found twice.
+
+    What a track shows of a stone after its rest is a hand that takes it away, or another thing,
+    unless another stone has hit it.
+    """
+    part = replace(part, throws=[_until_stopped(tracks) for tracks in part.throws])
     kept: list[int] = []
     for k, tracks in enumerate(part.throws):
         if not any(_is_same(part.throws[other][0], tracks[0]) for other in kept):
@@ -374,6 +383,23 @@ def _without_repeats(part: Part) -> Part:
     return replace(
         part, throws=[part.throws[k] for k in kept], handles=[part.handles[k] for k in kept]
     )
+
+
+def _until_stopped(tracks: Sequence[Trajectory]) -> list[Trajectory]:
+    """A throw's tracks, the thrown stone's only until it has stopped."""
+    thrown, *others = tracks
+    t, xy = thrown.t, thrown.xy
+    for k in range(len(t)):
+        end = int(np.searchsorted(t, t[k] + STOPPED_SECONDS))
+        if end >= len(t):
+            break
+        if np.hypot(*np.ptp(xy[k:end], axis=0)) < STOPPED_WITHIN:
+            away = np.hypot(*(xy[end:] - xy[k]).T)
+            near = [np.hypot(*(one.xy - xy[k]).T).min() for one in others]
+            if away.max() > MOVED_ON and min(near, default=MOVED_ON) >= MOVED_ON:
+                return [rows_until(thrown, float(t[end])), *others]
+            break
+    return [thrown, *others]
 
 
 def _is_same(one: Trajectory, other: Trajectory) -> bool:

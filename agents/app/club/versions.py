@@ -66,7 +66,7 @@ _FOURTH = (
 _FIFTH = (
     *(
         f"alter table session add column {name} text not null default ''"
-        for name in ("lineup", "drill", "pebble", "temperature", "humidity", "scrape")
+        for name in ("lineup", "drill", "pebble", "temperature", "humidity", "scrape", "draws")
     ),
     "alter table session add column live blob",
     "alter table session add column live_rests integer not null default 0",

@@ -8,6 +8,7 @@ from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
 from agents.app.club.planned_ice import sessions_with_causes
+from agents.app.club.records import State
 from agents.app.pages import club_of, page, session_of
 from agents.app.screens.screen import Screen
 from agents.app.views.coached import errors_of
@@ -65,8 +66,9 @@ def report(request: Request) -> Response:
     path = report_path(club, session, athlete)
     if not path.exists():
         job = latest(club, REPORT, session, str(number))
-        is_new = job is None or job.state == "done"
-        raise ComingError([submit(club, REPORT, session, str(number)) if is_new else job])
+        if job is None or job.state is State.DONE:
+            job = submit(club, REPORT, session, str(number))
+        raise ComingError([job])
     kind = "attachment" if "save" in request.query_params else "inline"
     return FileResponse(
         path,

@@ -14,8 +14,8 @@ from agents.app.club import Club, Session
 from agents.app.club.planned_ice import believed_ice, earlier_sessions
 from agents.app.pages import club_of, number_in, page, session_of
 from agents.app.screens.screen import Screen
-from agents.app.sheet.choices import ice_of
-from agents.app.sheet.ice_sheet import EarlierIce, compared_in_words
+from agents.app.sheet.choices import centre_of_session
+from agents.app.sheet.ice_sheet import compared_in_words
 from agents.app.work.causes import causes_of
 from agents.coaching import Pattern, ThrowCauses
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
@@ -99,10 +99,9 @@ def _chosen(request: Request, shown: list[ThrowCauses]) -> ThrowCauses | None:
 
 def _compared(club: Club, session: Session, believed: Session | None) -> str:
     """Compare the ice with the believed one, in the words of the page *Ice*; empty without one."""
-    now, then = ice_of(club, session), None if believed is None else ice_of(club, believed)
-    if believed is None or now is None or then is None:
+    if believed is None:
         return ""
-    return compared_in_words(now, EarlierIce(id=believed.id, name=believed.name, ice=then))
+    return compared_in_words(*(centre_of_session(club, one) for one in (session, believed)))
 
 
 def _row(one: ThrowCauses, there: set[int]) -> dict[str, Any]:

@@ -9,9 +9,12 @@ from starlette.routing import Route
 
 from agents.app.club import Club, Session
 from agents.app.club.club import digest_of_file
+from agents.app.club.session_files import measures_of
 from agents.app.pages import club_of, number_in, page, session_of
+from agents.app.screens.practice import CONDITIONS
 from agents.app.screens.screen import Screen
-from agents.app.sheet.choices import findings_of, ice_of
+from agents.app.sheet.choices import centre_of_session, findings_of, ice_of, season_of
+from agents.app.sheet.curl_map import curl_map
 from agents.app.sheet.ice_sheet import EarlierIce, ice_document
 from agents.app.work.jobs import running
 from curling_env.errors import InputError
@@ -56,6 +59,8 @@ def show(request: Request) -> Response:
         ice=document,
         against=against,
         hand=hand,
+        season=season_of(club, session),
+        conditions=CONDITIONS,
         trouble=trouble,
         can_look=club.tracks_of(session).exists(),
         looking=running(club, "discover", session),
@@ -67,6 +72,9 @@ def show(request: Request) -> Response:
             "cells": document["cells"],
             "seconds": document["seconds_per_share"],
             "change": None if against is None else against["cells"],
+            "curl": curl_map(
+                ice.sheet, [measures_of(one.measures) for one in club.throws(session)]
+            ),
         },
     )
 
@@ -83,7 +91,8 @@ def _earlier(club: Club, session: Session) -> list[EarlierIce]:
         except InputError:
             continue  # a file that is not whole says so on its own page
         if ice is not None:
-            found.append(EarlierIce(id=other.id, name=f"{other.name}, {other.day}", ice=ice))
+            name, centre = f"{other.name}, {other.day}", centre_of_session(club, other)
+            found.append(EarlierIce(id=other.id, name=name, ice=ice, centre=centre))
     return found
 
 

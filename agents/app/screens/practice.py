@@ -47,7 +47,9 @@ SHEETS = {f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in OFFERED}
 WORK = ("track", "estimate", "discover")
 """Kinds of work that the page may ask for."""
 LONGEST_LIST = 400
-"""Letters of a list of numbers."""
+"""Letters of a list of numbers, and of what an ice technician enters."""
+CONDITIONS = ("pebble", "temperature", "humidity", "scrape")
+"""Of the ice, entered for each session."""
 LONGEST_NOTE = 5000
 """Letters of a remark."""
 
@@ -68,6 +70,7 @@ def show(request: Request) -> Response:
         endings=",".join(SUFFIXES),
         today=datetime.date.today().isoformat(),
         can_be_marked=session is not None and can_be_marked(club, session),
+        conditions=CONDITIONS,
         athletes=club.athletes(),
         stones=club.stones(),
         notes=[] if session is None else club.notes(session),
@@ -85,10 +88,15 @@ async def begin(request: Request) -> Response:
 
 
 async def correct(request: Request) -> Response:
-    """Correct the name, day and sheet of a session."""
+    """Correct the name, day and sheet of a session, and the conditions of its ice."""
     club, session = club_of(request), _session(request)
-    name, day, sheet = _about(await form_of(request))
-    club.change("session", session.id, name=name, day=day, sheet=sheet)
+    form = await form_of(request)
+    name, day, sheet = _about(form)
+    room = {word: form[word] for word in CONDITIONS if word in form}
+    for word, text in room.items():
+        if len(text) > LONGEST_LIST:
+            raise InputError(f"at most {LONGEST_LIST} letters are kept", source=word)
+    club.change("session", session.id, name=name, day=day, sheet=sheet, **room)
     return go_to(request, f"practice/{session.id}")
 
 

@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import msgspec
+
 from agents.app.club import Club, Session
-from agents.app.club.club import DISCOVERY
+from agents.app.club.club import DISCOVERY, digest_of_file
 from agents.app.club.planned_ice import sessions_with_causes
+from agents.app.sheet.ice_sheet import Centre, centre_of
 from agents.app.views.coached import errors_of
 from curling_env.errors import InputError, placed
 from curling_env.ice import Ice, load_ice
@@ -53,6 +56,25 @@ def ice_of(club: Club, session: Session) -> Ice | None:
     """The ice of a session; None while none was estimated."""
     path = club.ice_of(session)
     return load_ice(path) if path.exists() else None
+
+
+def centre_of_session(club: Club, session: Session) -> Centre | None:
+    """Draws down the centre line of a session's ice, as they were worked out when it came in."""
+    digest = digest_of_file(club.ice_of(session))
+    of, _, kept = session.draws.partition(" ")
+    if not digest or of == digest:
+        return msgspec.json.decode(kept, type=Centre | None) if digest else None
+    centre = centre_of(load_ice(club.ice_of(session)))
+    text = f"{digest} {msgspec.json.encode(centre).decode()}"
+    club.change("session", session.id, draws=text)
+    return centre
+
+
+def season_of(club: Club, session: Session) -> list[tuple[Session, Centre]]:
+    """Sessions on the same sheet, the earliest first, each with draws on its ice."""
+    same = [one for one in club.sessions() if one.sheet == session.sheet][:MOST_SESSIONS]
+    found = [(one, centre_of_session(club, one)) for one in same]
+    return [(one, centre) for one, centre in found[::-1] if centre is not None]
 
 
 def ice_named(club: Club, key: str) -> Ice:

@@ -42,6 +42,15 @@ SAME_WEIGHT = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
+class Centre:
+    """Draws to the tee of both ends: mean time [s] and ice of either handle [m], with errors."""
+
+    seconds: float
+    seconds_sigma: float
+    ice: dict[str, tuple[float, float]]
+
+
+@dataclass(frozen=True, kw_only=True)
 class EarlierIce:
     """The ice of another session.
 
@@ -50,11 +59,13 @@ class EarlierIce:
     id : number of the session
     name : name and day of the session
     ice : its ice
+    centre : its draws down the centre line, see `centre_of`
     """
 
     id: int
     name: str
     ice: Ice
+    centre: Centre | None
 
 
 def ice_document(
@@ -95,7 +106,7 @@ def ice_document(
             {
                 "id": other.id,
                 "name": other.name,
-                "words": _in_words(centre, other),
+                "words": compared_in_words(centre, other.centre),
                 "cells": change_of_maps(ice, other.ice),
             }
             for other in earlier
@@ -152,16 +163,12 @@ def _number(lane: float) -> int:
     return int(np.argmin([abs(lane - other) for other in LANES]))
 
 
-@dataclass(frozen=True, kw_only=True)
-class _Centre:
-    """Draws to the tee of both ends: mean time [s] and ice of either handle [m], with errors."""
-
-    seconds: float
-    seconds_sigma: float
-    ice: dict[str, tuple[float, float]]
+def centre_of(ice: Ice) -> Centre | None:
+    """Draws down the centre line of an ice; None where none comes to rest on the tee line."""
+    return _centre([d for end in Direction for d in lane_draws(ice, end, lanes=(0.0,))])
 
 
-def _centre(draws: Sequence[LaneDraw]) -> _Centre | None:
+def _centre(draws: Sequence[LaneDraw]) -> Centre | None:
     own = [d for d in draws if d.lane == 0.0 and d.description.hog_to_hog_s is not None]
     if not own:
         return None
@@ -174,14 +181,14 @@ def _centre(draws: Sequence[LaneDraw]) -> _Centre | None:
                 float(np.mean([d.description.ice_m for d in those])),
                 float(np.mean([d.ice_sigma or 0.0 for d in those])),
             )
-    return _Centre(
+    return Centre(
         seconds=float(np.mean(seconds)),
         seconds_sigma=float(np.mean([d.seconds_sigma or 0.0 for d in own])),
         ice=ice,
     )
 
 
-def _headline(centre: _Centre | None) -> list[dict[str, Any]]:
+def _headline(centre: Centre | None) -> list[dict[str, Any]]:
     """The few numbers that a team wants first."""
     if centre is None:
         return []
@@ -210,15 +217,8 @@ def _plus_minus(sigma: float, unit: str, digits: int) -> str:
     return f"± {max(sigma, least):.{digits}f} {unit}"
 
 
-def compared_in_words(ice: Ice, other: EarlierIce) -> str:
-    """Compare an ice with an earlier one by draws to the tee: weight, and the ice to give."""
-    own = [draw for direction in Direction for draw in lane_draws(ice, direction, lanes=(0.0,))]
-    return _in_words(_centre(own), other)
-
-
-def _in_words(centre: _Centre | None, other: EarlierIce) -> str:
-    draws = [lane_draws(other.ice, direction, lanes=(0.0,)) for direction in Direction]
-    then = _centre([draw for those in draws for draw in those])
+def compared_in_words(centre: Centre | None, then: Centre | None) -> str:
+    """Compare two ices by draws to the tee: weight, and the ice to give."""
     if centre is None or then is None:
         return "no draw comes to rest on one of the two"
     change = centre.seconds - then.seconds

@@ -1,20 +1,40 @@
 // The screen "Ice": draws the map; every number stands on the page without it.
 
-import { Sheet, TEE, viewButtons } from "./sheet.js";
+import { Sheet, TEE, told, viewButtons } from "./sheet.js";
 
 const $ = (id) => document.getElementById(id);
-const { sheet, radius, cells, change, seconds } = JSON.parse($("picture").textContent);
-const shown = change ?? cells;
+const { sheet, radius, cells, change, seconds, curl } = JSON.parse($("picture").textContent);
+let shown = change ?? cells;
 // One odd cell must not pale all others.
-const sizes = shown.relative.flat().filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
-const most = Math.max(0.005, sizes[Math.floor(0.98 * (sizes.length - 1))] ?? 0);
+const strongest = ({ relative }) => {
+  const sizes = relative.flat().filter((value) => value !== null).map(Math.abs).sort((a, b) => a - b);
+  return Math.max(0.005, sizes[Math.floor(0.98 * (sizes.length - 1))] ?? 0);
+};
 /** What friction that differs by a share means, in seconds from hog line to hog line. */
 const inSeconds = (share, digits = 2) => (seconds ? `${Math.abs(seconds * share).toFixed(digits)} s` : `${Math.abs(100 * share).toFixed(1)} %`);
-$("strongest").textContent = `strongest colour: ${inSeconds(most)} and more, hog to hog, if all the way were like that`;
 
 // A sheet is ten times as long as wide: it is drawn wider, so that lanes can be told apart.
 const picture = new Sheet($("map"), { ...sheet, radius, view: "whole", stretch: [1.7, 2.6], editable: false });
-picture.map(shown, most);
+
+/** Draw the map of friction, of its change, or of the curl. */
+function draw(what) {
+  const curls = what === "curl", most = strongest(shown = curls ? curl : change ?? cells);
+  picture.map(shown, most);
+  $("keen-word").textContent = curls ? "curls more" : "keener";
+  $("heavy-word").textContent = curls ? "straighter" : "heavier";
+  $("strongest").textContent = curls ? `strongest colour: ${told(most)}; draws curl ${told(curl.usual)} on average, on each third of the sheet towards the end they were thrown to`
+    : `strongest colour: ${inSeconds(most)} and more, hog to hog, if all the way were like that`;
+}
+draw("friction");
+$("what")?.addEventListener("change", ({ target }) => draw(target.value));
+
+/** What is read where a lane shows its curl. */
+function curlAt(i, j) {
+  const less = curl.relative[i][j], fall = curl.fall[i][j];
+  if (less === null) return "too few draws here.";
+  const falls = fall === null ? "" : Math.abs(fall) < 2 * curl.sigma[i][j] ? "; no fall is seen" : `; falls ${told(fall)} to the ${fall > 0 ? "right" : "left"}`;
+  return `draws curl ${told(curl.usual - less)}, ${told(less)} ${less > 0 ? "less" : "more"} than on average, ± ${told(2 * curl.sigma[i][j])}${falls}.`;
+}
 viewButtons(picture, $("views"), [["whole", "Whole sheet"], ["house", "House of the away end"]]);
 
 // A tap reads a place.
@@ -24,7 +44,7 @@ $("map").addEventListener("click", (event) => {
   const value = shown.relative[i][j], error = cells.sigma[i][j], end = at.y < 0 ? "home" : "away";
   const where = `${Math.abs(at.x).toFixed(1)} m to the ${at.x < 0 ? "left" : "right"} (looking to the away end), ${Math.abs(TEE - Math.abs(at.y)).toFixed(1)} m ` +
     `${Math.abs(at.y) > TEE ? "behind" : "before"} the ${end} tee`;
-  $("reading").textContent = `${where}: ` + (value === null ? "no stone ran there."
+  $("reading").textContent = `${where}: ` + (shown === curl ? curlAt(i, j) : value === null ? "no stone ran there."
     : `${inSeconds(value)} ${value < 0 ? "keener" : "heavier"} than ${change ? "then" : "the sheet"}${change ? "" : `, ± ${inSeconds(2 * error)}`}.`);
 });
 

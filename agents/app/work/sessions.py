@@ -40,6 +40,7 @@ def do_make_up(club: Club, session: Session, progress: Reported, given: str = ""
 
 def do_estimate(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Estimate the ice of a session, into its ``ice.json``."""
+    from agents.app.sheet.choices import centre_of_session
     from curling_env.ice import save_ice
     from friction_estimation.estimation.whole_ice import estimate_ice
 
@@ -48,6 +49,7 @@ def do_estimate(club: Club, session: Session, progress: Reported, given: str = "
     found = estimate_ice(load_tracks(tracks), progress=progress)
     save_ice(found.ice, club.ice_of(session), provenance=provenance(seed=0))
     club.change("session", session.id, ice_of=digest)
+    centre_of_session(club, session)
     prepare(club, session)
 
 

@@ -85,3 +85,19 @@ def test_ice_that_is_looked_at_or_no_longer_true_says_so(visitor, club, evenings
     with club.database.writing() as connection:
         connection.execute("update session set ice_of = 'other tracks'")
     assert "Throws have come or changed since this ice was estimated" in visitor.get(page).text
+
+
+def test_conditions_stand_in_the_log_of_the_season(visitor, club, evenings):
+    first = evenings[0]
+    about = {"name": "Tuesday", "day": "2026-11-17", "sheet": "B", "pebble": "fine <b>, 44 °C"}
+    assert visitor.post(f"practice/{first.id}/correct", about).status == 303
+    text = visitor.get("ice").text
+    season = text[text.index("The season on B") :]
+    assert "fine &lt;b&gt;, 44 °C" in season
+    assert season.count('scope="row"') >= 2
+    assert "2026-11-18" not in season  # another sheet
+    # Worked out once: the next look reads what was kept.
+    kept = club.session(first.id).draws
+    assert '"seconds":1' in kept
+    visitor.get("ice")
+    assert club.session(first.id).draws == kept

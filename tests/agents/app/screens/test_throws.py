@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
 from agents.app import Part, State, keep_part
 from agents.app.club import session_files
+from agents.app.club.session_files import measures_of
 from agents.app.take_in import add_film, take_in
 from agents.app.views.film_view import speeds
 from agents.app.views.told import rounded
@@ -84,6 +86,35 @@ def test_tracking_again_leaves_what_the_coach_entered(visitor, club, session, tm
     keep_part(club, session, film, Part(throws=[[straight()]] * 2, handles=[["#3030c0"]] * 2))
     assert club.throw(throw.id) == before
     assert club.film(film.id).state is State.DONE
+
+
+def test_what_moves_a_stone_after_its_rest_is_not_its_throw(visitor, club, session, tmp_path):
+    """A curve that climbs again after the stone has stopped is a hand's, or another stone's."""
+    path = tmp_path / "a.mp4"
+    path.write_bytes(b"film")
+    film = add_film(club, session, path)
+    slid = straight()
+    t = slid.t[-1] + np.arange(1, 40) / 15
+    xy = slid.xy[-1] + np.column_stack([0 * t, 4.1 * (t - t[0])])
+    longer = replace(
+        slid,
+        t=np.concatenate([slid.t, t]),
+        xy=np.concatenate([slid.xy, xy]),
+        theta=np.concatenate([slid.theta, np.full(len(t), np.nan)]),
+        sigma_xy=np.full(len(slid.t) + len(t), 0.004),
+        swept=np.zeros(len(slid.t) + len(t)),
+    )
+    keep_part(club, session, film, Part(throws=[[longer]], handles=[[None]]))
+    throw = club.throws(session)[-1]
+    track = visitor.get(f"throws/{session.id}/{throw.label}/track").document
+    late = np.array(track["speed"])[np.array(track["t"]) > slid.t[-1] - 1.5]
+    assert late.max() < 0.3
+    assert abs(measures_of(throw.measures).past.value - (slid.xy[-1, 1] - 17.3735)) < 0.02
+    # A stone that another one hits goes on.
+    hit = replace(slid, t=slid.t + 20.0, xy=slid.xy - [0.0, 0.3], stone=1)
+    keep_part(club, session, film, Part(throws=[[longer, hit]], handles=[[None, None]]))
+    track = visitor.get(f"throws/{session.id}/{throw.label}/track").document
+    assert max(track["speed"][-10:]) > 2
 
 
 @pytest.mark.parametrize(

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import re
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from agents.app import EarlierIce, change_of_maps, ice_document
+from agents.app import EarlierIce, centre_of, change_of_maps, ice_document
 from curling_env.ice import load_ice
 
 STANDARD = load_ice("standard")
@@ -23,8 +23,12 @@ def ice(factor=1.0, sigma=2e-5, where=None):
     return replace(STANDARD, friction=replace(friction, mu=mu, sigma=np.full_like(mu, sigma)))
 
 
+def friday_of(ice):
+    return EarlierIce(id=7, name="Friday", ice=ice, centre=centre_of(ice))
+
+
 def test_a_keener_ice_takes_longer_and_is_said_so():
-    told = ice_document(ice(0.95), earlier=[EarlierIce(id=7, name="Friday", ice=ice())])
+    told = ice_document(ice(0.95), earlier=[friday_of(ice())])
     (friday,) = told["earlier"]
     assert friday["words"].startswith("keener today: 0.")
     change, further = re.search(
@@ -33,9 +37,9 @@ def test_a_keener_ice_takes_longer_and_is_said_so():
     assert float(change) > 0.2
     # A tenth of a second of a draw is some 40 cm.
     assert 2.5 < float(further) / float(change) < 5.0
-    back = ice_document(ice(), earlier=[EarlierIce(id=7, name="Friday", ice=ice(0.95))])
+    back = ice_document(ice(), earlier=[friday_of(ice(0.95))])
     assert back["earlier"][0]["words"].startswith("heavier today")
-    same = ice_document(ice(), earlier=[EarlierIce(id=7, name="Friday", ice=ice())])
+    same = ice_document(ice(), earlier=[friday_of(ice())])
     assert same["earlier"][0]["words"] == "of the same weight"
     json.dumps(told, allow_nan=False)
 

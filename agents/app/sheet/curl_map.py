@@ -1,0 +1,78 @@
+"""Map of the curl that draws showed: on each lane, towards each end."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from agents.app.sheet.forms import rounded
+from curling_env.sheet import Direction, Sheet
+from friction_estimation.tracks.throw_table import ThrowMeasures
+
+LANES = 3
+"""Number of lanes, from side line to side line."""
+NEAR_TEE = 4.0
+"""Draws that rest farther from the tee than this have another weight [m]."""
+LEAST = 2
+"""Minimum number of draws of a lane."""
+ERROR = 0.1
+"""Standard deviation of the curl of like draws, where too few show it [m]."""
+
+
+def curl_map(sheet: Sheet, throws: Sequence[ThrowMeasures | None]) -> dict[str, Any] | None:
+    """Where draws curled more than on average, and where the ice falls.
+
+    Parameters
+    ----------
+    throws : measured throws of a session
+
+    Returns
+    -------
+    a map as in `ice_sheet.cells_document` with the curl of each lane less the mean [m], positive
+    where stones curl less, and ``fall``: how far stones of both handles came to rest to the right,
+    looking to the away end [m]; None with fewer than two lanes of draws
+    """
+    draws = [_draw(one, sheet) for one in throws if one is not None]
+    seen = np.array([draw for draw in draws if draw is not None]).reshape(-1, 5)
+    end, lane, spin, curl, right = seen.T
+    lanes = {
+        (direction, k): rows
+        for direction in Direction
+        for k in range(LANES)
+        if (rows := (end == direction) & (lane == k)).sum() >= LEAST
+    }
+    if len(lanes) < 2:
+        return None
+    rows, columns = sheet.shape
+    relative, sigma, fall = (np.full((rows, columns), np.nan) for _ in range(3))
+    usual = float(np.mean([curl[one].mean() for one in lanes.values()]))
+    middle_y, middle_x = sheet.y_centres, sheet.x_centres
+    of_cell = np.clip(((middle_x / sheet.width + 0.5) * LANES).astype(int), 0, LANES - 1)
+    for (direction, k), one in lanes.items():
+        cells = np.ix_(middle_y * direction >= 0, of_cell == k)
+        relative[cells] = usual - curl[one].mean()
+        sigma[cells] = max(float(curl[one].std()), ERROR) / np.sqrt(one.sum())
+        if {*np.sign(spin[one])} == {-1.0, 1.0}:
+            fall[cells] = np.mean([right[one & (np.sign(spin) == s)].mean() for s in (-1, 1)])
+    return {
+        "size": sheet.cell_size,
+        "relative": rounded(relative),
+        "sigma": rounded(sigma),
+        "fall": rounded(fall),
+        "usual": round(usual, 3),
+    }
+
+
+def _draw(one: ThrowMeasures, sheet: Sheet) -> tuple[float, ...] | None:
+    """End, lane, spin, curl towards the turn and drift to the right of a draw, sheet frame."""
+    if one.curl is None or one.spin is None or one.line is None or one.touched:
+        return None
+    if one.right is None or one.from_tee is None or one.from_tee.value > NEAR_TEE:
+        return None
+    sign = float(one.direction)
+    x = sign * (one.line.value + one.right.value) / 2
+    lane = int(np.clip((x / sheet.width + 0.5) * LANES, 0, LANES - 1))
+    toward = float(np.sign(one.spin.value)) * one.curl.value
+    return sign, lane, one.spin.value, toward, -sign * one.curl.value
