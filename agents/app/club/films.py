@@ -159,7 +159,7 @@ def _is_inside(club: Club, path: Path) -> bool:
 
 
 def film_in(connection: sqlite3.Connection, session: Session, **values: object) -> Film | None:
-    """Return the film of a session with these values; None if there is none."""
+    """Return the film of a session with these values; None if absent."""
     which = "".join(f" and {name} = ?" for name in values)
     query = f"select * from film where session_id = ? and removed is null{which}"
     return row_of(connection, Film, query, (session.id, *values.values()))

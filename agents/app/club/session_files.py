@@ -49,7 +49,7 @@ SWEPT = {
     "second half": (0.0, np.inf),
     "all the way": (-HOG_LINE_Y, np.inf),
 }
-"""Where a stone was swept, in the words of a coach: from and to, along the way of play [m]."""
+"""Swept stretches in the words of a coach: from and to, along the way of play [m]."""
 SAME_STONE = 0.3
 """Two tracks of a film are of one stone if their median distance is less [m]."""
 STOPPED_SECONDS, STOPPED_WITHIN = 1.0, 0.05

@@ -19,7 +19,7 @@ from agents.app.sheet.ice_sheet import compared_in_words
 from agents.app.work.causes import causes_of
 from agents.coaching import Pattern, ThrowCauses
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
-from agents.coaching.misses.causes import CAUSES, INTERVAL
+from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause
 from curling_env.sheet import Direction, to_sheet
 
 LEADS = {
@@ -55,7 +55,9 @@ def show(request: Request) -> Response:
     shown = [one for one in found.throws if not athlete or one.athlete == athlete]
     chosen = _chosen(request, shown)
     there = {one.number for one in club.throws(session)}
-    causes = [c for c in CAUSES if c != "sweeping" or any(c in one.parts for one in found.throws)]
+    causes: list[Cause] = [
+        c for c in CAUSES if c != "sweeping" or any(c in one.parts for one in found.throws)
+    ]
     return page(
         request,
         "hand_or_ice.html",

@@ -22,7 +22,7 @@ ERROR = 0.1
 
 
 def curl_map(sheet: Sheet, throws: Sequence[ThrowMeasures | None]) -> dict[str, Any] | None:
-    """Where draws curled more than on average, and where the ice falls.
+    """Map the curl of draws on each lane, and the falls of the ice.
 
     Parameters
     ----------

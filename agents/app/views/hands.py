@@ -1,4 +1,4 @@
-"""How athletes throw: a sentence, tables, and a picture of all on one scale."""
+"""Hands of athletes on a page: a sentence, tables, and a picture of all on one scale."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ MARGIN = 34
 def hands_of(
     club: Club, sessions: Sequence[Session], errors: Sequence[AthleteErrors]
 ) -> list[dict[str, Any]]:
-    """How athletes throw, for a page.
+    """Describe hands of athletes for a page.
 
     Parameters
     ----------

@@ -180,7 +180,7 @@ def _goes_on(chain: Sequence[Row], here: Row) -> bool:
 
 
 def _expected(rows: Sequence[Row], t: float) -> Floats:
-    """Return the place at a time, from the latest rows and a steady slowing."""
+    """Return the place at a time, from the latest rows and a steady deceleration."""
     late = np.array(rows[-12:])
     degree = 1 if len(late) < 12 or late[-1, 0] - late[0, 0] < 0.8 else 2
     past = late[:, 0] - late[-1, 0]

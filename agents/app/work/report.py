@@ -92,7 +92,7 @@ def do_report(club: Club, session: Session, progress: Reported, given: str = "")
 
 
 def _hand(club: Club, athlete: Athlete) -> dict[str, Any] | None:
-    """How the athlete throws, over the latest sessions; None while that is not known."""
+    """Describe the athlete's hand, over the latest sessions; None while that is not known."""
     sessions = sessions_with_causes(club)
     try:
         errors, _ = errors_of(club, sessions, only_kept=True)

@@ -104,7 +104,7 @@ def test_sharing_is_a_switch_with_links_that_only_show(browser, club, serve_club
         page.goto(address)
         page.get_by_role("link", name="Share with phones and tablets").click()
         page.get_by_role("button", name="Share with this network").click()
-        page.get_by_text("may hang on the wall").wait_for()
+        page.get_by_text("may be put on the wall").wait_for()
         reading, writing = page.locator("code").all_inner_texts()
         for link, shown in ((reading, False), (writing, True)):
             others.goto(link)

@@ -12,7 +12,7 @@ from friction_estimation.tracks.throw_table import ThrowMeasures
 
 
 def draw(x: float, spin: float, curl: float, direction: Direction) -> ThrowMeasures:
-    """A draw at x of the sheet, which came to rest so far to the left of its line."""
+    """A draw at x of the sheet, which came to rest to the left of its line."""
     right = x * direction
     numbers = {"spin": spin, "curl": curl, "line": right, "right": right, "past": 0.0}
     measured = {name: Measured(value, 0.02) for name, value in numbers.items()}

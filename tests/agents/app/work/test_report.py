@@ -59,7 +59,7 @@ def test_an_athletes_evening_is_one_file_with_clips(browser, visitor, filmed, wo
     assert page.evaluate("document.querySelector('video').videoWidth") == 330
     assert len(re.findall(rb"/Type\s*/Page\b", page.pdf(format="A4"))) == 1
     page.close()
-    # Another entry makes it anew.
+    # Another entry makes it again.
     visitor.post(f"throws/{filmed.id}/1", {"called": "guard in"})
     assert visitor.get(address).status == 202
     assert visitor.get(f"athletes/{filmed.id}/99/report").status == 404
