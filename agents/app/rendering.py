@@ -7,7 +7,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from curling_env.units import short_length
+from curling_env.units import brooms, length, short_length
 
 
 def rendered(template: str, **content: Any) -> str:
@@ -24,5 +24,5 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters |= {"short": short_length}
+    found.filters |= {"short": short_length, "metres": length, "brooms": brooms}
     return found

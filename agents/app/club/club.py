@@ -11,9 +11,23 @@ from collections.abc import Generator
 from contextlib import contextmanager
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
+
+import msgspec
+import numpy as np
 
 from agents.app.club.database import Database, Row, rows_of
-from agents.app.club.records import Athlete, Camera, Film, Note, Session, Stone, Target, Throw
+from agents.app.club.records import (
+    Answer,
+    Athlete,
+    Camera,
+    Film,
+    Note,
+    Session,
+    Stone,
+    Target,
+    Throw,
+)
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
 from curling_env.infrastructure.provenance import sha256_of
@@ -189,6 +203,19 @@ class Club:
 
     # --- what is added and changed ---------------------------------------------------------------
 
+    def answer(self, name: str, form: type[Row]) -> tuple[Row, str] | None:
+        """Return an answer that was kept and the digest of what it follows from; None without."""
+        found = self.database.row(Answer, "select * from answer where name = ?", name)
+        try:
+            return None if found is None else (decoded(found.content, form), found.of)
+        except msgspec.DecodeError:  # of another version of this program
+            return None
+
+    def keep_answer(self, name: str, of: str, answer: object) -> None:
+        """Keep an answer, with the digest of what it follows from."""
+        query = "insert or replace into answer values (?, ?, ?)"
+        self.database.write(query, name, of, encoded(answer))
+
     def add(self, form: type[Row], **values: object) -> Row:
         """Add a row to the table of a class of `records`."""
         table = form.__name__.lower()
@@ -221,6 +248,27 @@ class Club:
         found = self.session(number or 0)
         assert found is not None
         return found
+
+
+def encoded(value: object) -> bytes:
+    """A value for the database, with NumPy's arrays."""
+
+    def as_list(one: Any) -> Any:
+        if isinstance(one, np.ndarray | np.generic):
+            return one.tolist()
+        raise NotImplementedError
+
+    return msgspec.msgpack.encode(value, enc_hook=as_list)
+
+
+@lru_cache(maxsize=4096)
+def decoded(content: bytes, form: type[Row]) -> Row:
+    """A value that `encoded` has written."""
+
+    def as_array(_kind: Any, value: Any) -> Any:
+        return np.array(value, dtype=np.float64)
+
+    return msgspec.msgpack.decode(content, type=form, dec_hook=as_array)
 
 
 def added(connection: sqlite3.Connection, table: str, **values: object) -> int:

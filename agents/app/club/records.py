@@ -202,6 +202,21 @@ class Position:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Answer:
+    """Something that took long to work out.
+
+    Parameters
+    ----------
+    of : digest of what it follows from
+    content : encoded
+    """
+
+    name: str
+    of: str
+    content: bytes
+
+
+@dataclass(frozen=True, kw_only=True)
 class Note:
     """A remark about a session."""
 

@@ -16,11 +16,26 @@ from typing import Literal
 
 from agents.app.club.club import PLAYABLE, Club
 from agents.app.club.database import row_of, rows_of
-from agents.app.club.records import Film, Session, Throw
+from agents.app.club.records import Film, Session
 from agents.app.club.session_files import finish_files, part_path
 
 Kind = Literal["session", "film", "throw"]
 KINDS: tuple[Kind, ...] = ("session", "film", "throw")
+
+
+REMOVED_SESSIONS = """
+    select 'session' as kind, id, name || ', ' || day as name, removed as "when" from session
+    where removed is not null order by removed desc"""
+REMOVED_IN_SESSION = """
+    select 'film' as kind, id, name, removed as "when", place as n, 0 as later from film
+    where session_id = ? and removed is not null
+    union all
+    select 'throw', throw.id, 'throw ' || (throw.number + 1) || coalesce(', ' || athlete.name, '')
+        || iif(called = '', '', ', ' || called) || coalesce(', ' || film.name, ''),
+        throw.removed, throw.number, 1 from throw left join film on film.id = throw.film_id
+        left join athlete on athlete.id = throw.athlete_id
+    where throw.session_id = ? and throw.removed is not null and film.removed is null
+    order by later, n, id"""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,35 +66,12 @@ def bring_back(club: Club, kind: Kind, number: int) -> None:
 
 def removed_sessions(club: Club) -> list[Removed]:
     """Sessions that were removed, the latest first."""
-    query = "select * from session where removed is not null order by removed desc"
-    found = club.database.rows(Session, query)
-    return [
-        Removed(kind="session", id=one.id, name=f"{one.name}, {one.day}", when=one.removed or "")
-        for one in found
-    ]
+    return club.database.rows(Removed, REMOVED_SESSIONS)
 
 
 def removed_in(club: Club, session: Session) -> list[Removed]:
     """Films and throws of a session that were removed, in the order of play."""
-    with club.database.reading() as connection:
-        query = "select * from film where session_id = ? and removed is not null order by place"
-        films = rows_of(connection, Film, query, (session.id,))
-        query = (
-            "select throw.* from throw left join film on film.id = throw.film_id "
-            "where throw.session_id = ? and throw.removed is not null and film.removed is null "
-            "order by throw.number, throw.id"
-        )
-        throws = rows_of(connection, Throw, query, (session.id,))
-        names = dict(connection.execute("select id, name from athlete").fetchall())
-    shown = {film.id: film.name for film in club.films(session)}
-    found = [
-        Removed(kind="film", id=one.id, name=one.name, when=one.removed or "") for one in films
-    ]
-    for one in throws:
-        about = (names.get(one.athlete_id), one.called, shown.get(one.film_id or 0))
-        name = ", ".join(filter(None, (f"throw {one.label}", *about)))
-        found.append(Removed(kind="throw", id=one.id, name=name, when=one.removed or ""))
-    return found
+    return club.database.rows(Removed, REMOVED_IN_SESSION, session.id, session.id)
 
 
 def delete_for_good(club: Club, kind: Kind, number: int) -> None:
@@ -108,6 +100,7 @@ def delete_for_good(club: Club, kind: Kind, number: int) -> None:
         if kind == "session":
             for row in ("throw", "note", "job"):
                 connection.execute(f"delete from {row} where session_id = ?", (number,))
+            connection.execute("delete from answer where name like ?", (f"causes {number} %",))
             connection.execute("delete from session where id = ?", (number,))
     # Only now: a row without its file would be worse than a file without its row.
     for film in films:

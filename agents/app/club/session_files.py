@@ -18,10 +18,9 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import msgspec
 import numpy as np
 
-from agents.app.club.club import TRACKS, Club, added, changed, named_row
+from agents.app.club.club import TRACKS, Club, added, changed, decoded, encoded, named_row
 from agents.app.club.database import rows_of
 from agents.app.club.records import Film, Session, State, Throw
 from agents.app.club.targets import with_places
@@ -158,28 +157,9 @@ def alone_in(club: Club, session: Session) -> Generator[None]:
         yield
 
 
-def measures_of(encoded: bytes | None) -> ThrowMeasures | None:
+def measures_of(content: bytes | None) -> ThrowMeasures | None:
     """The measurements kept of a throw; None if it is not measured, or too short."""
-    if not encoded:
-        return None
-    return msgspec.msgpack.decode(encoded, type=ThrowMeasures, dec_hook=as_array)
-
-
-def encoded_measures(measures: ThrowMeasures) -> bytes:
-    """Measurements for the database, see `measures_of`."""
-    return msgspec.msgpack.encode(measures, enc_hook=as_list)
-
-
-def as_list(value: Any) -> Any:
-    """NumPy's arrays and numbers as Python's, for msgspec."""
-    if isinstance(value, np.ndarray | np.generic):
-        return value.tolist()
-    raise NotImplementedError
-
-
-def as_array(_kind: Any, value: Any) -> Any:
-    """An array that `as_list` made into a list, for msgspec."""
-    return np.array(value, dtype=np.float64)
+    return decoded(content, ThrowMeasures) if content else None
 
 
 class _FoundThrow(NamedTuple):
@@ -285,7 +265,7 @@ def _bring_up_to_date(club: Club, session: Session) -> None:
 def _measured(tracks: Sequence[Trajectory]) -> bytes:
     """The measurements of a throw for its row; empty if it is too short."""
     found = throw_table(tracks)
-    return encoded_measures(found[0]) if found else b""
+    return encoded(found[0]) if found else b""
 
 
 def _called_now(connection: sqlite3.Connection, session: int) -> dict[str, Any]:

@@ -71,6 +71,8 @@ _FIFTH = (
     "alter table session add column live blob",
     "alter table session add column live_rests integer not null default 0",
     "alter table throw add column swept text not null default ''",
+    """create table answer (
+        name text primary key, of text not null, content blob not null) strict""",
     """create table position (
         id integer primary key, name text not null unique, address text not null) strict""",
 )

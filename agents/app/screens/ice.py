@@ -15,7 +15,7 @@ from agents.app.screens.practice import CONDITIONS
 from agents.app.screens.screen import Screen
 from agents.app.sheet.choices import centre_of_session, findings_of, ice_of, season_of
 from agents.app.sheet.curl_map import curl_map
-from agents.app.sheet.ice_sheet import EarlierIce, ice_document
+from agents.app.sheet.ice_sheet import LANE_NAMES, MOSTLY_SEEN, EarlierIce, ice_document
 from agents.app.work.jobs import running
 from curling_env.errors import InputError
 
@@ -59,6 +59,8 @@ def show(request: Request) -> Response:
         ice=document,
         against=against,
         hand=hand,
+        lane_names=LANE_NAMES,
+        mostly_seen=MOSTLY_SEEN,
         season=season_of(club, session),
         conditions=CONDITIONS,
         trouble=trouble,

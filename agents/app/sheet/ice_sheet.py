@@ -14,7 +14,7 @@ from curling_env.analysis.ice_remarks import belief_in_words, believed_effects, 
 from curling_env.analysis.ice_uncertainty import is_uncertain
 from curling_env.ice import Ice
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
-from curling_env.units import brooms, length, short_length
+from curling_env.units import short_length
 from friction_estimation.reports.keen_and_heavy import (
     NOTABLE,
     SIGMAS,
@@ -27,12 +27,18 @@ from friction_estimation.reports.keen_and_heavy import (
 if TYPE_CHECKING:
     from friction_estimation.reports.missing_in_words import Findings
 
-LANE_NAMES = (
-    "left edge, 8-foot",
-    "left edge, 4-foot",
-    "tee",
-    "right edge, 4-foot",
-    "right edge, 8-foot",
+LANE_NAMES = dict(
+    zip(
+        LANES,
+        (
+            "left edge, 8-foot",
+            "left edge, 4-foot",
+            "tee",
+            "right edge, 4-foot",
+            "right edge, 8-foot",
+        ),
+        strict=True,
+    )
 )
 MOSTLY_SEEN = 0.7
 """Share of a path over measured ice from which its numbers are reported as measured."""
@@ -74,7 +80,7 @@ def ice_document(
     earlier: Sequence[EarlierIce] = (),
     found: Findings | None = None,
 ) -> dict[str, Any]:
-    """An ice as its page draws and tells it.
+    """Describe an ice for its page.
 
     Parameters
     ----------
@@ -86,21 +92,17 @@ def ice_document(
     centre = _centre([draw for draws in own.values() for draw in draws])
     return {
         "sentence": in_a_sentence(ice),
-        "headline": _headline(centre),
+        "centre": centre,
         "uncertain": is_uncertain(ice),
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},
         "stone_radius": ice.stone.radius,
         "cells": cells_document(ice),
         # The time between the hog lines goes with one over the root of the friction.
         "seconds_per_share": None if centre is None else round(-centre.seconds / 2, 3),
-        "zones": [
-            {"name": z.name, "words": z.words, "stands_out": z.stands_out, "seen": round(z.seen, 2)}
-            for z in zones(ice)
-        ],
+        "zones": zones(ice),
         "seen": round(float(ice.friction.observed.mean()), 3),
         "lanes": [
-            {"to": direction.name.lower(), "draws": [_lane(draw) for draw in own[direction]]}
-            for direction in Direction
+            {"to": direction.name.lower(), "draws": own[direction]} for direction in Direction
         ],
         "earlier": [
             {
@@ -112,7 +114,7 @@ def ice_document(
             for other in earlier
         ],
         "remarks": _remarks(ice),
-        "discovery": None if found is None else findings_document(found),
+        "discovery": found,
     }
 
 
@@ -123,44 +125,6 @@ def cells_document(ice: Ice) -> dict[str, Any]:
         "relative": rounded(relative_map(ice), 4),
         "sigma": rounded(ice.friction.sigma / level(ice), 4),
     }
-
-
-def findings_document(found: Findings) -> dict[str, Any]:
-    """Return the findings of a discovery, as the page shows them."""
-    return {
-        "verdict": found.verdict,
-        "remarks": list(found.remarks),
-        "missing": [
-            {"title": m.title, "words": m.words, "unsure": list(m.unsure), "settled": m.settled_by}
-            for m in found.missing
-        ],
-        "next": [{"throw": throw, "teaches": teaches} for throw, teaches in found.next_throws],
-    }
-
-
-def _lane(draw: LaneDraw) -> dict[str, Any]:
-    told = draw.description
-    return {
-        "lane": LANE_NAMES[_number(draw.lane)],
-        "x": round(draw.direction * draw.lane, 4),
-        "spin": draw.throw.spin,
-        "right_hander": told.right_hander,
-        "left_hander": told.left_hander,
-        "seconds": None if told.hog_to_hog_s is None else round(told.hog_to_hog_s, 2),
-        "seconds_sigma": None if draw.seconds_sigma is None else round(draw.seconds_sigma, 3),
-        "ice_m": round(told.ice_m, 3),
-        "ice_sigma": None if draw.ice_sigma is None else round(draw.ice_sigma, 3),
-        "ice": length(told.ice_m),
-        "brooms": brooms(told.ice_m),
-        "side": "right" if told.ice_on_the_right else "left",
-        "measured": draw.seen >= MOSTLY_SEEN,
-        "seen": round(draw.seen, 2),
-        "path": rounded(draw.path, 2),
-    }
-
-
-def _number(lane: float) -> int:
-    return int(np.argmin([abs(lane - other) for other in LANES]))
 
 
 def centre_of(ice: Ice) -> Centre | None:
@@ -186,35 +150,6 @@ def _centre(draws: Sequence[LaneDraw]) -> Centre | None:
         seconds_sigma=float(np.mean([d.seconds_sigma or 0.0 for d in own])),
         ice=ice,
     )
-
-
-def _headline(centre: Centre | None) -> list[dict[str, Any]]:
-    """The few numbers that a team wants first."""
-    if centre is None:
-        return []
-    numbers = [
-        {
-            "value": f"{centre.seconds:.1f} s",
-            "sigma": _plus_minus(centre.seconds_sigma, "s", 2),
-            "what": "hog to hog, draw to the tee",
-        }
-    ]
-    for handle, (ice, sigma) in centre.ice.items():
-        numbers.append(
-            {
-                "value": length(ice),
-                "sigma": _plus_minus(sigma, "m", 2),
-                "what": f"of ice, {brooms(ice)}: {handle} of a right-hander",
-            }
-        )
-    return numbers
-
-
-def _plus_minus(sigma: float, unit: str, digits: int) -> str:
-    if sigma <= 0:
-        return ""
-    least = 10.0**-digits
-    return f"± {max(sigma, least):.{digits}f} {unit}"
 
 
 def compared_in_words(centre: Centre | None, then: Centre | None) -> str:

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 import hashlib
 from collections.abc import Sequence
-from functools import lru_cache
-from pathlib import Path
 from threading import Lock
-
-import msgspec
 
 from agents.app.club import Club, Job, Session
 from agents.app.club.planned_ice import believed_ice, sessions_with_causes
-from agents.app.club.session_files import as_array, as_list
 from agents.app.work.causes import ComingError, Kept, causes_of
 from agents.app.work.jobs import OPEN
 from agents.coaching import AthleteErrors, athlete_errors
-from curling_env.infrastructure.files.writing import atomic_path, make_directory
 
-FOLDER = "athletes"
-"""Of the answers, in the club folder; they are worked out again where they are missing."""
 MOST = 100
 """Answers that are kept."""
 
@@ -55,27 +47,23 @@ def errors_of(
     if coming and not found:
         raise ComingError(coming)
     digest = hashlib.sha256(" ".join(one.of for one in found).encode()).hexdigest()[:24]
-    path = club.folder / FOLDER / f"{digest}.msgpack"
     with _ONE_AT_A_TIME:
-        if not path.exists():
-            if only_kept:
-                return [], coming
-            errors = athlete_errors([one.found for one in found[::-1]])  # in the order of time
-            make_directory(path.parent)
-            with atomic_path(path) as draft:
-                draft.write_bytes(msgspec.msgpack.encode(errors, enc_hook=as_list))
-        return list(_read(path)), coming
+        kept = club.answer(f"athletes {digest}", list[AthleteErrors])
+        if kept is not None:
+            return list(kept[0]), coming
+        if only_kept:
+            return [], coming
+        errors = athlete_errors([one.found for one in found[::-1]])  # in the order of time
+        club.keep_answer(f"athletes {digest}", digest, errors)
+    return errors, coming
 
 
 def prepare_errors(club: Club, session: Session) -> None:
     """Work out how athletes throw, in one session and in the latest ones, before someone asks."""
     errors_of(club, [session])
     errors_of(club, sessions_with_causes(club))
-    kept = sorted((club.folder / FOLDER).glob("*.msgpack"), key=lambda one: -one.stat().st_mtime)
-    for path in kept[MOST:]:
-        path.unlink(missing_ok=True)
-
-
-@lru_cache(maxsize=16)
-def _read(path: Path) -> list[AthleteErrors]:
-    return msgspec.msgpack.decode(path.read_bytes(), type=list[AthleteErrors], dec_hook=as_array)
+    club.database.write(
+        "delete from answer where name like 'athletes %' and rowid not in "
+        "(select rowid from answer where name like 'athletes %' order by rowid desc limit ?)",
+        MOST,
+    )

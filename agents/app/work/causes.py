@@ -1,7 +1,7 @@
 """Causes of misses and differences of stones in a session: worked out beside the server.
 
-An answer is kept in the session's folder with a digest of all that it follows from: tracks, notes,
-hands, both ices and the version of this program. Where the digest differs, the answer is worked out
+An answer is kept in the database with a digest of all that it follows from: tracks, notes, hands,
+both ices and the version of this program. Where the digest differs, the answer is worked out
 again, and the earlier one is shown meanwhile.
 """
 
@@ -9,9 +9,7 @@ from __future__ import annotations
 
 import hashlib
 from contextlib import suppress
-from functools import lru_cache
 from importlib.metadata import version
-from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
@@ -20,22 +18,15 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS, digest_of_file
 from agents.app.club.planned_ice import believed_ice, has_causes
 from agents.app.club.records import State
-from agents.app.club.session_files import as_array, as_list
 from agents.app.work.jobs import CAUSES, latest, submit
 from agents.coaching import SessionCauses, StoneMatch, hand_or_ice, match_stones
 from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
 from curling_env.errors import CurlingError, InputError
 from curling_env.ice import load_ice
-from curling_env.infrastructure.files.reading import read_text
-from curling_env.infrastructure.files.storage import write_text
-from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
 if TYPE_CHECKING:
     from agents.app.work.reported import Reported
-
-FOLDER = "coaching"
-"""Of the answers, in the folder of a session."""
 
 
 class ComingError(CurlingError):
@@ -95,9 +86,9 @@ def causes_of(club: Club, session: Session, believed: Session | None) -> Answer 
     """
     if not has_causes(club, session):
         return None
-    path, digest = _path(club, session, believed), digest_of(club, session, believed)
-    kept = _read(path, path.stat().st_mtime_ns) if path.exists() else None
-    if kept is not None and kept.of == digest:
+    digest = digest_of(club, session, believed)
+    kept, of = club.answer(_name(session, believed), Kept) or (None, "")
+    if kept is not None and of == digest:
         return Answer(kept, None)
     job = _requested(club, session, believed, digest)
     if kept is None:
@@ -139,12 +130,7 @@ def work_out(club: Club, session: Session, progress: Reported, given: str = "") 
         kept.stones = match_stones(tracks, ice, notes)
     except InputError as error:
         kept.no_stones = error.problem
-    path = _path(club, session, believed)
-    make_directory(path.parent)
-    text = msgspec.json.encode(kept, enc_hook=as_list).decode()
-    _parsed(text)
-    path.unlink(missing_ok=True)  # whatever it holds, it no longer holds true
-    write_text(path, text)
+    club.keep_answer(_name(session, believed), digest, kept)
 
 
 def digest_of(club: Club, session: Session, believed: Session | None) -> str:
@@ -165,19 +151,5 @@ def _requested(club: Club, session: Session, believed: Session | None, digest: s
     return submit(club, CAUSES, session, given)
 
 
-def _path(club: Club, session: Session, believed: Session | None) -> Path:
-    number = 0 if believed is None else believed.id
-    return club.folder_of(session) / FOLDER / f"hand-or-ice-{number}.json"
-
-
-@lru_cache(maxsize=64)
-def _read(path: Path, _changed: int) -> Kept | None:
-    """The answer kept in a file; None where it cannot be read."""
-    try:
-        return _parsed(read_text(path))
-    except (CurlingError, msgspec.DecodeError):
-        return None
-
-
-def _parsed(text: str) -> Kept:
-    return msgspec.json.decode(text, type=Kept, dec_hook=as_array)
+def _name(session: Session, believed: Session | None) -> str:
+    return f"causes {session.id} {0 if believed is None else believed.id}"

@@ -10,8 +10,9 @@ from contextlib import closing
 from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
+from agents.app.club.club import encoded
 from agents.app.club.films import take_film
-from agents.app.club.session_files import encoded_measures, load_part, part_path
+from agents.app.club.session_files import load_part, part_path
 from agents.app.work.glance import Glance
 from agents.app.work.jobs import submit
 from curling_env.errors import InputError
@@ -67,7 +68,7 @@ def do_record(club: Club, session: Session, progress: Reported, given: str = "")
             with closing(feed.frames()) as frames:
                 for frame in frames:
                     if glance.wants(frame.t) and glance.add(frame.t, frame.picture()):
-                        seen = b"" if glance.seen is None else encoded_measures(glance.seen)
+                        seen = b"" if glance.seen is None else encoded(glance.seen)
                         club.change("session", session.id, live=seen, live_rests=glance.rests)
                     keep(recorder.add(frame))
                     progress(f"watching the camera, {count} throws recorded", 0.0, 0.0)

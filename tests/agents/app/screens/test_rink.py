@@ -11,7 +11,7 @@ import pytest
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app import Club, Part, keep_part, take_film
-from agents.app.club.session_files import encoded_measures
+from agents.app.club.club import encoded
 from agents.app.views.measures import sheets_of
 from agents.app.views.scores import leaderboard, points_of
 from curling_env.ice import load_ice
@@ -110,7 +110,7 @@ def test_a_throw_is_shown_large_and_spoken_while_it_runs(
         page.get_by_text("Read as: draw, button, in-turn.").wait_for()
         for rows, rests in ((running, 0), (t >= 0, 1)):
             seen = Trajectory(t=t[rows], xy=xy[rows], theta=np.full(rows.sum(), np.nan))
-            live = encoded_measures(measure_throw(seen))
+            live = encoded(measure_throw(seen))
             club.change("session", session.id, live=live, live_rests=rests)
             page.locator("#numbers dt", has_text=("Hog to hog", "Rest")[rests]).wait_for()
         assert "Now · Anna · draw button in" in page.locator("#who").inner_text()

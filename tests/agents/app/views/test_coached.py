@@ -12,9 +12,11 @@ import pytest
 import simulated_club as made
 
 from agents.app import Club, WorkQueue
+from agents.app.club.club import decoded, encoded
+from agents.app.club.records import Answer
 from agents.app.views import coached
 from agents.app.work import causes
-from agents.app.work.causes import prepare
+from agents.app.work.causes import Kept, prepare
 from curling_env.ice import save_ice
 from curling_env.infrastructure import write_table
 from curling_env.trajectory import write_tracks
@@ -100,16 +102,14 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     assert stale.status == 200
     assert "it is being worked out again" in plain(stale.text)
     assert "The pattern of" in plain(stale.text)
-    kept = [*club.folder_of(session).glob("coaching/*")]
-    before_them = [path.read_text() for path in kept]
-    for path in kept:
-        path.unlink()
+    kept = club.database.rows(Answer, "select * from answer where name like 'causes %'")
+    club.database.write("delete from answer where name like 'causes %'")
     asked = {"target": {"x": 0, "y": 17.3735}, "ice": "standard", "skill": "athlete:1"}
     answer = visitor.send("throw/plan", asked)  # a script is told to ask again
     assert (answer.status, answer.document["coming"]) == (503, True)
     notes.write_text(before)
-    for path, text in zip(kept, before_them, strict=True):
-        path.write_text(text)
+    for one in kept:
+        club.keep_answer(one.name, one.of, decoded(one.content, Kept))
     work_off(club)  # what has changed again meanwhile is not worked out for nothing
     answer = visitor.get(page)
     assert answer.status == 200
@@ -133,11 +133,10 @@ def test_nothing_is_worked_out_when_someone_looks(visitor, evening, monkeypatch)
 def test_work_that_failed_is_said_and_begun_again_only_when_asked_for(visitor, evening, work_off):
     club, session, before = evening
     page = f"hand-or-ice/{session.id}?believed={before.id}&athlete=Bo"
-    kept = club.folder_of(session) / "coaching" / f"hand-or-ice-{before.id}.json"
-    content = kept.read_text()
-    kept.write_text("[")
-    os.utime(kept, ns=(1, 1))
-    assert visitor.get(page).status == 202  # a file that was damaged is written anew
+    name = f"causes {session.id} {before.id}"
+    content = club.answer(name, Kept)
+    club.database.write("update answer set content = x'c1' where name = ?", name)
+    assert visitor.get(page).status == 202  # an answer that was damaged is worked out again
     (job,) = [job for job in WorkQueue(club).jobs() if job.state == "waiting"]
     with club.database.writing() as connection:
         query = "update job set state = 'failed', problem = 'no memory' where id = ?"
@@ -146,7 +145,7 @@ def test_work_that_failed_is_said_and_begun_again_only_when_asked_for(visitor, e
     assert work_off(club) == []
     assert visitor.send(f"practice/work/{job.id}/again", {}).status == 204
     assert work_off(club) == ["causes"]
-    assert kept.read_text() == content
+    assert encoded(club.answer(name, Kept)) == encoded(content)
     assert visitor.get(page).status == 200
 
 
