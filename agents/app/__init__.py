@@ -36,6 +36,6 @@ __getattr__, __dir__ = lazy_names(
         "sheet.runs": ("run",),
         "take_in": ("is_in",),
         "work.queue": ("WorkQueue",),
-        "work.worker": ("do_job",),
+        "work.kinds": ("do_job",),
     },
 )

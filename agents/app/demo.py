@@ -1,14 +1,15 @@
-"""A made-up evening and the ice of the week before, to look at every screen."""
+"""Sessions that are begun as the app starts, among them a made-up evening to look around."""
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from datetime import date, timedelta
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
 from agents.app.club import Club, Session
-from agents.app.take_in import fill_from
-from agents.closed_loop.made_up_evening import write_evening
+from agents.app.take_in import begin_from, fill_from, is_in
+from agents.app.work.jobs import submit
 from curling_env.ice import save_ice
 from curling_env.typing import Progress, no_progress
 
@@ -37,6 +38,8 @@ def fill(
     session : of the evening
     seed, progress : see `write_evening`
     """
+    from agents.closed_loop.made_up_evening import write_evening  # it loads what renders films
+
     with TemporaryDirectory() as made:
         believed = write_evening(Path(made), seed=seed, progress=progress)
         fill_from(club, session, Path(made))
@@ -45,3 +48,31 @@ def fill(
         before = club.add_session(BEFORE, day, SHEET, None)
         save_ice(believed, club.ice_of(before))  # what the team takes it for
     return session
+
+
+def begin_sessions(
+    club: Club, folders: Sequence[Path], *, demo: bool, remark: Callable[[str], object]
+) -> None:
+    """Begin sessions from folders, and a made-up evening; both are filled while the app runs.
+
+    Parameters
+    ----------
+    club : the club
+    folders : folders with tracks; one that the club has already is skipped, with a remark
+    demo : also begin a made-up evening
+    remark : called with what the person at the terminal should know
+
+    Raises
+    ------
+    InputError : see `take_in.look_through`
+    """
+    today = date.today().isoformat()
+    for folder in folders:
+        if is_in(club, folder):
+            remark(f"{folder}: is in this club already")
+            continue
+        session = begin_from(club, folder, name=folder.resolve().name, day=today, sheet="")
+        submit(club, "import", session, str(folder.resolve()))
+    evening = begin_evening(club, today) if demo else None
+    if evening is not None:
+        submit(club, "make up", evening)

@@ -48,7 +48,7 @@ def app(
     import jinja2  # noqa: F401  of the extra `app`, reported here if it is missing
 
     from agents.app.club import Club
-    from agents.app.first_sessions import begin_sessions
+    from agents.app.demo import begin_sessions
     from agents.app.serve import serve
     from agents.app.take_in import look_through
 

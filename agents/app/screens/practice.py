@@ -87,19 +87,6 @@ async def begin(request: Request) -> Response:
     return go_to(request, f"practice/{session.id}")
 
 
-async def correct(request: Request) -> Response:
-    """Correct the name, day and sheet of a session, and the conditions of its ice."""
-    club, session = club_of(request), _session(request)
-    form = await form_of(request)
-    name, day, sheet = _about(form)
-    room = {word: form[word] for word in CONDITIONS if word in form}
-    for word, text in room.items():
-        if len(text) > LONGEST_LIST:
-            raise InputError(f"at most {LONGEST_LIST} letters are kept", source=word)
-    club.change("session", session.id, name=name, day=day, sheet=sheet, **room)
-    return go_to(request, f"practice/{session.id}")
-
-
 async def rename(request: Request) -> Response:
     """Rename an athlete, a stone or a camera; another athlete or stone of that name is merged."""
     club, form = club_of(request), await form_of(request)
@@ -124,19 +111,6 @@ async def rename(request: Request) -> Response:
     return go_to(request, f"practice/{session}" if session.isdecimal() else "practice")
 
 
-async def choose_camera(request: Request) -> Response:
-    """Another camera for a session."""
-    club, form, session = club_of(request), await form_of(request), _session(request)
-    camera = _chosen_camera(club, form)
-    with club.database.writing() as connection:
-        if camera is None or camera.id != session.camera_id:
-            note_marks(connection, "film.camera_id is null and session.id = ?", session.id)
-        number = None if camera is None else camera.id
-        changed(connection, "session", session.id, camera_id=number)
-    _track_if_marked(request, session)
-    return go_to(request, f"practice/{session.id}")
-
-
 async def announce_film(request: Request) -> Response:
     """A film that the browser is going to send; how much of it is there already."""
     club, session, told = club_of(request), _session(request), await document_of(request)
@@ -157,34 +131,6 @@ async def receive_piece(request: Request) -> Response:
         assert session is not None
         _track_if_marked(request, session)
     return JSONResponse({"received": film.received})
-
-
-async def take(request: Request) -> Response:
-    """A film that lies in the club folder."""
-    club, session, form = club_of(request), _session(request), await form_of(request)
-    take_film(club, session, club.path(form.get("file", "")))
-    _track_if_marked(request, session)
-    return go_to(request, f"practice/{session.id}")
-
-
-async def record(request: Request) -> Response:
-    """Begin to record from a camera."""
-    session, form = _session(request), await form_of(request)
-    source = form.get("source", "")
-    if not source or len(source) > 500:
-        raise InputError("expected the number of a camera, or the address of a stream")
-    work_of(request).submit("record", session, source)
-    return go_to(request, f"practice/{session.id}")
-
-
-async def ask_for_work(request: Request) -> Response:
-    """Track what waits, estimate the ice, or look for what it lacks."""
-    session, form = _session(request), await form_of(request)
-    kind = form.get("kind", "")
-    if kind not in WORK:
-        raise InputError("no such work")
-    work_of(request).submit(kind, session)
-    return go_to(request, f"practice/{session.id}")
 
 
 def cancel(request: Request) -> Response:
@@ -217,15 +163,79 @@ def again(request: Request) -> Response:
     return Response(status_code=204)
 
 
-async def write_note(request: Request) -> Response:
+# --- what a form of a session asks for ---------------------------------------------------------
+
+
+def correct(request: Request, session: Session, form: dict[str, str]) -> None:
+    """Correct the name, day and sheet of a session, and the conditions of its ice."""
+    name, day, sheet = _about(form)
+    room = {word: form[word] for word in CONDITIONS if word in form}
+    for word, text in room.items():
+        if len(text) > LONGEST_LIST:
+            raise InputError(f"at most {LONGEST_LIST} letters are kept", source=word)
+    club_of(request).change("session", session.id, name=name, day=day, sheet=sheet, **room)
+
+
+def choose_camera(request: Request, session: Session, form: dict[str, str]) -> None:
+    """Another camera for a session."""
+    club = club_of(request)
+    camera = _chosen_camera(club, form)
+    with club.database.writing() as connection:
+        if camera is None or camera.id != session.camera_id:
+            note_marks(connection, "film.camera_id is null and session.id = ?", session.id)
+        number = None if camera is None else camera.id
+        changed(connection, "session", session.id, camera_id=number)
+    _track_if_marked(request, session)
+
+
+def take(request: Request, session: Session, form: dict[str, str]) -> None:
+    """A film that lies in the club folder."""
+    club = club_of(request)
+    take_film(club, session, club.path(form.get("file", "")))
+    _track_if_marked(request, session)
+
+
+def record(request: Request, session: Session, form: dict[str, str]) -> None:
+    """Begin to record from a camera."""
+    source = form.get("source", "")
+    if not source or len(source) > 500:
+        raise InputError("expected the number of a camera, or the address of a stream")
+    work_of(request).submit("record", session, source)
+
+
+def ask_for_work(request: Request, session: Session, form: dict[str, str]) -> None:
+    """Track what waits, estimate the ice, or look for what it lacks."""
+    kind = form.get("kind", "")
+    if kind not in WORK:
+        raise InputError("no such work")
+    work_of(request).submit(kind, session)
+
+
+def write_note(request: Request, session: Session, form: dict[str, str]) -> None:
     """A remark about the session."""
-    club, session, form = club_of(request), _session(request), await form_of(request)
     text = form.get("text", "")
     if len(text) > LONGEST_NOTE:
         raise InputError(f"a remark has at most {LONGEST_NOTE} letters; this one has {len(text)}")
     if text:
         now = datetime.datetime.now().isoformat(" ", "minutes")
-        club.add(Note, session_id=session.id, text=text, written=now)
+        club_of(request).add(Note, session_id=session.id, text=text, written=now)
+
+
+DEEDS = {
+    "correct": correct,
+    "camera": choose_camera,
+    "take": take,
+    "record": record,
+    "work": ask_for_work,
+    "note": write_note,
+}
+
+
+async def do(request: Request) -> Response:
+    """Do what a form of a session asks for, and show the session again."""
+    session, form = _session(request), await form_of(request)
+    deed = request.url.path.rpartition("/")[2]
+    await run_in_threadpool(DEEDS[deed], request, session, form)
     return go_to(request, f"practice/{session.id}")
 
 
@@ -300,14 +310,9 @@ SCREEN = Screen(
         Route("/practice/work/{job:int}/cancel", cancel, methods=["POST"]),
         Route("/practice/rename", rename, methods=["POST"]),
         Route("/practice/{session:int}", show),
-        Route("/practice/{session:int}/correct", correct, methods=["POST"]),
-        Route("/practice/{session:int}/camera", choose_camera, methods=["POST"]),
         Route("/practice/{session:int}/films", announce_film, methods=["POST"]),
-        Route("/practice/{session:int}/take", take, methods=["POST"]),
-        Route("/practice/{session:int}/record", record, methods=["POST"]),
-        Route("/practice/{session:int}/work", ask_for_work, methods=["POST"]),
-        Route("/practice/{session:int}/note", write_note, methods=["POST"]),
         Route("/practice/{session:int}/events", watch),
+        *(Route(f"/practice/{{session:int}}/{deed}", do, methods=["POST"]) for deed in DEEDS),
         *MARKING,
         *REMOVING,
     ],

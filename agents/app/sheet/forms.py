@@ -103,9 +103,9 @@ class PositionForm(Document):
     @property
     def position(self) -> Position:
         return Position(
-            stones=tuple(LaidStone(x=s.x, y=s.y, team=team_of(s.team)) for s in self.stones),
-            direction=direction_of(self.to),
-            hammer=team_of(self.hammer),
+            stones=tuple(LaidStone(x=s.x, y=s.y, team=Team[s.team.upper()]) for s in self.stones),
+            direction=Direction[self.to.upper()],
+            hammer=Team[self.hammer.upper()],
             delivered=self.delivered,
             ends_left=self.ends_left,
             score=self.score,
@@ -153,7 +153,7 @@ class GameForm(Document):
         return KeptGame(
             throws=tuple(throws),
             position=None if self.position is None else self.position.position,
-            person=team_of(self.person),
+            person=Team[self.person.upper()],
             opponent=self.opponent,
             rules=self.rules,
             ends=self.ends,
@@ -173,23 +173,6 @@ def asked(document: Any, form: type[Form]) -> Form:
     except InputError as error:
         # A page shows one sentence, so that the place belongs into it.
         raise InputError(f"{error.where or 'the request'}: {error.problem}") from error
-
-
-def direction_of(end: str) -> Direction:
-    """The end played to by its name."""
-    return Direction.HOME if end == "home" else Direction.AWAY
-
-
-def team_of(name: str) -> Team:
-    """A team by its name.
-
-    Raises
-    ------
-    InputError : neither home nor away
-    """
-    if name not in ("home", "away"):
-        raise InputError(f"expected the team home or away, found {name[:40]!r}")
-    return Team[name.upper()]
 
 
 def places_of(stones: list[StoneForm]) -> Floats:

@@ -6,16 +6,16 @@ from typing import Any
 
 import numpy as np
 
-from agents.app.sheet.forms import RunForm, direction_of, places_of, rounded
+from agents.app.sheet.forms import RunForm, places_of, rounded
 from agents.planning.description import Description, describe
 from agents.planning.request import check_stones
 from curling_env.ice import Ice
 from curling_env.physics.engine import Engine, Outcome, StoneState
-from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee, to_delivery
+from curling_env.sheet import TEE_Y, Direction, tee
 from curling_env.throw import FROM_HOG_LINE, Throw
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
-from curling_env.units import brooms, short_length
+from curling_env.units import brooms
 
 FPS = 12.0
 """Samples a second of a path: the page draws straight lines between them."""
@@ -40,7 +40,7 @@ def run(ice: Ice, form: RunForm) -> dict[str, Any]:
     InputError : stones that cannot lie there, a throw that cannot be, ice on which a stone never
         stops
     """
-    return thrown(ice, form.throw.throw, places_of(form.stones), direction_of(form.to))
+    return thrown(ice, form.throw.throw, places_of(form.stones), Direction[form.to.upper()])
 
 
 def thrown(
@@ -69,7 +69,7 @@ def thrown(
         "time_s": round(outcome.time, 2),
         "rest": {"x": round(float(rest[0]), 4), "y": round(float(rest[1]), 4)},
         "in_play": status.in_play,
-        "ends": f"{ENDS[status.value]}{_where(rest, direction) if status.in_play else ''}",
+        "ends": ENDS[status.value],
         "call": call_document(told, throw, direction),
         "paths": paths_of(outcome),
         "stones": [
@@ -96,7 +96,6 @@ def call_document(told: Description, throw: Throw, direction: Direction) -> dict
         "hog_to_hog_s": None if told.hog_to_hog_s is None else round(told.hog_to_hog_s, 2),
         "broom": {"x": round(direction * broom, 4), "y": direction * TEE_Y},
         "broom_m": round(broom, 3),
-        "broom_in_words": _beside(broom),
         "ice_m": round(told.ice_m, 3),
         "ice_in_brooms": brooms(told.ice_m),
         "ice_side": "right" if told.ice_on_the_right else "left",
@@ -129,26 +128,3 @@ def _samples(path: Trajectory) -> dict[str, Any]:
         "y": rounded(path.xy[:, 1]),
         "theta": rounded(path.theta, 2),
     }
-
-
-def _beside(metres: float) -> str:
-    if abs(metres) < 0.01:
-        return "on the centre line"
-    side = "right" if metres > 0 else "left"
-    return f"{short_length(metres)} {side} of the centre line"
-
-
-def _where(rest: Floats, direction: Direction) -> str:
-    """Return in words where a stone rests, as the thrower sees it."""
-    across, along = to_delivery(rest, direction).tolist()
-    if np.hypot(across, along) < 0.05:
-        return " on the button"
-    depth = "behind" if along > 0 else "before"
-    side = "right" if across > 0 else "left"
-    parts: list[str] = []
-    if abs(along) >= 0.05:
-        parts.append(f"{short_length(along)} {depth} the tee line")
-    if abs(across) >= 0.05:
-        parts.append(f"{short_length(across)} {side} of the centre line")
-    inside = np.hypot(across, along) <= HOUSE_RADIUS + 0.145
-    return f" {'in the house' if inside else 'in play'}, {', '.join(parts)}"

@@ -1,7 +1,7 @@
 // What all modes of the screen "Throw" share: what the address says, the sheet, and asking the server.
 
 import { ask } from "./ask.js";
-import { HOG, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
+import { HOG, placeInWords, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
 import { read, written } from "./throw_address.js";
 
 export const $ = (id) => document.getElementById(id);
@@ -130,6 +130,9 @@ export const cm = (metres) => (metres < 0.995 ? `${Math.round(100 * metres)} cm`
 export const hand = () => $("skill").selectedOptions[0]?.dataset.hand ?? "right";
 export const turnOf = (call) => (hand() === "left" ? call.left_hander : call.right_hander);
 export const weight = (found) => (found.call.hog_to_hog_s === null ? "short" : `${found.call.hog_to_hog_s.toFixed(1)} s`);
+/** Where the broom stands, and how a throw ends. */
+export const broom = ({ broom_m }) => (Math.abs(broom_m) < 0.01 ? "on the centre line" : `${cm(Math.abs(broom_m))} ${broom_m > 0 ? "right" : "left"}`);
+export const endOf = (found) => `It ${found.ends}${found.in_play ? ` ${placeInWords(found.rest, found.to === "home" ? -1 : 1)}` : ""}.`;
 export const upper = (words) => words[0].toUpperCase() + words.slice(1);
 export const percent = (share) => `${Math.round(100 * share)} %`;
 export const signed = (value) => `${value < 0 ? "−" : "+"}${Math.abs(value).toFixed(1)}`;

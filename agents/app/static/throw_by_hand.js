@@ -1,6 +1,6 @@
 // A throw by hand: speed, broom and turns by sliders, and the path that follows.
 
-import { $, asJson, cm, keep, lying, play, post, say, sheet, START, state, turnOf } from "./throw_board.js";
+import { $, asJson, cm, endOf, keep, lying, play, post, say, sheet, START, state, turnOf } from "./throw_board.js";
 import { show } from "./throw_found.js";
 import { freshEnd } from "./throw_game.js";
 
@@ -26,7 +26,7 @@ export function byHand() {
 export function runThrow() {
   busy = true;
   const json = { ice: state.ice, throw: state.throw, to: state.mode === "play" ? play.to : state.to, stones: asJson(lying()) };
-  post("throw/run", json, (found) => { say(`It ${found.ends}.`); show(found); }).finally(() => {
+  post("throw/run", json, (found) => { say(endOf(found)); show(found); }).finally(() => {
     busy = false;
     const next = waiting;
     waiting = null;

@@ -1,7 +1,7 @@
 // A throw that the server found: drawn on the sheet, in words, and run.
 
 import { element } from "./ask.js";
-import { $, asOwn, cm, desk, ice, keep, lying, percent, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
+import { $, asOwn, broom, cm, desk, endOf, ice, keep, lying, percent, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
 import { sayHand, setHand } from "./throw_by_hand.js";
 import { throwInGame } from "./throw_game.js";
 
@@ -23,7 +23,7 @@ function answer(found) {
   const ready = [
     ["Weight", seconds === null ? "short" : `${seconds.toFixed(1)} s`, `split ${split_measured ? "" : "about "}${(split / found.throw.speed).toFixed(2)} s`],
     state.mode === "target" && !state.hit
-      ? ["Ice", cm(call.ice_m), `broom ${call.ice_side} of the target`] : ["Broom", call.broom_in_words.replace(" of the centre line", ""), "of the centre line"],
+      ? ["Ice", cm(call.ice_m), `broom ${call.ice_side} of the target`] : ["Broom", broom(call), "of the centre line"],
     ["Handle", turnOf(call), `${call.turns} turns`],
     found.miss ? ["Misses by", cm(found.miss.expected_m), "on average"]
       : found.chance !== undefined ? ["Chance", percent(found.chance), found.success_means ?? ""] : null,
@@ -51,7 +51,7 @@ export function show(found) {
   const words = [
     found.shot ? element("h2", {}, found.shot[0].toUpperCase() + found.shot.slice(1)) : "",
     facts([
-      ["Broom", call.broom_in_words.replace(" of the centre line", ""), "from the centre line"],
+      ["Broom", broom(call), "from the centre line"],
       state.mode === "target" && !state.hit ? ["Ice", `${call.ice_m.toFixed(2)} m`, `${call.ice_in_brooms} to the ${call.ice_side}`] : null,
       found.miss ? ["Expected miss", found.miss.words.split(" on average")[0], found.miss.words.split(", ")[1]] : null,
       found.chance !== undefined && !found.miss ? ["Succeeds", `${Math.round(100 * found.chance)} %`, found.success_means] : null,
@@ -63,7 +63,7 @@ export function show(found) {
     `The hand alone misses by ${cm(found.miss.by_the_hand_m)}, what is not known of the ice by ${cm(found.miss.by_the_ice_m)}.`));
   if (found.costs?.length) words.push(element("h2", {}, "What errors cost"),
     element("ul", {}, ...found.costs.map((cost) => element("li", {}, cost.words + (found.miss || cost.success ? "" : " – and it fails")))));
-  if (!found.cloud && !found.costs) words.push(element("p", {}, `It ${found.ends}.`));
+  if (!found.cloud && !found.costs) words.push(element("p", {}, endOf(found)));
   for (const remark of found.remarks ?? []) words.push(element("p", { class: "small quiet" }, remark));
   const row = $("act");
   row.replaceChildren();
@@ -84,7 +84,7 @@ async function letItRun() {
   await sheet.run(desk.shown.paths.map((path) => ({ ...path, team: path.stone === null ? team : stones[path.stone].team })),
     { speed: Number($("pace").value), hide: desk.shown.paths.filter((path) => path.stone !== null).map((path) => stones[path.stone].id) });
   sheet.ghost(desk.shown.in_play ? desk.shown.rest : null, team);
-  say(`It ${desk.shown.ends}.`);
+  say(endOf(desk.shown));
 }
 
 export function planIt() {

@@ -3,7 +3,7 @@
 import { element } from "./ask.js";
 import { RADIUS, TEE } from "./sheet.js";
 import { STONES } from "./throw_address.js";
-import { $, asJson, clearThrow, direction, hand, keep, layStones, leaveAside, lying, NAMES, nextStone, percent, play, post, say, sheet, signed, state, toThrow, turnOf, upper, weight } from "./throw_board.js";
+import { $, asJson, broom, clearThrow, direction, hand, keep, layStones, leaveAside, lying, NAMES, nextStone, percent, play, post, say, sheet, signed, state, toThrow, turnOf, upper, weight } from "./throw_board.js";
 import { byHand } from "./throw_by_hand.js";
 import { planIt, show } from "./throw_found.js";
 
@@ -74,7 +74,7 @@ export function listCalls(found) {
   const rows = found.calls.map((call, k) => {
     const row = element("button", { type: "button", class: "call", "aria-pressed": "false" },
       element("b", {}, `${k + 1}. ${call.shot}, ${turnOf(call.call)}`), element("b", {}, `${(100 * call.win).toFixed(0)} %`),
-      element("span", { class: "small" }, `${weight(call)}, broom ${call.call.broom_in_words}; ` +
+      element("span", { class: "small" }, `${weight(call)}, broom ${broom(call.call)}; ` +
         (found.last_stone ? `scores in ${percent(call.lies_shot)}, ${signed(call.points)} points on average` : `lies shot in ${percent(call.lies_shot)}, ${signed(call.points)} on average`)));
     row.addEventListener("click", () => pickCall(call, row));
     return row;
@@ -89,5 +89,5 @@ export function listCalls(found) {
 function pickCall(call, row) {
   for (const other of $("calls").querySelectorAll(".call")) other.setAttribute("aria-pressed", String(other === row));
   const json = { ice: state.ice, throw: call.throw, to: state.mode === "play" ? play.to : state.to, stones: asJson(lying()) };
-  post("throw/run", json, (found) => show({ ...found, ...call, call: call.call, ends: found.ends }));
+  post("throw/run", json, (found) => show({ ...found, ...call, call: call.call }));
 }

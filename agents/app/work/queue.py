@@ -166,6 +166,6 @@ def _work(folder: Path, number: int) -> None:
     begin_worker()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    from agents.app.work.worker import do_job
+    from agents.app.work.kinds import do_job
 
     do_job(folder, number)

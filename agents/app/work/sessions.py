@@ -32,7 +32,7 @@ def do_import(club: Club, session: Session, progress: Reported, given: str = "")
 
 def do_make_up(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Fill a session with a made-up evening."""
-    from agents.app.demo import fill  # it loads what renders films
+    from agents.app.demo import fill
 
     fill(club, session, progress=progress)
     prepare(club, session)

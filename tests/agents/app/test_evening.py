@@ -26,7 +26,7 @@ from agents.app import Club, WorkQueue, add_piece, begin_film, take_film
 from agents.app.club.club import added
 from agents.app.views.measures import sheet_seen_live
 from agents.app.views.progress import state_of
-from agents.app.work.worker import Reported
+from agents.app.work.reported import Reported
 from curling_env import Throw, load_ice
 from curling_env.errors import InputError
 from curling_env.ice import load_ice as read_ice
