@@ -23,6 +23,7 @@ QUALITY = 65
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 SCREENS = {
     "practice": "practice",
+    "rink": "rink",
     "throws": "throws",
     "throw-film": "throws/1/38",
     "ice": "ice",
@@ -32,7 +33,7 @@ SCREENS = {
     "stones": "stones",
 }
 """The name of each picture and the address of what it shows."""
-ON_A_PHONE = ("practice", "throw", "hand-or-ice")
+ON_A_PHONE = ("rink", "throw", "hand-or-ice")
 PATIENCE = 600_000
 """For the made-up evening, and for a screen that is worked out first [ms]."""
 

@@ -28,8 +28,13 @@ def show(request: Request) -> Response:
         if answer is not None:
             text = f"These throws do not match stones: {answer.kept.no_stones}."
         return page(request, "empty.html", session=session, heading="Stones", text=text)
-    factors = [one for stone in found.stones for one in (stone.friction, stone.curl) if one]
-    reach = max(LEAST_REACH, *(abs(end - 1) for one in factors for end in (one.low, one.high)))
+    reach = {
+        name: max([LEAST_REACH, *(abs(end - 1) for one in factors for end in (one.low, one.high))])
+        for name, factors in (
+            ("friction", [stone.friction for stone in found.stones]),
+            ("curl", [stone.curl for stone in found.stones if stone.curl is not None]),
+        )
+    }
     return page(
         request,
         "stones.html",

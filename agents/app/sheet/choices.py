@@ -31,7 +31,9 @@ HANDS = {
 """Skills that are offered beside the athletes'."""
 ATHLETE = "athlete:"
 """Before the number of an athlete whose measured hand is meant."""
-MOST_SESSIONS = 40
+MOST_SESSIONS = 60
+MOST_NEW = 6
+"""Ices, the latest, that are looked through when someone looks at a season."""
 REPORTS = (f"{DISCOVERY}/report.json", "report.json")
 """Places of a discovery's report in the folder of a session."""
 
@@ -58,12 +60,19 @@ def ice_of(club: Club, session: Session) -> Ice | None:
     return load_ice(path) if path.exists() else None
 
 
-def centre_of_session(club: Club, session: Session) -> Centre | None:
-    """Draws down the centre line of a session's ice, as they were worked out when it came in."""
+def centre_of_session(club: Club, session: Session, *, only_kept: bool = False) -> Centre | None:
+    """Return draws down the centre line of a session's ice, worked out when the ice came in.
+
+    Parameters
+    ----------
+    only_kept : return nothing rather than work
+    """
     digest = digest_of_file(club.ice_of(session))
     of, _, kept = session.draws.partition(" ")
     if not digest or of == digest:
         return msgspec.json.decode(kept, type=Centre | None) if digest else None
+    if only_kept:
+        return None
     centre = centre_of(load_ice(club.ice_of(session)))
     text = f"{digest} {msgspec.json.encode(centre).decode()}"
     club.change("session", session.id, draws=text)
@@ -73,7 +82,10 @@ def centre_of_session(club: Club, session: Session) -> Centre | None:
 def season_of(club: Club, session: Session) -> list[tuple[Session, Centre]]:
     """Sessions on the same sheet, the earliest first, each with draws on its ice."""
     same = [one for one in club.sessions() if one.sheet == session.sheet][:MOST_SESSIONS]
-    found = [(one, centre_of_session(club, one)) for one in same]
+    # Those of an earlier version of the program are worked out when their own page is opened.
+    found = [
+        (one, centre_of_session(club, one, only_kept=k >= MOST_NEW)) for k, one in enumerate(same)
+    ]
     return [(one, centre) for one, centre in found[::-1] if centre is not None]
 
 

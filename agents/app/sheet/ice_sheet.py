@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -90,8 +91,14 @@ def ice_document(
     """
     own = {direction: lane_draws(ice, direction) for direction in Direction}
     centre = _centre([draw for draws in own.values() for draw in draws])
+    sentence = in_a_sentence(ice)
+    if centre is not None:  # shares of friction, as seconds from hog line to hog line
+        of = centre.seconds / 2
+        sentence = re.sub(
+            r"[+−-]([\d.]+) %", lambda found: f"{of * float(found[1]) / 100:.2f} s", sentence
+        )
     return {
-        "sentence": in_a_sentence(ice),
+        "sentence": sentence,
         "centre": centre,
         "uncertain": is_uncertain(ice),
         "sheet": {"length": ice.sheet.length, "width": ice.sheet.width},

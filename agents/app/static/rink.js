@@ -29,7 +29,8 @@ function show(state) {
   const whose = next.athlete || next.called ? `Next: ${[next.athlete, next.called].filter(Boolean).join(", ")}` : "";
   find("next").textContent = whose;
   if (!now) return;
-  find("who").textContent = [live ? "Now" : `Throw ${last.number}`, now.athlete, now.called].filter(Boolean).join(" · ");
+  find("who").textContent = [live ? "Now" : `Throw ${last.number}`, now.athlete].filter(Boolean).join(" · ");
+  find("called").textContent = now.called;
   find("how").textContent = live ? (live.rests ? "first numbers; the film is measured next" : "the stone is running") : "";
   // Numbers of a running stone are those of lines that it has passed.
   const ready = now.numbers.filter((one) => isTime(one) || !live || live.rests);
@@ -46,7 +47,7 @@ function tell(before, state) {
   if (!isNew) return;
   const words = ready.filter(({ name }) => !spoken.has(name));
   words.forEach(({ name }) => spoken.add(name));
-  speak(words.map(({ name, value }) => `${name}: ${value}.`).join(" "));
+  speak(words.map(({ name, value }) => `${name}: ${value.replace("\n", ", ")}.`).join(" "));
   if (!state.live) spoken.clear();
 }
 

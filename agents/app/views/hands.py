@@ -34,13 +34,15 @@ def hands_of(
     ids = {one.name: one.id for one in club.athletes()}
     shown = [(one, _shown(one)) for one in errors]
     reach = 1.1 * np.max([np.abs(points).max(axis=0) for _, points in shown], axis=0)
+    known = [one.seconds_per_speed for one in errors if one.seconds_per_speed is not None]
+    each = float(np.median(known)) if known else None
     return [
         {
             "name": one.name,
             "id": ids.get(one.name),
             "rows": athletes_rows([one]),
             "sentence": _sentence(one),
-            "picture": _picture(one, points, np.maximum(reach, (0.1, 0.01))),
+            "picture": _picture(one, points, np.maximum(reach, (0.1, 0.01)), each),
             "over": _over_sessions(club, one.name, sessions),
         }
         for one, points in shown
@@ -77,11 +79,13 @@ def _half(one: AthleteErrors) -> Floats:
     return centre + size * (ellipse - centre)
 
 
-def _picture(one: AthleteErrors, points: Floats, reach: Floats) -> dict[str, Any]:
+def _picture(
+    one: AthleteErrors, points: Floats, reach: Floats, each: float | None
+) -> dict[str, Any]:
     """Places in a picture: right of the broom to the right, faster upwards; and its axes' ends."""
     half = np.array([WIDTH, HEIGHT]) / 2
     placed = (half + points / reach * (half - MARGIN) * [1, -1]).round(1).tolist()
-    count, each = len(_seen(one)), one.seconds_per_speed
+    count = len(_seen(one))
     return {
         "width": WIDTH,
         "height": HEIGHT,

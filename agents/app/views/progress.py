@@ -134,13 +134,14 @@ def in_words(sheet: ThrowSheet) -> str:
 def large(sheet: ThrowSheet) -> dict[str, Any]:
     """The few numbers of a throw that are read from afar, and its points if a draw was called."""
     split, weight, _, line, *_, past, beside = told(sheet)
-    rest = {"name": "Rest", "value": ", ".join(filter(None, (past.value, beside.value)))}
+    rest = {"name": "Rest", "value": "\n".join(filter(None, (past.value, beside.value)))}
+    where, _, broom = line.value.partition(" of ")
     off, points = missed_by(sheet), points_of(sheet, None)
     missed = {"name": "From the target", "value": "" if off is None else short_length(off)}
     numbers = [
         {"name": "Split", "value": split.value, "sigma": split.sigma},
         {"name": weight.name, "value": weight.value, "sigma": weight.sigma},
-        {"name": line.name, "value": line.value, "sigma": line.sigma},
+        {"name": "Off the broom" if broom else "Line", "value": where, "sigma": line.sigma},
         rest | {"sigma": past.sigma},
         missed | {"sigma": "" if points is None else f"{points} points"},
     ]

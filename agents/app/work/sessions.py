@@ -24,9 +24,11 @@ def do_measure(club: Club, session: Session, progress: Reported, given: str = ""
 
 def do_import(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Fill a session with the files of the folder that is given."""
+    from agents.app.sheet.choices import centre_of_session
     from agents.app.take_in import fill_from
 
     fill_from(club, session, Path(given))
+    centre_of_session(club, session)
     prepare(club, session)
 
 

@@ -113,7 +113,8 @@ def test_a_throw_is_shown_large_and_spoken_while_it_runs(
             live = encoded(measure_throw(seen))
             club.change("session", session.id, live=live, live_rests=rests)
             page.locator("#numbers dt", has_text=("Hog to hog", "Rest")[rests]).wait_for()
-        assert "Now · Anna · draw button in" in page.locator("#who").inner_text()
+        assert page.locator("#who").inner_text() == "Now · Anna"
+        assert page.locator("#called").inner_text() == "draw button in"
         size = page.locator("#numbers dd").first.evaluate(
             "(it) => it.getBoundingClientRect().height"
         )

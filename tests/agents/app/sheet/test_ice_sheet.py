@@ -64,3 +64,11 @@ def test_the_map_changes_where_it_changed():
     assert hidden is not None
     assert not np.array(hidden["relative"], dtype=float).any()
     assert change_of_maps(ice(), load_ice("fcv1")) is None
+
+
+def test_keen_and_heavy_are_told_in_seconds():
+    told = ice_document(ice(where=np.s_[:30, :4]))
+    assert "%" not in told["sentence"]
+    (slow,) = re.findall(r"[Hh]eavy at [^(]+\(([\d.]+) s\)", told["sentence"])
+    # 4 % more friction, less the sheet's own level: half of that of some 14 s.
+    assert 0.1 < float(slow) < 0.3
