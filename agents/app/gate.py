@@ -121,12 +121,11 @@ class Gate:
         length = headers.get("Content-Length", "0")
         if not (length.isascii() and length.isdecimal()) or int(length[:15]) > most:
             raise HTTPException(413, f"A request has at most {most} bytes.")
-        receive = _at_most(receive, most)
+        body, receive = await _read(receive, most)
         token = token_for(secret)
         # A page that another part of the project wrote has the token in its address.
         known = _same(headers.get(TOKEN_HEADER, ""), token) or f"/{token}/" in scope["path"]
         if not known and headers.get("Content-Type", "").split(";")[0].strip() == FORM:
-            body, receive = await _read(receive)
             fields = parse_qs(body.decode("utf-8", "replace"), max_num_fields=1000)
             known = _same(fields.get(TOKEN_FIELD, [""])[0], token)
         if not known:
@@ -138,36 +137,28 @@ def _same(given: str, known: str) -> bool:
     return hmac.compare_digest(given.encode(errors="replace"), known.encode())
 
 
-def _at_most(receive: Receive, most: int) -> Receive:
-    came = 0
+async def _read(receive: Receive, most: int) -> tuple[bytes, Receive]:
+    """The whole body, and what gives it once more.
 
-    async def limited() -> Message:
-        nonlocal came
-        message = await receive()
-        came += len(message.get("body", b""))
-        if came > most:
-            raise HTTPException(413, f"A request has at most {most} bytes.")
-        return message
-
-    return limited
-
-
-async def _read(receive: Receive) -> tuple[bytes, Receive]:
-    """The whole body, and what gives it once more."""
-    body, more = b"", True
+    Raises
+    ------
+    HTTPException : it is too long
+    """
+    body, more, given = b"", True, False
     while more:
         message = await receive()
         if message["type"] == "http.disconnect":
             break
         body += message.get("body", b"")
+        if len(body) > most:
+            raise HTTPException(413, f"A request has at most {most} bytes.")
         more = message.get("more_body", False)
-    told = False
 
     async def again() -> Message:
-        nonlocal told
-        if told:
+        nonlocal given
+        if given:
             return await receive()
-        told = True
+        given = True
         return {"type": "http.request", "body": body, "more_body": False}
 
     return body, again

@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import json
 import re
-from collections.abc import AsyncIterator, Collection
+from collections.abc import AsyncIterator, Callable, Collection
 from typing import Any
 
 from starlette.concurrency import run_in_threadpool
@@ -34,32 +34,35 @@ UNTOLD = (CAUSES, COPY, MEASURE, REPORT)
 """Work that is begun by looking at a page, which tells how it ended."""
 
 
-async def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator[str]:
+def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator[str]:
     """Server-sent events: the state of a session whenever it has changed."""
-    told, silent = "", 0
-    while not work.closed.is_set():
-        state = json.dumps(await run_in_threadpool(state_of, club, work, session))
-        silent += 1
+    return _watch(work, lambda: (state_of(club, work, session), False))
+
+
+def job_events(work: WorkQueue, numbers: Collection[int]) -> AsyncIterator[str]:
+    """Server-sent events: how far some work is, until all of it has ended."""
+
+    def look() -> tuple[Any, bool]:
+        jobs = work.those(numbers)
+        return [job_in_words(job) for job in jobs], all(job.state not in OPEN for job in jobs)
+
+    return _watch(work, look)
+
+
+async def _watch(work: WorkQueue, look: Callable[[], tuple[Any, bool]]) -> AsyncIterator[str]:
+    """Yield the state whenever it has changed, until nothing more is to come."""
+    told, silent, ended = "", 0, False
+    while not (ended or work.closed.is_set()):
+        seen, ended = await run_in_threadpool(look)
+        state, silent = json.dumps(seen), silent + 1
         if state != told:
             yield f"data: {state}\n\n"
             told, silent = state, 0
         elif silent >= SILENCE:
             yield ": nothing new\n\n"
             silent = 0
-        await asyncio.sleep(PAUSE)
-
-
-async def job_events(work: WorkQueue, numbers: Collection[int]) -> AsyncIterator[str]:
-    """Server-sent events: how far some work is, until all of it has ended."""
-    told = ""
-    while not work.closed.is_set():
-        jobs = await run_in_threadpool(work.those, numbers)
-        state = json.dumps([job_in_words(job) for job in jobs])
-        yield f"data: {state}\n\n" if state != told else ": nothing new\n\n"
-        told = state
-        if all(job.state not in OPEN for job in jobs):
-            return
-        await asyncio.sleep(PAUSE)
+        if not ended:
+            await asyncio.sleep(PAUSE)
 
 
 def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
