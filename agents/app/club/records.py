@@ -78,6 +78,7 @@ class Session:
     live : encoded measurements of the throw that a camera shows now, see
         `session_files.measures_of`
     live_rests : whether that throw's stone has come to rest
+    live_film : place of the film that will show that throw
     """
 
     id: int
@@ -98,6 +99,12 @@ class Session:
     draws: str = ""
     live: bytes | None = None
     live_rests: bool = False
+    live_film: int = 0
+
+    def turn(self, ahead: int) -> str:
+        """The athlete whose turn it is after a number of throws; empty if none is entered."""
+        names = self.lineup.split(",")
+        return names[ahead % len(names)].strip()
 
 
 @dataclass(frozen=True, kw_only=True)

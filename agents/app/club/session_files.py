@@ -254,7 +254,7 @@ def _bring_up_to_date(club: Club, session: Session) -> None:
         for row, values in entered:
             if row is None:
                 if values["film_id"] is not None:
-                    values |= _called_now(connection, session.id)
+                    values |= _called_now(connection, session.id, values["film_id"])
                 added(connection, "throw", **values)
             else:
                 changed(connection, "throw", row.id, **values)
@@ -268,14 +268,17 @@ def _measured(tracks: Sequence[Trajectory]) -> bytes:
     return encoded(found[0]) if found else b""
 
 
-def _called_now(connection: sqlite3.Connection, session: int) -> dict[str, Any]:
+def _called_now(connection: sqlite3.Connection, session: int, film: int) -> dict[str, Any]:
     """Entries of a throw that has just been found: whose turn it was, and the call of the drill."""
     query = "select lineup, drill from session where id = ?"
     lineup, drill = connection.execute(query, (session,)).fetchone()
     first, *others = [name.strip() for name in lineup.split(",")]
-    # What was seen live is this throw.
-    turn = ", ".join([*others, first])
-    changed(connection, "session", session, lineup=turn, live=None, live_rests=0)
+    changed(connection, "session", session, lineup=", ".join([*others, first]))
+    connection.execute(  # if it is this throw that was seen live
+        "update session set live = null, live_rests = 0 where id = ? and live_film <= "
+        "(select place from film where id = ?)",
+        (session, film),
+    )
     return {"called": drill, "athlete_id": named_row(connection, "athlete", first)}
 
 

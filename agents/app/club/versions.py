@@ -70,6 +70,7 @@ _FIFTH = (
     ),
     "alter table session add column live blob",
     "alter table session add column live_rests integer not null default 0",
+    "alter table session add column live_film integer not null default 0",
     "alter table throw add column swept text not null default ''",
     """create table answer (
         name text primary key, of text not null, content blob not null) strict""",

@@ -8,7 +8,7 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club.records import State
-from agents.app.club.removal import KINDS, bring_back, delete_for_good, remove
+from agents.app.club.removal import KINDS, Kind, bring_back, delete_for_good, remove
 from agents.app.pages import club_of, form_of, go_to, number_in, work_of
 from agents.app.work.jobs import OPEN
 from curling_env.errors import InputError
@@ -19,7 +19,7 @@ DEEDS = {"remove": remove, "bring-back": bring_back, "delete": delete_for_good}
 async def deal(request: Request) -> Response:
     """Remove what the form names, once the work on it has ended; or bring it back, or delete it."""
     club, form = club_of(request), await form_of(request)
-    kind = next((one for one in KINDS if one == form.get("kind")), None)
+    kind: Kind | None = next((one for one in KINDS if one == form.get("kind")), None)
     if kind is None:
         raise InputError("expected a session, a film or a throw")
     number = number_in(form.get("id", ""), f"a {kind}")

@@ -16,10 +16,13 @@ const inSeconds = (share, digits = 2) => (seconds ? `${Math.abs(seconds * share)
 // A sheet is ten times as long as wide: it is drawn wider, so that lanes can be told apart.
 const picture = new Sheet($("map"), { ...sheet, radius, view: "whole", stretch: [1.7, 2.6], editable: false });
 
+const title = $("map-title").textContent;
+
 /** Draw the map of friction, of its change, or of the curl. */
 function draw(what) {
   const curls = what === "curl", most = strongest(shown = curls ? curl : change ?? cells);
   picture.map(shown, most);
+  $("map-title").textContent = curls ? "Curl" : title;
   $("keen-word").textContent = curls ? "curls more" : "keener";
   $("heavy-word").textContent = curls ? "straighter" : "heavier";
   $("strongest").textContent = curls ? `strongest colour: ${told(most)}; draws curl ${told(curl.usual)} on average, on each third of the sheet towards the end they were thrown to`

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from agents.app.club import Club, Session, Throw
-from agents.app.club.records import Hand
+from agents.app.club.records import Hand, State
 from agents.app.club.session_files import measures_of
 from agents.app.club.targets import with_places
 from agents.coaching import ThrowSheet
@@ -26,10 +26,16 @@ def sheet_seen_live(club: Club, session: Session) -> ThrowSheet | None:
     measures = measures_of(session.live)
     if measures is None:
         return None
-    first = session.lineup.partition(",")[0]
-    athlete = next((one.id for one in club.athletes() if one.name == first), None)
+    turn = session.turn(untracked(club, session))
+    athlete = next((one.id for one in club.athletes() if one.name == turn), None)
     throw = Throw(id=0, session_id=session.id, number=0, athlete_id=athlete, called=session.drill)
     return next(iter(_sheets(club, [(throw, measures)])))
+
+
+def untracked(club: Club, session: Session) -> int:
+    """Return the number of films whose throws are still to come into the table."""
+    open_states = (State.WAITING, State.RUNNING)
+    return sum(film.is_whole and film.state in open_states for film in club.films(session))
 
 
 def _sheets(club: Club, throws: Sequence[tuple[Throw, ThrowMeasures | None]]) -> list[ThrowSheet]:

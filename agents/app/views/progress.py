@@ -14,7 +14,7 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.films import has_other_marks
 from agents.app.club.records import State
 from agents.app.club.removal import removed_in
-from agents.app.views.measures import sheet_seen_live, sheets_of
+from agents.app.views.measures import sheet_seen_live, sheets_of, untracked
 from agents.app.views.scores import missed_by, points_of
 from agents.app.views.told import told
 from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN, REPORT
@@ -99,7 +99,10 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
             for sheet in reversed(sheets_of(club, session)[-SHOWN:])
         ],
         "live": None if live is None else large(live) | {"rests": session.live_rests},
-        "next": {"athlete": session.lineup.partition(",")[0], "called": session.drill},
+        "next": {
+            "athlete": session.turn(untracked(club, session) + (live is not None)),
+            "called": session.drill,
+        },
         "removed": len(removed_in(club, session)),
     }
 

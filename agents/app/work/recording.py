@@ -69,7 +69,9 @@ def do_record(club: Club, session: Session, progress: Reported, given: str = "")
                 for frame in frames:
                     if glance.wants(frame.t) and glance.add(frame.t, frame.picture()):
                         seen = b"" if glance.seen is None else encoded(glance.seen)
-                        club.change("session", session.id, live=seen, live_rests=glance.rests)
+                        place = 1 + max((k.place for k in club.films(session)), default=-1)
+                        about = {"live_rests": glance.rests, "live_film": place}
+                        club.change("session", session.id, live=seen, **about)
                     keep(recorder.add(frame))
                     progress(f"watching the camera, {count} throws recorded", 0.0, 0.0)
         finally:

@@ -10,9 +10,10 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club, Part, keep_part, take_film
+from agents.app import Club, Part, WorkQueue, keep_part, take_film
 from agents.app.club.club import encoded
-from agents.app.views.measures import sheets_of
+from agents.app.views.measures import sheet_seen_live, sheets_of
+from agents.app.views.progress import state_of
 from agents.app.views.scores import leaderboard, points_of
 from curling_env.ice import load_ice
 from curling_env.physics import slide
@@ -58,6 +59,24 @@ def test_new_throws_get_the_drill_and_the_next_athlete(visitor, session):
     page = visitor.get(f"rink/{session.id}").text
     assert "1. Anna" in page
     assert "2. Ben" in page
+
+
+def test_a_throw_that_is_tracked_late_leaves_the_one_that_runs(visitor, session):
+    club = visitor.club
+    visitor.post(f"rink/{session.id}", {"lineup": "Anna, Ben, Clara", "drill": "draw button in"})
+    path = club.folder / "films" / "first.mp4"
+    path.write_bytes(b"film")
+    first = take_film(club, session, path)  # Anna's, which is tracked while Ben's stone runs
+    live = encoded(measure_throw(track(0)))
+    club.change("session", session.id, live=live, live_film=1)
+    assert sheet_seen_live(club, session).athlete == "Ben"
+    assert state_of(club, WorkQueue(club), session)["next"]["athlete"] == "Clara"
+    club.change("film", first.id, state="done")
+    keep_part(club, session, first, Part(throws=[[track(0)]], handles=[[None]]))
+    assert sheet_seen_live(club, session).athlete == "Ben"
+    throw_it(club, 2)
+    assert sheet_seen_live(club, session) is None
+    assert [sheet.athlete for sheet in sheets_of(club, session)] == ["Anna", "Ben"]
 
 
 def test_points_follow_the_distance_from_the_target(visitor, session):
