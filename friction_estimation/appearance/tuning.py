@@ -50,7 +50,7 @@ FILL_ROUNDS = 3
 
 # --- crops of a film ------------------------------------------------------------------------------
 
-CROPS_TO_LEARN_FROM = 20
+CROPS_TO_LEARN_FROM = 30
 """Frames that a look is learnt from; more only take time."""
 MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level, which is how films are stored."""

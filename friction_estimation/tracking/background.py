@@ -51,6 +51,11 @@ class Background:
         return PictureChannels(self.image)
 
     @property
+    def strong_grain(self) -> float:
+        """Grain that hides much of a stone [grey levels]; 0 where it does not."""
+        return self.grain if self.noise > numbers.NOISY else 0.0
+
+    @property
     def slices(self) -> tuple[slice, slice]:
         """Rows and columns of the part in a frame."""
         (u, v), (rows, columns) = self.origin_px, self.image.shape[:2]

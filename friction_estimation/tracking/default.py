@@ -50,7 +50,7 @@ JOINT = OwnTracker(
     with_focal=with_focal,
     moved=recording.moved,
 )
-DEFAULT = STEP_BY_STEP
+DEFAULT = JOINT
 """The tracker that is used where no other is chosen."""
 
 track_film = DEFAULT.track

@@ -93,21 +93,20 @@ class Detector:
     Parameters
     ----------
     file : its ONNX file
-    mirrored : whether the network is shown the mirror image of a picture as well
     """
 
-    def __init__(self, file: Path = NETWORK_FILE, *, mirrored: bool = True) -> None:
-        self._mirrored = mirrored
+    def __init__(self, file: Path = NETWORK_FILE) -> None:
         self._network = cv2.dnn.readNetFromONNX(str(file))
 
-    def detect(self, picture: Image) -> list[Detection]:
+    def detect(self, picture: Image, *, mirrored: bool = True) -> list[Detection]:
         """Find stones in a picture in which they are about `STONE_PX` wide, clearest first.
 
         Parameters
         ----------
         picture : (rows, columns, 3) BGR
+        mirrored : whether the network is shown the mirror image as well
         """
-        stones, people = self._maps(picture)
+        stones, people = self._maps(picture, mirrored=mirrored)
         highest = cv2.dilate(stones, np.ones((5, 5)))
         found: list[Detection] = []
         for y, x in zip(*np.nonzero((stones == highest) & (stones >= DOUBTFUL)), strict=True):
@@ -124,7 +123,7 @@ class Detector:
             )
         return sorted(found, key=lambda one: -one.score)
 
-    def _maps(self, picture: Image) -> Floats:
+    def _maps(self, picture: Image, *, mirrored: bool) -> Floats:
         """(2, rows / 2, columns / 2) how likely a stone's centre is there, and a person.
 
         Means of the logits of the picture and of its mirror image: a quarter fewer false stones
@@ -134,9 +133,9 @@ class Detector:
         # Of an even number of columns, halves of the mirror image lie on those of the picture.
         even = cv2.copyMakeBorder(picture, 0, rows % 2, 0, columns % 2, cv2.BORDER_REPLICATE)
         logits = self._logits(np.asarray(even, dtype=np.uint8))
-        if self._mirrored:
-            mirrored = self._logits(np.ascontiguousarray(even[:, ::-1], dtype=np.uint8))
-            logits = (logits + mirrored[..., ::-1]) / 2
+        if mirrored:
+            other = self._logits(np.ascontiguousarray(even[:, ::-1], dtype=np.uint8))
+            logits = (logits + other[..., ::-1]) / 2
         return 1 / (1 + np.exp(-logits))
 
     def _logits(self, picture: Image) -> Floats:
@@ -171,7 +170,9 @@ class OnIce:
         """False where all stones are narrower than `MIN_STONE_PX`, or out of view."""
         return bool(self._scales)
 
-    def detect(self, picture: Image, boxes: Floats | None = None) -> list[DetectedPlace]:
+    def detect(
+        self, picture: Image, boxes: Floats | None = None, *, mirrored: bool = True
+    ) -> list[DetectedPlace]:
         """Find the stones on the sheet in a picture, clearest first.
 
         Parameters
@@ -179,6 +180,7 @@ class OnIce:
         picture : (rows, columns, 3) BGR, of the camera's size
         boxes : (k, 2, 2) parts to search, each by its upper left and lower right corner [px];
             None: all of the picture
+        mirrored : whether the network is shown the mirror image as well
 
         Returns
         -------
@@ -188,7 +190,7 @@ class OnIce:
             one
             for box, factor in self._scales
             for part in ([box] if boxes is None else _parts(box, boxes, 1.5 * STONE_PX / factor))
-            for one in self._within(picture, part, factor)
+            for one in self._within(picture, part, factor, mirrored=mirrored)
             if abs(np.log(self._width_px(one.xy) * factor / STONE_PX)) <= 0.75 * SCALE_STEP
         ]
         found.sort(key=lambda place: -place.score)
@@ -212,7 +214,12 @@ class OnIce:
         return next((one for one in near if one.is_sure), None)
 
     def _within(
-        self, picture: Image, box: tuple[int, int, int, int], factor: float
+        self,
+        picture: Image,
+        box: tuple[int, int, int, int],
+        factor: float,
+        *,
+        mirrored: bool = True,
     ) -> list[DetectedPlace]:
         left, top, right, below = box
         part = picture[top:below, left:right]
@@ -223,7 +230,7 @@ class OnIce:
         # What the sizes are rounded to counts: a place is to a tenth of a pixel.
         exact = np.array([resized.shape[1] / part.shape[1], resized.shape[0] / part.shape[0]])
         places: list[DetectedPlace] = []
-        for one in self._detector.detect(resized):
+        for one in self._detector.detect(resized, mirrored=mirrored):
             px = (one.px + 0.5) / exact - 0.5 + [left, top]
             (xy,) = self.camera.on_plane(px[None])
             if _is_on(self._sheet, xy, self._model.radius):

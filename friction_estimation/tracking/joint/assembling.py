@@ -22,10 +22,16 @@ from friction_estimation.tracking.joint.heading import (
     headings_near,
     unseen_turn,
 )
+from friction_estimation.tracking.joint.losses import sudden_loss
 from friction_estimation.tracking.joint.measurements import Measurements
 from friction_estimation.tracking.joint.measuring import Follower
 from friction_estimation.tracking.joint.others import OtherStone
-from friction_estimation.tracking.joint.smoothing import SmoothPath, smooth_heading, smooth_path
+from friction_estimation.tracking.joint.smoothing import (
+    SmoothPath,
+    likeliest_jump,
+    smooth_heading,
+    smooth_path,
+)
 from friction_estimation.tracking.joint.uncertainty import (
     block_sigma,
     heading_sigma,
@@ -50,12 +56,15 @@ def assemble_all(
     None where the thrown stone was hardly seen
     """
     contacts = _contacts(thrown, hit, others)
+    fits, height = thrown.measured.fits, thrown.appearance.model.height / 2
+    lost = sudden_loss(np.array(thrown.measured.t), fits, refined.camera, height, contacts[0])
     found = assemble(
         thrown.measured,
         thrown.appearance,
         refined,
         released=thrown.path.released,
         contacts=contacts[0],
+        lost=lost,
     )
     if found is None:
         return None
@@ -153,6 +162,7 @@ def assemble(
     *,
     released: float = -np.inf,
     contacts: Sequence[float] = (),
+    lost: float | None = None,
 ) -> FilmTrack | None:
     """Smooth the measurements, and keep the rows in which the stone was seen.
 
@@ -160,6 +170,7 @@ def assemble(
     ----------
     released : when the thrower lets go [s]
     contacts : when the stone hits or is hit [s]
+    lost : about when it loses speed at once for another reason [s]
 
     Returns
     -------
@@ -177,7 +188,15 @@ def assemble(
     single[kept] = [np.sqrt(np.diag(fit.covariance)[:2]) for fit in fits if fit is not None]
     hidden = np.array([0.0 if fit is None else fit.hidden for fit in fits])
     sigma = np.hypot(single, hidden_sigma(camera, xy, hidden, model)) if hidden.any() else single
-    path = smooth_path(t, xy, sigma, released=released, contacts=contacts)
+
+    def smoothed(*jumps: float) -> SmoothPath:
+        return smooth_path(t, xy, sigma, released=released, contacts=(*contacts, *jumps))
+
+    if lost is None:
+        path = smoothed()
+    else:
+        between = (t[1:] + t[:-1]) / 2
+        path = likeliest_jump(smoothed, between[np.abs(between - lost) < numbers.BESIDE_SECONDS])
     ages = measured.ages.seen().around(t)
     place = path.place
     if appearance.doubt is not None:

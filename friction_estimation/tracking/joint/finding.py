@@ -62,7 +62,7 @@ def find_stones(
     seen = detector.detect(film.sample)
     paths = likeliest_paths(seen, area)
     places = _places(detector.at_rest, paths, seen)
-    thrown = _thrown(paths, seen)
+    thrown = _thrown(paths, seen, 2 * model.radius)
     left = [] if thrown is None else left_near(thrown, places, seen, 2 * model.radius)
     if left:
         known = set(seen.times.tolist())
@@ -71,7 +71,7 @@ def find_stones(
             seen = seen.joined(detector.detect(one for one in dense if one[0] not in known))
         paths = likeliest_paths(seen, area)
         places = _places(detector.at_rest, paths, seen)
-        thrown = _thrown(paths, seen)
+        thrown = _thrown(paths, seen, 2 * model.radius)
     if thrown is None:
         raise NoThrowError(
             "no thrown stone found: nothing of a stone's size slides along the ice",
@@ -112,13 +112,33 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
     return found
 
 
-def _thrown(paths: Sequence[Path], seen: Detections) -> Path | None:
-    """Return the most likely path that slides, goes some way and does not begin at rest."""
+def _thrown(paths: Sequence[Path], seen: Detections, touching: float) -> Path | None:
+    """Return the most likely path that slides, goes some way and was not hit.
+
+    A stone that nothing hit does not set out from rest: what rested before is another one.
+
+    Parameters
+    ----------
+    touching : distance of the centres of two stones that touch [m]
+    """
     for path in paths:
-        way = seen.xy[path.at[-1]] - seen.xy[path.at[0]]
-        if path.slides and path.mode[0] != RESTING and np.hypot(*way) > numbers.LEAST_WAY:
-            return path
+        if not path.slides:
+            continue
+        begin = int(np.flatnonzero(path.mode != RESTING)[0])
+        others = [one for one in paths if one is not path and one.slides]
+        if begin and any(_may_hit(one, path, begin, seen, touching) for one in others):
+            continue
+        way = seen.xy[path.at[-1]] - seen.xy[path.at[begin]]
+        if np.hypot(*way) > numbers.LEAST_WAY:
+            return path.part(begin, len(path.at))
     return None
+
+
+def _may_hit(one: Path, path: Path, begin: int, seen: Detections, touching: float) -> bool:
+    """Return whether another path passes near a resting place when it is left."""
+    last = path.at[begin - 1]
+    place = RestingPlace(xy=seen.xy[last], until=float(seen.t[last]), at=path.at[:begin])
+    return bool(left_near(one, [place], seen, touching))
 
 
 def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:

@@ -207,17 +207,21 @@ def _views(
         for crop in crops_at([frame], [t], [fit.xy], channels, origin, camera, stone.model):
             clear_surroundings(crop, camera, stone.model)
             crop.pose = np.array([*fit.xy, fit.theta if look.has_handle else 0.0])
-            found.append((left_open([crop], look), crop))
+            found.append((left_open([crop], look, stone.background.strong_grain), crop))
     return found
 
 
-def left_open(crops: Sequence[Crop], look: Appearance) -> float:
+def left_open(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
     """Share of the difference from bare ice that a look leaves unexplained, 0 to 1.
 
     By the noise that is learnt with a look, one that explains little would seem to leave little.
+
+    Parameters
+    ----------
+    grain : see `unexplained_share`
     """
-    plain = replace(look, noise=np.full(3, numbers.PLAIN_NOISE))
-    return unexplained_share(crops, plain)
+    plain = replace(look, noise=np.full(3, max(numbers.PLAIN_NOISE, grain)))
+    return unexplained_share(crops, plain, grain)
 
 
 def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:

@@ -82,7 +82,7 @@ def find_throws(
     small = smaller(camera, parts)
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     region = sheet_region(small, scene.sheet)
-    finder: StoneFinder = NetworkFinder(small, scene.sheet, model, quick=True)
+    finder: StoneFinder = NetworkFinder(small, scene.sheet, model)
     seen: Detections | None = None
     for frames in _windows(film, MotionDetector.for_camera(camera, scene), parts, progress):
         some = frames[:: max(1, -(-len(frames) // numbers.BACKGROUND_FRAMES))]

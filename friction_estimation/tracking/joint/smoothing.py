@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -13,6 +13,8 @@ from friction_estimation.tracking.joint.motion import filtered, smoothed_back
 
 _PASSES = 5
 """Rounds of weights, scale and direction."""
+_JUMP_TURNS = 3
+"""Rounds in which the time of a jump is sought, each about four times as finely."""
 _SAME = 1e-6
 """A contact this near to a frame is in the frame [s]."""
 _LEAST_SPEED = 0.1
@@ -42,6 +44,13 @@ class SmoothPath:
     scale: float
     rests_from: float
 
+    @property
+    def unlikelihood(self) -> float:
+        """Negative log likelihood of the measurements around the path, up to a constant."""
+        used = self.weight[self.weight > 0]
+        unlikely = -0.5 * (numbers.STUDENT_FREEDOM + 2) * np.log(used) + 2 * np.log(self.scale)
+        return float(unlikely.sum())
+
     def at(self, rows: Flags) -> SmoothPath:
         """Some of its rows, (n,)."""
         return replace(
@@ -52,6 +61,22 @@ class SmoothPath:
             sigma=self.sigma[rows],
             weight=self.weight[rows],
         )
+
+
+Smoothing = Callable[..., SmoothPath]
+"""Smooths the measurements of a stone whose velocity jumps at some times [s]."""
+
+
+def likeliest_jump(smoothed: Smoothing, moments: Floats) -> SmoothPath:
+    """The likeliest path with a jump of the velocity near one of some times (n,) [s]."""
+    reach = float(np.diff(moments).max(initial=0.0))
+    tried: list[tuple[float, SmoothPath]] = []
+    for _ in range(_JUMP_TURNS):
+        tried += [(t, smoothed(t)) for t in moments.tolist()]
+        at = min(tried, key=lambda one: one[1].unlikelihood)[0]
+        moments = at + reach * np.linspace(-1.0, 1.0, 8)
+        reach /= 4
+    return min(tried, key=lambda one: one[1].unlikelihood)[1]
 
 
 def smooth_path(

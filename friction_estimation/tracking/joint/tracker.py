@@ -93,9 +93,9 @@ def track(
     if look is None:
         raise InputError("the thrown stone is nowhere wholly in the image", source=steady.path)
     appearance, crops = look
-    grain = background.grain if background.noise > numbers.NOISY else 0.0
+    grain = background.strong_grain
     unexplained = unexplained_share(crops, appearance, grain)
-    if min(unexplained, left_open(crops, appearance)) > numbers.MAX_UNEXPLAINED:
+    if min(unexplained, left_open(crops, appearance, grain)) > numbers.MAX_UNEXPLAINED:
         raise NoThrowError(
             "no thrown stone found: what slides along the ice does not look like a stone",
             source=steady.path,
