@@ -98,7 +98,7 @@ COLOUR_ROUNDS = 4
 
 TRIAL_SHADOW = 0.1
 """Strength of shadow, contact shade and mirror image where the search begins."""
-REFINEMENTS = ((3, 8), (2, 8), (1, 20))
+REFINEMENTS = ((3, 8), (2, 20))
 """Stages of the fit: the step between the crops that are used, and the maximum number of rounds.
 Noise and headings are found again from all crops after each."""
 REFINED_AGAIN = (3, 5)
@@ -125,8 +125,8 @@ RISES = (0.002, 0.004, 0.006, 0.01, 0.014)
 """Heights by which stones are raised and lowered along the line of sight until unlikely [m]."""
 RISE_SIGMA = 0.0015
 """Standard error of the height at which a look shows a stone, before others are asked [m]."""
-FEWEST_RAISED = 8
-"""Of more crops, only every second one is raised."""
+RAISED = 10
+"""Of more crops, about this many are raised: neighbours repeat each other's faults."""
 PLACED_ROUNDS = 8
 """Greatest number of rounds in which a look is fitted to raised stones."""
 UNLIKELY_RISE = 12.0

@@ -115,7 +115,8 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
 def _thrown(paths: Sequence[Path], seen: Detections, touching: float) -> Path | None:
     """Return the most likely path that slides, goes some way and was not hit.
 
-    A stone that nothing hit does not set out from rest: what rested before is another one.
+    A stone that nothing hit does not set out from rest: what rested before is another one. Where
+    a stone that came to rest moves again, someone moves it.
 
     Parameters
     ----------
@@ -128,9 +129,12 @@ def _thrown(paths: Sequence[Path], seen: Detections, touching: float) -> Path | 
         others = [one for one in paths if one is not path and one.slides]
         if begin and any(_may_hit(one, path, begin, seen, touching) for one in others):
             continue
-        way = seen.xy[path.at[-1]] - seen.xy[path.at[begin]]
+        rests = path.mode[begin:] == RESTING
+        again = np.flatnonzero(rests[:-1] & ~rests[1:])
+        end = begin + int(again[0]) + 1 if len(again) else len(path.at)
+        way = seen.xy[path.at[end - 1]] - seen.xy[path.at[begin]]
         if np.hypot(*way) > numbers.LEAST_WAY:
-            return path.part(begin, len(path.at))
+            return path.part(begin, end)
     return None
 
 

@@ -38,7 +38,7 @@ from friction_estimation.tracking.joint.heading import (
     fit_heading_curve,
 )
 
-_ROUNDS = 3
+_ROUNDS = 2
 """Most times a look is learnt, each without the pictures that the last one did not explain."""
 _VIEW_STEP = 0.2
 """Time between the pictures of a stone that someone is near [s]."""
@@ -48,8 +48,8 @@ _LEAST_ALONE = 3
 """Fewest pictures of a stone that nothing touches by which its look is first learnt."""
 _APART = 1.0
 """Places at which a stone is seen differently are this far apart [m]."""
-_PARTS = 10
-"""Parts of a path, from each of which the clearest pictures are taken."""
+_PARTS, _FROM_EACH = 10, 2
+"""Parts of a path, and the number of clearest pictures that are taken from each."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -226,13 +226,12 @@ def left_open(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> fl
 
 def _clearest(seen: Sequence[tuple[float, Crop]]) -> list[Crop]:
     """The clear crops of every part of a path; the clearest of all of it where these are few."""
-    each = max(1, CROPS_TO_LEARN_FROM // _PARTS)
     ordered = sorted(range(len(seen)), key=lambda k: seen[k][0])
     part = np.arange(len(seen)) * _PARTS // len(seen)
     count = np.zeros(_PARTS, dtype=int)
     chosen: list[int] = []
     for k in ordered:
-        if seen[k][0] < numbers.CLEAR_PICTURE and count[part[k]] < each:
+        if seen[k][0] < numbers.CLEAR_PICTURE and count[part[k]] < _FROM_EACH:
             count[part[k]] += 1
             chosen.append(k)
     if len(chosen) < numbers.LEAST_CLEAR:
