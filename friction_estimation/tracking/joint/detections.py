@@ -120,6 +120,7 @@ class Detector:
     sheet : the ice
     finder : finds stones in pictures; None: only what moves alone is found
     every : the finder is asked in one of this number of frames
+    before : of an earlier part of the film; on ice that is as it was then, so are the stones
     """
 
     def __init__(
@@ -131,11 +132,13 @@ class Detector:
         finder: StoneFinder | None = None,
         *,
         every: int = 1,
+        before: Detector | None = None,
     ) -> None:
         self._background, self._camera = background, camera
         self._model, self._sheet = model, sheet
         self._finder, self._every = finder, every
-        self._still = _still(background, camera, model, finder)
+        known = None if before is None else (before._background, before._still)
+        self._still = _still(background, camera, model, finder, known)
 
     @property
     def at_rest(self) -> list[Floats]:
@@ -242,19 +245,43 @@ class _Still:
 
 
 def _still(
-    background: Background, camera: Camera, model: StoneModel, finder: StoneFinder | None
+    background: Background,
+    camera: Camera,
+    model: StoneModel,
+    finder: StoneFinder | None,
+    known: tuple[Background, _Still] | None,
 ) -> _Still:
+    """The stones on the still ice.
+
+    Parameters
+    ----------
+    known : the ice of an earlier part of the film and what was on it, which holds where the ice has
+        not changed; None: all of it is searched
+    """
     if finder is None:
         return _Still()
     whole = np.zeros((camera.size[1], camera.size[0], 3), dtype=np.uint8)
     whole[background.slices] = background.flat
+    boxes: Floats | None = None
     stones: list[_Resting] = []
-    places, scores = finder(whole)
+    others: list[Floats] = []
+    if known is not None:
+        ice, before = known
+        boxes = np.array([_box(blob) for blob in moving_blobs(whole, ice)]).reshape(-1, 2, 2)
+        stones = [one for one in before.stones if not _touching(one.px, boxes).any()]
+        others = [xy for xy in before.places if not _shows(camera, model, xy, boxes)]
+    places, scores = finder(whole, boxes)
     for xy, score in zip(places, scores, strict=True):
         px = model.extent_px(camera, xy)
         if len(px) and score > numbers.STILL_SCORE:
             stones.append(_Resting(xy=xy, px=px, score=float(score)))
-    return _Still(stones=tuple(stones), places=tuple(places))
+    return _Still(stones=tuple(stones), places=(*others, *places))
+
+
+def _shows(camera: Camera, model: StoneModel, xy: Floats, boxes: Floats) -> bool:
+    """Return whether one of some boxes (k, 2, 2) [px] shows a part of a stone at a place."""
+    px = model.extent_px(camera, xy)
+    return not len(px) or bool(_touching(px, boxes).any())
 
 
 def _seen_again(one: _Resting, frame: Image, background: Background) -> bool:

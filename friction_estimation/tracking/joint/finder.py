@@ -18,15 +18,18 @@ HIGHEST_SCORE = 0.999
 class NetworkFinder:
     """A `StoneFinder` that asks the network.
 
-    Whole pictures are shown to it with their mirror image; boxes, which are many, are not.
-
     Parameters
     ----------
     camera, sheet, model : camera of the pictures, the ice, and the shape of a stone
+    quick : whether no picture is shown to it with its mirror image; else whole ones are, and boxes,
+        which are many, are not
     """
 
-    def __init__(self, camera: Camera, sheet: Sheet, model: StoneModel) -> None:
+    def __init__(
+        self, camera: Camera, sheet: Sheet, model: StoneModel, *, quick: bool = False
+    ) -> None:
         self._on_ice = OnIce(Detector(), camera, model, sheet)
+        self._quick = quick
 
     def __call__(self, picture: Image, boxes: Floats | None = None, /) -> tuple[Floats, Floats]:
         """Find stones in a picture, or in boxes (k, 2, 2) of it [px].
@@ -35,7 +38,7 @@ class NetworkFinder:
         -------
         (n, 2) places on the ice [m] and (n,) log odds of a stone
         """
-        found = self._on_ice.detect(picture, boxes, mirrored=boxes is None)
+        found = self._on_ice.detect(picture, boxes, mirrored=boxes is None and not self._quick)
         score = np.array([min(one.score, HIGHEST_SCORE) for one in found])
         places = np.array([one.xy for one in found]).reshape(-1, 2)
         return places, ODDS_SLOPE * np.log(score / (1 - score)) + ODDS_AT_HALF

@@ -104,7 +104,7 @@ HELD = 3.0
 """Longest time before the first sliding detection from which on a throw is tracked [s]."""
 LONGEST_SLIDE = 30.0
 """Longest time that a stone slides [s]."""
-ASKED_EVERY = 3
+ASKED_EVERY = 4
 """The network is asked in one of this number of looks."""
 TURNS_BACK = 0.3
 """Anything that goes back this far is pushed back [m]."""

@@ -82,13 +82,20 @@ def find_throws(
     small = smaller(camera, parts)
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     region = sheet_region(small, scene.sheet)
-    finder: StoneFinder = NetworkFinder(small, scene.sheet, model)
+    finder: StoneFinder = NetworkFinder(small, scene.sheet, model, quick=True)
     seen: Detections | None = None
+    detector: Detector | None = None
     for frames in _windows(film, MotionDetector.for_camera(camera, scene), parts, progress):
         some = frames[:: max(1, -(-len(frames) // numbers.BACKGROUND_FRAMES))]
         background = find_background([frame for _, frame in some], region)
         detector = Detector(
-            background, small, model, scene.sheet, finder, every=numbers.ASKED_EVERY
+            background,
+            small,
+            model,
+            scene.sheet,
+            finder,
+            every=numbers.ASKED_EVERY,
+            before=detector,
         )
         some_seen = detector.detect(frames)
         seen = some_seen if seen is None else seen.joined(some_seen)
