@@ -29,7 +29,7 @@ from torch import nn
 from torch.nn import functional
 from tqdm import tqdm
 
-from friction_estimation.tracking.detector import NETWORK_FILE, SURE, Detector
+from friction_estimation.tracking.detection.detector import NETWORK_FILE, SURE, Detector
 
 WIDTHS = (12, 24, 48, 64)
 """Channels at full, half, quarter and eighth size."""

@@ -50,7 +50,7 @@ def stones(
     from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.pictures import write_picture
-    from friction_estimation.tracking.single_image import (
+    from friction_estimation.tracking.detection.single_image import (
         DetectedStone,
         draw_stones,
         find_stones_in_image,

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.random import Generator
 
 from curling_env.typing import Floats, Image
-from friction_estimation.tracking.detector import STONE_PX
+from friction_estimation.tracking.detection.detector import STONE_PX
 
 PATCH_PX = 96
 """Width and height of a patch [px]."""

@@ -22,9 +22,9 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.video import Film
 from friction_estimation.synthetic import FilmSpec, render_film
-from friction_estimation.tracking.films.film_track import FlowMethod
-from friction_estimation.tracking.path.optical_flow import (
+from friction_estimation.tracking.optical_flow import (
     FLOW_METHODS,
+    FlowMethod,
     lucas_kanade,
     points_to_follow,
 )
