@@ -3,7 +3,7 @@
     python scripts/baselines.py constants                    # the best constant action of each task
     python scripts/baselines.py rows random constant planner rulebased
     python scripts/baselines.py train ppo --workers 2        # five seeds of every task it can do
-    python scripts/baselines.py table                        # of all rows so far
+    python scripts/baselines.py table                        # of all rows
 
 Everything lies in runs/baselines, and what is there is not made again: a run that was stopped goes
 on with the next training. A training leaves its configuration, its curve, its weights and what
@@ -101,7 +101,7 @@ def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> An
 
 
 def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
-    """What counts in an episode of each environment, in which an action is always the same.
+    """Return the metric of an episode of each environment that repeats one action.
 
     Parameters
     ----------

@@ -28,7 +28,7 @@ from curling_env.typing import Image
 QUALITY = 82
 FILM_SIZE, FILM_QUALITY = (800, 450), 50
 SPEED, HELD = 7.0, 2000
-"""A film shows a slide so many times faster, and its last picture for so many milliseconds."""
+"""Factor by which a film is faster than life, and duration of its last picture [ms]."""
 
 
 def keen_and_heavy() -> Ice:

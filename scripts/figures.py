@@ -58,14 +58,14 @@ class Figure(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
     """Largest change that is not reported, in the figure's own unit."""
     unit: str
     direction: Literal["higher", "lower", "either"]
-    """Which way is better; with `either` every change beyond the tolerance counts as worse."""
+    """Better direction; with `either` every change beyond the tolerance counts as worse."""
     command: str
     seconds: float
     """Time the command takes on one core [s]."""
     long: bool = False
-    """Whether the command is left out of the quick set."""
+    """True if the quick set excludes the command."""
     alone: bool = False
-    """Whether nothing else may run beside the command, because it times something."""
+    """True if the command measures time, so that nothing else may run beside it."""
     needs: str = ""
     """Path, from the root, that the command needs and the repository does not hold."""
     date: str
@@ -140,7 +140,7 @@ def _by_command(figures: Iterable[Figure]) -> dict[str, list[Figure]]:
 
 
 class Measured(msgspec.Struct, kw_only=True):
-    """What a command gave: values by key, or the reason why there are none."""
+    """Result of a command: values by key, or the reason for their absence."""
 
     values: dict[str, float] = {}
     seconds: float = 0.0

@@ -9,7 +9,7 @@ some, and where no test depends on the change, the tests in the folder at the mi
 goes on; `runs/tools/bin/cr-report runs/mutants/session.sqlite` lists every mutant with its change.
 """
 
-# cosmic-ray is in an environment of its own.
+# cosmic-ray is in a separate environment.
 # pyright: reportMissingImports=false
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 PYTHON = ROOT / ".venv" / "bin" / "python"
 PLUGINS = ROOT / "runs" / "tools" / "plugins"
-"""Where pytest-testmon and pytest-timeout are installed."""
+"""Folder with pytest-testmon and pytest-timeout."""
 AREAS = {
     "law": ["curling_env/physics/law.py", "curling_env/physics/effects/*.py"],
     "rules": ["curling_env/game/rules/*.py"],
@@ -133,7 +133,7 @@ def tree(folder: Path, workers: int, folders: Sequence[str]) -> Path:
 
 
 def environment(folder: Path) -> dict[str, str]:
-    """Return the environment of tests in a copy of the tree, with a kernel cache of its own."""
+    """Return the environment of tests in a copy of the tree, with a separate kernel cache."""
     single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
     own = {"PYTHONPATH": f"{folder}:{PLUGINS}", "NUMBA_CACHE_DIR": str(folder / ".kernels")}
     return os.environ | single | own

@@ -31,7 +31,7 @@ import curling_env  # noqa: F401  (registers the environments)
 
 @dataclass
 class Settings:
-    """What may be set on the command line."""
+    """Options of the command line."""
 
     env: str = "CurlingSheet-v0"
     options: str = '{"target": "random", "skill": "club"}'

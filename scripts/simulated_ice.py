@@ -1,7 +1,7 @@
 """Ice known by its formulas, and stones that are points on it: friction μ(x, y)·v^(−p), and a spin
 that fades by itself.
 
-Nothing here is the package's, so that what it finds can be held against it.
+Independent of the package, so that the package's results can be compared with it.
 """
 
 from __future__ import annotations
@@ -145,11 +145,11 @@ def random_ice(rng: np.random.Generator, *, patterned: float = 0.03) -> TrueIce:
 
 
 def believed_of(rng: np.random.Generator, ice: TrueIce, *, off: float = 0.04) -> TrueIce:
-    """What a team believes of an ice: no pattern, and another level and curl.
+    """Return the ice that a team assumes: without a pattern, and with another level and curl.
 
     Parameters
     ----------
-    off : how far the level may be off, in ln; the curl is off by three times that
+    off : standard deviation of the level's error, in ln; that of the curl is three times as large
     """
     return replace(
         ice,
@@ -161,7 +161,7 @@ def believed_of(rng: np.random.Generator, ice: TrueIce, *, off: float = 0.04) ->
 
 @dataclass(frozen=True, kw_only=True)
 class Own:
-    """What is particular to n throws, each (n,).
+    """Deviations of n throws from the ice, each (n,).
 
     Parameters
     ----------
@@ -176,18 +176,18 @@ class Own:
 
 
 def plain(n: int) -> Own:
-    """Throws with nothing of their own."""
+    """Return deviations of n throws that have none."""
     return Own(friction=np.ones(n), curl=np.ones(n), later=np.ones(n), since=np.zeros(n))
 
 
 def slide(ice: TrueIce, throws: Floats, own: Own | None = None) -> tuple[Floats, list[Floats]]:
-    """Where throws rest, and their states at every step.
+    """Return the resting places of throws, and their states at every step.
 
     Parameters
     ----------
     ice : the ice
     throws : (n, 4) speed, angle, spin and x on the hog line; they run along +y
-    own : what is particular to them
+    own : their deviations
 
     Returns
     -------
@@ -243,7 +243,7 @@ def _rates(ice: TrueIce, state: Floats, own: Own, t: float) -> Floats:
 
 
 def seen_rests(ice: TrueIce, throws: Floats, own: Own | None = None) -> Floats:
-    """Where throws come to rest, right of the centre line and past the tee, (n, 2) [m]."""
+    """Return resting places, right of the centre line and past the tee, (n, 2) [m]."""
     return slide(ice, throws, own)[0] - [0.0, TEE]
 
 

@@ -37,7 +37,7 @@ CHUNK, HELD_OUT, BATCH = 500, 1_000, 32
 
 
 class Stage(NamedTuple):
-    """Patches that are drawn for a stage of the training, and the steps on all patches so far."""
+    """Patches drawn for a stage of the training, and steps on all patches drawn until then."""
 
     patches: int
     harder: bool

@@ -8,7 +8,7 @@ and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take ot
 In each round, ends are played with the network of the round before. The first round begins with the
 package's network `standard`, or with a heuristic where that one itself is learnt. Each team aims
 for the win probabilities of some score in a game. The network of
-`agents.playing.search.value_network` is then fitted to the ends of the rounds so far: it predicts
+`agents.playing.search.value_network` is then fitted to the ends of all rounds played: it predicts
 how an end is scored. One in twelve batches of ends is held out: on these the network is compared
 with the one to begin with, and with
 the shares of the scores alone.
@@ -240,7 +240,7 @@ def learn_backwards(
 
 
 class Part(NamedTuple):
-    """Positions of a batch of ends with so many stones to come, and the file that keeps them."""
+    """Positions of a batch of ends with `left` stones to come, and the file that keeps them."""
 
     learnt_for: LearntFor
     batch: Path

@@ -170,7 +170,7 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
             1.0,
             "1",
             lambda _: beside().chi_squared[2],
-            "not told apart",
+            "not distinguishable",
         ),
         row(
             "grades by task on held-out games, worst share",

@@ -17,7 +17,7 @@ from curling_env.validation.shots import HOG_TO_FAR_TEE
 COLOURS = {"standard": "#123a63", "fitted": "#0d7a3f", "club": "#a38414", "fcv1": "#c8332b"}
 BIN = 0.1
 FARTHEST = 6.0
-"""Where residuals are cut off, in halves of a row's bounds."""
+"""Maximum residual drawn, in half-widths of a row's bounds."""
 
 
 def draw_all(folder: Path) -> None:
@@ -79,7 +79,7 @@ def draw_rows(path: Path) -> None:
 
 
 def draw_weights(path: Path) -> None:
-    """Where stones of a hog-to-hog time stop on 14.5 s ice, and where coaches say."""
+    """Draw the rest of stones by hog-to-hog time on 14.5 s ice, beside coaches' values."""
     figure = new_figure(8, 4.4)
     ax = figure.subplots()
     times = np.linspace(11.0, 17.0, 61)

@@ -28,18 +28,18 @@ from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 SCENE = "gantry.scene.json"
 THROWS, FILMED, STONES = 40, 3, 8
 BETWEEN = 75.0
-"""From one throw to the next [s]."""
+"""Time from one throw to the next [s]."""
 FPS, CAMERA_NOISE = 15.0, 0.004
-"""Of the tracks: frames a second, and standard deviation of a coordinate [m]."""
+"""Frame rate of the tracks [1/s], and standard deviation of their coordinates [m]."""
 SEEN_BEFORE = 4.2
-"""How long before the hog line the camera sees a stone [s]."""
+"""Time before the hog line from which the camera sees a stone [s]."""
 FILM = FilmSpec(
     camera="gantry", size=(800, 450), fps=10.0, noise=1.0, people=False, lead_in=0.5, tail=0.5
 )
 ODD = {2: (1.03, 1.0), 5: (1.0, 0.88)}
-"""Two stones that a set should not have: one is heavy, one curls less; factors of both."""
+"""Factors of friction and curl of the set's two odd stones: one is heavy, one curls less."""
 OWN_FRICTION, OWN_CURL = 0.006, 0.03
-"""By how much throws of one stone differ, as parts: frost, hair, dust."""
+"""Relative spread of friction and curl among throws of one stone: frost, hair, dust."""
 CALLS = (
     ("draw button", 0.0, 0.0),
     ("draw top four", 0.0, -0.38),
@@ -47,7 +47,7 @@ CALLS = (
     ("draw 0.6,0.3", 0.6, 0.3),
     ("draw -0.6,0.3", -0.6, 0.3),
 )
-"""What was called, and where that is: right and past the tee [m]."""
+"""Calls, and their targets: right of the centre line and past the tee [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -197,7 +197,7 @@ def _before(path: Trajectory) -> Trajectory:
 
 
 def _seen(path: Trajectory, rng: np.random.Generator) -> Trajectory:
-    """What a camera measures of a path: at its rate, with its errors and what it says of them."""
+    """Return a path as a camera measures it: at its frame rate, with errors and their sigma."""
     t = np.arange(path.t[0], path.t[-1], 1 / FPS)
     columns = [np.interp(t, path.t, column) for column in (*path.xy.T, path.theta)]
     xy = np.column_stack(columns[:2]) + rng.normal(0.0, CAMERA_NOISE, (len(t), 2))

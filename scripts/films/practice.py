@@ -120,8 +120,8 @@ def clearing(
 def scenes() -> list[Clip]:
     """Return scenes between throws."""
 
-    def way_along(t: float, pace: float) -> float:
-        return pace * t + 0.04 * float(np.sin(2 * np.pi * 1.9 * t))
+    def way_along(t: float, speed: float) -> float:
+        return speed * t + 0.04 * float(np.sin(2 * np.pi * 1.9 * t))
 
     def pair(t: float) -> Shown:
         y = -19 + way_along(t, 1.45)

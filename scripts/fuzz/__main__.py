@@ -1,6 +1,6 @@
 """Fuzz every command: `python -m fuzz --inputs 10000 --seed 0` (see `make fuzz`).
 
-Hypothesis draws the inputs in batches, each from a seed of its own. With a fixed seed they are the
+Hypothesis draws the inputs in batches, each from a separate seed. With a fixed seed they are the
 same every time, and a run that was interrupted goes on after its last batch, unless the code has
 changed. An input that ends uncleanly is kept, made as small as hypothesis can make it.
 """

@@ -41,7 +41,7 @@ SCENE = {
     "stone": {"radius": 0.145},
 }
 REQUEST = {"clicks": SCENE["corners_px"], "still": 0, "paint": True}
-"""What the page of `curling corners` sends."""
+"""Request of the page of `curling corners`."""
 EFFECTS = [
     {"name": "curl", "parameters": {"strength": 0.008}, "sigma": {"strength": 0.0005}},
     {"name": "air_drag", "parameters": {"coefficient": 0.00095}, "believed": []},

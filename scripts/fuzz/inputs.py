@@ -199,7 +199,7 @@ KINDS: dict[str, tuple[int, Way]] = {
 
 
 def damaged_message(message: bytes, rng: random.Random) -> bytes:
-    """Return a damaged message: its head or its body, which each have a form of their own."""
+    """Return a damaged message: either its head or its body, which differ in form."""
     mark = next((m for m in (b"\r\n\r\n", b"\r\ndata: ") if m in message), None)
     if mark is None or rng.random() < 0.1:
         return damaged(message, rng)

@@ -1,7 +1,7 @@
-"""One run of `curling` in a process of its own, and the verdict on its end.
+"""One run of `curling` in a separate process, and the verdict on its end.
 
 The process is forked from one that has loaded and compiled everything, so that a run takes
-milliseconds and a hanging or crashing one harms nobody.
+milliseconds and a hanging or crashing one does no harm.
 """
 
 from __future__ import annotations

@@ -101,7 +101,7 @@ def client_of_version_3() -> list[Said]:
 
 
 def _answer(client: Client, line: bytes) -> None:
-    client.pace.prepare = lambda views: None  # the same every time, and slow
+    client.time_manager.prepare = lambda views: None  # the same every time, and slow
     reply = client.answer(from_server(line))
     if reply is not None:
         write_line(reply)
@@ -233,7 +233,7 @@ def _ask(hosting: Hosting, game: HostedGame, message: bytes) -> None:
     Raises
     ------
     InputError : the request is refused
-    AssertionError : the host answers that it has made a mistake
+    AssertionError : the host answers with an internal error
     """
 
     async def asked() -> int:

@@ -40,7 +40,7 @@ PROMISING, ANY = 2, 1
 """For each position of an end, number of others that are learnt: after one of the best shots, and
 after any."""
 STAGE_EPOCHS, STAGE_RATE = 6, 2e-3
-"""Passes through the positions with as many stones to come, and their highest learning rate."""
+"""Passes through the positions of one stage, and the highest learning rate."""
 _EFFORT = Effort(REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS)
 
 

@@ -23,14 +23,14 @@ from curling_env.typing import Progress, Singles, no_progress
 from learn.lessons import Lessons, mirrored
 
 FIRST = 4.0
-"""By how much a point that a shot promises changes its worth at first."""
+"""Initial weight of the points that a shot promises in its value."""
 
 FIRST_SHARE = 0.1
-"""What else is seen begins to count this share of what PyTorch makes it."""
+"""Factor on PyTorch's initial weights of all other inputs."""
 
 NEARLY_AS_GOOD, ALIKE = 0.1, 0.05
-"""Shots that lose so many points are nearly as good as the best; and how much it counts to call the
-good ones as often as that says, against the points lost."""
+"""Maximum loss of a shot that counts as nearly the best [points], and weight of the likelihood of
+those shots against the points lost."""
 LEARNING_RATE = 4e-3
 """At first; it falls to zero."""
 PART = 2000
@@ -162,7 +162,7 @@ def points_lost(module: ShotModule, lessons: Lessons) -> float:
 
 
 def _tensors(lessons: Lessons) -> tuple[tuple[torch.Tensor, ...], torch.Tensor]:
-    """What is seen, and the points that each shot loses to the best; infinite if there is none."""
+    """Return observed features and the loss of each shot to the best; infinite without a shot."""
     some = [lessons[k : k + PART] for k in range(0, len(lessons), PART)]
     parts = [features_of(part.observations, part.once) for part in some]
     seen = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*parts, strict=True))

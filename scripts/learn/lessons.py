@@ -18,7 +18,7 @@ from curling_env.typing import Integers, Progress, Singles, no_progress
 
 @dataclass(frozen=True, kw_only=True)
 class Lessons:
-    """What shots are worth in positions.
+    """Values of shots in positions.
 
     Parameters
     ----------

@@ -25,11 +25,11 @@ from friction_estimation.discovery.discover import discover
 ICES = 200
 """Ices that are drawn of each discovered one."""
 SPEEDS = np.linspace(1.6, 2.7, 56)
-"""From which draws are chosen [m/s]."""
+"""Speeds from which draws are chosen [m/s]."""
 PAST_TEE = (-1.5, 0.5)
-"""Where the chosen ones rest on the discovered ice [m]."""
+"""Range past the tee in which chosen draws rest on the discovered ice [m]."""
 SPIN = 1.5
-"""To either side [rad/s]."""
+"""Rotation, in either sense [rad/s]."""
 Thrown = tuple[float, float, float]
 """Direction, speed and spin."""
 
@@ -66,7 +66,7 @@ def _true_rest(sealed: dict[str, Any], way: float, speed: float, spin: float) ->
 
 
 def _rests(ices: list[Ice], throws: list[Thrown]) -> tuple[Floats, Flags]:
-    """Where throws rest on ices, (ices, throws, 2) [m], and whether they do."""
+    """Return resting places on ices, (ices, throws, 2) [m], and flags of throws that rest."""
     releases = release_table(
         [
             Release(x=0.0, y=-way * HOG, vx=0.0, vy=way * speed, theta=0.0, omega=spin)

@@ -48,7 +48,7 @@ NEAR_PLACE = 0.6
 def cameras() -> dict[str, float]:
     """Errors by camera: lens given and points exact, or lens unknown and points 3 px off.
 
-    Films of a renderer that shares no code with the project, 15 frames/s, nobody on the ice: for
+    Films of a renderer that shares no code with the project, 15 frames/s, no one on the ice: for
     each camera one of 720 and one of 480 lines with the lens given, and the smaller one with the
     lens unknown.
     """
@@ -199,7 +199,7 @@ def speed() -> dict[str, float]:
 
 
 def live() -> dict[str, float]:
-    """Delays of live tracking of three draws in 1080p50, which are sent at their own pace."""
+    """Delays of live tracking of three draws in 1080p50, which are sent at the speed of life."""
     after, missing = delays(make_directory(FILMS / "live"))
     return {"after": float(np.median(after)), "missing": missing}
 

@@ -34,7 +34,7 @@ SPEED = 3.2
 FPS = 10.0
 """A surveillance camera's rate [1/s]; at 30 both forms follow any throw."""
 STRETCHES = {"before mid-sheet": (7.0, 3.0), "after mid-sheet": (-4.0, -10.5)}
-"""Where the stone is followed, y at the beginning and the end [m]; it is played home."""
+"""First and last y at which the stone is followed [m]; it is played towards the home end."""
 
 
 def flow_misses(rng: np.random.Generator) -> dict[tuple[str, str], float]:

@@ -185,7 +185,7 @@ def run_stone(ice: HiddenIce, release: Release) -> Floats:
 
 
 def comes_to_rest(path: Floats) -> bool:
-    """Whether a path of `run_stone` ends with the stone at rest."""
+    """Return true if a path of `run_stone` ends with the stone at rest."""
     return bool(np.hypot(path[-1, 3], path[-1, 4]) < 1e-3)
 
 

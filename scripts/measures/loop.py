@@ -26,7 +26,7 @@ from measures.hidden_ice import (
 )
 
 KNOWLEDGE = ("uniform", "map", "map and effects", "truth")
-"""What a throw is planned on: one friction, the estimated map, map and effects, the true ice."""
+"""Ices to plan on: one friction, the estimated map, map and effects, the true ice."""
 SKILL = "elite"
 Request = tuple[str, tuple[float, float]]
 """A task and its mark, sheet frame [m]."""

@@ -26,11 +26,11 @@ from release.check import ENVIRONMENT, FINDING, NOT_TRIED, PROJECT, ROOT, UV
 FOLDER = ROOT / "runs" / "sbom"
 DOCS = ROOT / "docs"
 TOOLS = ("pip", "setuptools")
-"""What an environment may have by itself."""
+"""Packages that every environment contains."""
 NOT_INSTALLED = (*NOT_TRIED, "rllib", "offline")
-"""Extras that need an environment of their own, or are for the project's developers."""
+"""Extras that need a separate environment, or are for the project's developers."""
 SELF_DESCRIBED = re.compile(rb"lib(?:av|sw)\w+ license: ([^\0\n]{3,80})")
-"""What each of FFmpeg's libraries says of its own licence."""
+"""Licence string in each of FFmpeg's libraries."""
 CLASSIFIED = "License :: OSI Approved :: "
 BUNDLED = re.compile(
     r"(?:^|/)[\w.-]+\.libs/(lib[^/]+?)(?:-[0-9a-f]{8})*(?:\.(\d[\d.]*))?\.so(?:\.([\d.]+))?$"

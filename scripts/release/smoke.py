@@ -1,8 +1,8 @@
-"""What an installed copy must do, with the standard library and the copy alone.
+"""Smoke test of an installed copy, with the standard library and the copy alone.
 
-`python smoke.py core VERSION` in an empty folder: packages, licence, stubs, entry points, and the
-way from releases to tracks to an ice to a throw on it. `python smoke.py NAME` does what the extra
-NAME is for. Says nothing but errors.
+`python smoke.py core VERSION` in an empty folder checks packages, licence, stubs, entry points, and
+the steps from releases to tracks to an ice to a throw on it. `python smoke.py NAME` tries the extra
+NAME. Prints nothing but errors.
 """
 
 from __future__ import annotations
@@ -54,12 +54,12 @@ def _from_throws_to_a_throw() -> None:
     Path("r.csv").write_text(RELEASES)
     curling("simulate", "--ice", "standard", "--releases", "r.csv", "-o", "t.csv")
     curling("estimate", "t.csv", "-o", "ice.json", "--uniform", "--effects", "none")
-    told = curling("throw", "--ice", "ice.json", "--speed", "2.1", "--spin", "1.5", "--angle", "0")
-    assert 5 < told["y"] < 30, told
+    rest = curling("throw", "--ice", "ice.json", "--speed", "2.1", "--spin", "1.5", "--angle", "0")
+    assert 5 < rest["y"] < 30, rest
 
 
 def curling(*words: str) -> dict:
-    """What a command says in JSON."""
+    """Return the JSON result of a command."""
     program = Path(sys.executable).with_name("curling")
     done = subprocess.run([program, *words], capture_output=True, text=True)
     assert done.returncode == 0, f"curling {' '.join(words)}: {done.stderr}"
@@ -67,7 +67,7 @@ def curling(*words: str) -> dict:
 
 
 def film() -> None:
-    """A film is rendered, tracked and reported on, and a game played: what `core` left aside."""
+    """Render a film, track it, write its report, and play a game: everything beyond `core`."""
     Path("one.csv").write_text("throw,x,y,vx,vy,theta,omega\n0,0.2,-2.0,0.0,1.7,0.0,1.2\n")
     curling("film", "--ice", "standard", "--releases", "one.csv", "-o", "films", *SMALL)
     curling("track", "films/gantry-0.mp4", "--scene", "films/gantry.scene.json", "-o", "f.csv")

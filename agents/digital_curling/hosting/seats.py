@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from agents.digital_curling.conversation import DcOk, MoveLine, ReadyOk, from_client, write_line
 from agents.digital_curling.hosting.setting import THROWERS, Order
 from agents.digital_curling.messages import TEAMS, ConcedeMessage, ShotMessage
-from agents.digital_curling.pace import Pace
+from agents.digital_curling.time_manager import TimeManager
 from curling_env.errors import CurlingError, InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Team
@@ -122,7 +122,7 @@ class PlayerSeat(Seat):
 
     def __init__(self, player: Player) -> None:
         self.name = player.name
-        self.player, self.pace = player, Pace(player)
+        self.player, self.time_manager = player, TimeManager(player)
 
     async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Return at once; the first decision compiles before its clock runs."""
@@ -135,7 +135,7 @@ class PlayerSeat(Seat):
 
     async def warm_up(self, view: PlayerView) -> None:
         """Compile and plan before the clock runs."""
-        await asyncio.to_thread(self.pace.prepare, [view])
+        await asyncio.to_thread(self.time_manager.prepare, [view])
 
     async def place(self, view: PlayerView, left: float) -> Placement:
         side = self.player.power_play(view) if view.game.may_power_play else None
@@ -145,7 +145,7 @@ class PlayerSeat(Seat):
         begin = time.perf_counter()
         if self.player.concedes(view):
             return Turn(ConcedeMessage(), 0.0)
-        call = await asyncio.to_thread(self.pace.call, view, left)
+        call = await asyncio.to_thread(self.time_manager.call, view, left)
         return Turn(call, time.perf_counter() - begin)
 
 

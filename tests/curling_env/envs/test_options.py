@@ -112,7 +112,7 @@ WRONG = {
         ({"ice": 3}, "expected an Ice"),
         ({"opponent": 3}, "opponent must be a player's name"),
         ({"opponent": []}, "got none"),
-        ({"opponent": ["draw", "nobody"]}, "unknown player 'nobody'"),
+        ({"opponent": ["draw", "absent"]}, "unknown player 'absent'"),
         ({"hammer": 1}, "hammer must be 'own' or 'opponent' or 'random'"),
         ({"rules": 3}, "unknown set of rules 3"),
         ({"rules": {"name": "mixed_doubles_2024", "stone": 5}}, "rules have no 'stone'"),
