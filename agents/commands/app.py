@@ -28,7 +28,7 @@ def app(
     browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
     share: Annotated[bool, Option("--share", help="Open the page to the local network.")] = False,
 ) -> None:
-    """Open the page for athletes and coaches: film, ice, throw and athlete, in the browser.
+    """Open the app for athletes and coaches in the browser.
 
     \b
     Examples:

@@ -61,13 +61,14 @@ def convert(
         curling convert game.dcl2 -o game.jsonl
 
     Exports of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
-    file") are recognised by their first rows; every tracked point becomes a throw. Place the other
-    program's axes on the ice, the second to the left of the first, and scale them. An ice file
+    file") are recognised by their first rows; every tracked point becomes a throw. --origin and
+    --along place the other program's axes on the ice, --unit scales them; the second axis must lie
+    to the left of the first. An ice file
     becomes a table of its cells. An output .parquet is written as Parquet, any other as CSV.
 
-    A log of light gates has the columns Sensor, Start and End [s]: when the beam of T-Line 1,
-    Hog-Line 1 (home end), Hog-Line 2 or T-Line 2 was broken and free again. Its throws become
-    tracks of a few times (sigma_t) without x; faulty rows are reported by number.
+    A log of light gates has the columns Sensor, Start and End [s]: the times when the beam of
+    T-Line 1, Hog-Line 1 (home end), Hog-Line 2 or T-Line 2 was broken and free again. Its throws
+    become tracks of a few times (sigma_t) without x; faulty rows are reported by number.
 
     A table of championship shots (Stones.csv beside Ends.csv and Games.csv) becomes a folder of
     recorded games and a report of its faults by row; a log of Digital Curling (.dcl, .dcl2) becomes

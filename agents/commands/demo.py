@@ -19,7 +19,7 @@ def demo(
     workers: Annotated[int, Option(min=1, max=64, help="Number of processes.")] = 2,
     units: UnitsOption = Units.METRES,
 ) -> None:
-    """Run the whole loop from film to throw, in about three minutes.
+    """Run the whole loop from film to throw, in about two minutes.
 
     \b
     Examples:

@@ -49,8 +49,8 @@ class Match:
     ends: int = option(8, "Number of ends.", min=1, max=20)
     time: float = option(600.0, "Thinking time of each team [s].", min=1, max=1e5)
     extra_time: float = option(60.0, "Thinking time for an extra end [s].", min=1, max=1e5)
-    evolve: bool = option(False, "Let the ice wear and frost over, and stones differ.", "--evolve")
-    sweep: bool = option(False, "Sweep stones that are light.", "--sweep")
+    evolve: bool = option(False, "Let the ice wear and frost, and stones differ.", "--evolve")
+    sweep: bool = option(False, "Sweep light stones.", "--sweep")
     announce: str | None = option(None, "Physics reported to clients, e.g. fcv1.", metavar="NAME")
 
     def setting(self, teams: Teams, seed: int) -> HostSetting:

@@ -29,7 +29,7 @@ class Version4:
     """Servers of version 4"""
 
     match: str | None = option(None, "Match ID returned at its creation.", metavar="ID")
-    team: Literal["team0", "team1"] = option("team0", "Team wanted; team0 throws first.")
+    team: Literal["team0", "team1"] = option("team0", "Team to play for; team0 throws first.")
     user: str | None = option(None, f"User; the password is {PASSWORD}.", metavar="NAME")
     certificate: Path | None = option(None, "Further certificate to trust.", metavar="FILE.pem")
 
@@ -67,9 +67,7 @@ def join(
     server: Annotated[str, Argument(metavar="HOST:PORT|URL", help="Server of version 3, or 4.")],
     player: PlayerOption = "search",
     name: Annotated[str | None, Option(metavar="NAME", help="Name of the team.")] = None,
-    ice: Annotated[
-        str | None, Option(metavar="ICE", help="Ice that the player believes in.")
-    ] = None,
+    ice: Annotated[str | None, Option(metavar="ICE", help="Ice as the player knows it.")] = None,
     *,
     version4: Version4,
     output: Annotated[
@@ -80,7 +78,7 @@ def join(
     results: Measured,
     seed: SeedOption = 0,
 ) -> None:
-    """Play a game on a Digital Curling server: version 3 (over TCP) or version 4 (a URL).
+    """Play a game on a Digital Curling server, version 3 (TCP) or 4 (HTTP).
 
     \b
     Examples:

@@ -26,7 +26,7 @@ def sweep(
     skill: SkillOption = "none",
     workers: WorkersOption = "1",
 ) -> None:
-    """Make every throw many times on every ice, and write the places of rest.
+    """Simulate every throw many times on every ice, and write the resting places.
 
     \b
     Examples:

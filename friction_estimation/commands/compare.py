@@ -29,7 +29,7 @@ def compare(
     *,
     results: Measured,
 ) -> None:
-    """Repeat every measured throw on an ice, and compare prediction and measurement.
+    """Compare measured throws with their simulation on an ice.
 
     \b
     Example:

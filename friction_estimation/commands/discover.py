@@ -29,7 +29,7 @@ def discover(
     *,
     results: Measured,
 ) -> None:
-    """Find, name and add the effects that a model of the ice lacks, and show the gap shrink.
+    """Find and name the effects that a model of the ice lacks, and add them.
 
     \b
     Examples:

@@ -90,7 +90,7 @@ def estimate(
     results: Measured,
     seed: SeedOption = 0,
 ) -> None:
-    """Estimate the ice from measured throws: friction cell by cell, curl, and the rest.
+    """Estimate the ice from throws: friction cell by cell, curl and other effects.
 
     \b
     Examples:

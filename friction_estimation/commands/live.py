@@ -35,9 +35,7 @@ def live(
         ),
         Writes(folder=True),
     ] = None,
-    throws: Annotated[
-        int | None, Option(min=1, help="Number of throws after which to end.")
-    ] = None,
+    throws: Annotated[int | None, Option(min=1, help="Number of throws to record.")] = None,
     keep: Annotated[
         Path | None,
         Option(

@@ -37,7 +37,7 @@ def athletes(
         curling athletes mon/tracks.csv fri/tracks.csv --ice mon/ice.json --ice fri/ice.json
         curling plan --ice ice.json --target 0,17.37 --skill athletes/Ada.skill.json
 
-    Every throw with a called target counts, over all sessions. Weight is in seconds from hog line
+    All throws with a called target are used, over all sessions. Weight is in seconds from hog line
     to hog line against the call, line at the far tee line, rotation in turns. With -o,
     NAME.skill.json has each athlete's spread as an execution error, for --skill of `curling plan`,
     `play` and `tournament`; the bias is not in it. See docs/coaching.md.

@@ -45,7 +45,7 @@ def corners(
     page: Page,
     results: Measured,
 ) -> None:
-    """Mark the corners of the sheet in a picture, and write the scene file for tracking.
+    """Mark the corners of the sheet in a picture, and write the scene file.
 
     \b
     Examples:

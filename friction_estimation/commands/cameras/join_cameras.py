@@ -28,7 +28,7 @@ def join_cameras(
     tracking: Tracking,
     results: Results,
 ) -> None:
-    """Join films of one throw, by cameras that each see a part of the sheet, to one track.
+    """Join films of one throw by cameras that each see a part of the sheet.
 
     \b
     Example:
