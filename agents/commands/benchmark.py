@@ -112,6 +112,6 @@ def _show_rows(paths: list[str], as_json: bool) -> None:
             for score in scores_of(row):
                 print(f"  {score.task:14} {score.in_words()}")
             for one in shortcomings(row):
-                print(f"  not to be published yet: {one}")
+                print(f"  cannot be published yet: {one}")
     if as_json:
         print_json(documents)

@@ -164,6 +164,6 @@ def _is_game(table: Path, output: Path, games: list[str] | None, results: Result
     results.show(
         {"written": str(folder), "games_written": len(chosen), **report},
         f"{len(chosen)} games: {folder}; {report['ends_as_written']} of {report['ends']} ends "
-        "count as written",
+        "have the written score",
     )
     return True

@@ -61,9 +61,7 @@ def train(
         document = read_configuration(run.config)
         if isinstance(document, dict) and document.get("algorithm") == "league":
             if rllib_workers:
-                raise InputError(
-                    "RLlib cannot train a league; leave --workers out", source=run.config
-                )
+                raise InputError("RLlib cannot train a league; omit --workers", source=run.config)
             with placed(source=run.config):
                 league = league_settings(
                     document, **({} if run.seed is None else {"seed": run.seed})

@@ -201,8 +201,8 @@ class Client:
         self._ice_changes = game.simulator_type != "fcv1"
         if self._ice is None and self._ice_changes:
             self.remark(
-                f"the server plays on {game.simulator_type[:40]!r}, but plans are for fcv1; give "
-                "--ice for another"
+                f"the server simulates {game.simulator_type[:40]!r}, but plans assume fcv1; give "
+                "--ice to plan for another ice"
             )
         players = game.players_of(line.team)
         order = [players[k] if k < len(players) else None for k in PLAYER_ORDER]

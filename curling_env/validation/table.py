@@ -48,7 +48,7 @@ WIDTH = 100
 
 IN_WORDS = {
     Verdict.AGREES: "agree with published values",
-    Verdict.EXPLAINED: "do not, for a known reason",
+    Verdict.EXPLAINED: "differ, for a known reason",
     Verdict.DIFFERS: "do not",
     Verdict.NOT_MEASURED: "were never measured",
     Verdict.NOT_COMPUTED: "cannot be computed on this ice",

@@ -36,7 +36,7 @@ from friction_estimation.tracks.throw_list import (
 
 NOT_GIVEN = (
     "the ice that the team believed in was not given: the hand is compared with the session's "
-    "ice, and only a called broom or time shows ice that was read wrong"
+    "ice, and only a called broom or time shows misread ice"
 )
 
 
@@ -140,5 +140,5 @@ def _remarks(
     if shared is not None:
         remarks.append(shared)
     if not found:
-        remarks.append("no throw has a called target and was seen from the hog line to rest")
+        remarks.append("no throw with a called target was seen from the hog line to rest")
     return tuple(remarks)
