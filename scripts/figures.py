@@ -42,20 +42,20 @@ GROUPS = {
     "learning": "Learning",
     "app": "App and coaching",
 }
-"""Group -> heading on the results page."""
+"""Heading on the results page, by group."""
 
 
 class Figure(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
-    """One measured number, and how to measure it again."""
+    """Measured number, with the command that measures it."""
 
     name: str
-    """GROUP.MEASURE.KEY; the key is the one that the command prints."""
+    """Name, as GROUP.MEASURE.KEY; the command prints the key."""
     question: str
-    """Title of the table that the figure stands in; the same for all figures of a command."""
+    """Title of the figure's table; the same for all figures of a command."""
     label: str
     value: float
     tolerance: float
-    """Largest change that is not reported, in the figure's own unit."""
+    """Maximum change that is not reported, in the figure's unit."""
     unit: str
     direction: Literal["higher", "lower", "either"]
     """Better direction; with `either` every change beyond the tolerance counts as worse."""
@@ -91,7 +91,7 @@ class Figure(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
 
 
 class FigureError(Exception):
-    """A fault in figures.json, or a command that did not give its figures."""
+    """Fault in figures.json, or command that did not print its figures."""
 
 
 def load(path: Path | None = None) -> list[Figure]:
@@ -192,7 +192,7 @@ def run(figures: Sequence[Figure], workers: int) -> dict[str, Measured]:
 def compare(
     figures: Sequence[Figure], found: Mapping[str, Measured]
 ) -> tuple[list[str], dict[str, int]]:
-    """Lines about the figures that moved or failed, and how many there are of each kind."""
+    """Return lines on figures that moved or failed, and the number of each kind."""
     lines: list[str] = []
     counts: dict[str, int] = dict.fromkeys(("same", "better", "worse", "failed"), 0)
     for figure in figures:
@@ -231,7 +231,7 @@ other programs made; they are not part of the repository."""
 
 
 def page(figures: Sequence[Figure]) -> str:
-    """The text of docs/results.md."""
+    """Return the text of docs/results.md."""
     lines = [INTRODUCTION]
     for group, heading in GROUPS.items():
         own = [figure for figure in figures if figure.group == group]
@@ -250,7 +250,7 @@ def page(figures: Sequence[Figure]) -> str:
 
 
 def _how(figure: Figure) -> str:
-    """A figure's command, how long it takes, and when it was run on which commit."""
+    """Return a figure's command, its duration, and the date and commit of its last run."""
     notes = [_duration(figure.seconds), figure.date, figure.commit]
     notes += ["long"] * figure.long + [f"needs {figure.needs}"] * bool(figure.needs)
     return f"`{figure.command}` ({', '.join(notes)})"

@@ -48,7 +48,7 @@ AREAS = {
         "friction_estimation/discovery/evidence/**/*.py",
     ],
 }
-"""Area -> patterns of its modules."""
+"""Patterns of the modules of each area."""
 TESTS = ("tests/curling_env", "tests/friction_estimation")
 OPERATORS = re.compile(
     r"core/(AddNot|NumberReplacer|ExceptionReplacer|ZeroIterationForLoop|Replace(AndWithOr|OrWithAnd"

@@ -81,7 +81,7 @@ FILES = {
     ),
     "session-1": JsonFile(title="Donated session", forms=[SessionDocument], format=SESSION_FORMAT),
 }  # fmt: skip
-"""Schema -> the file that it describes."""
+"""File described by each schema."""
 
 
 def main() -> None:

@@ -1,4 +1,4 @@
-"""A made-up club evening whose truth is known: athletes, stones, ice, and why each throw missed.
+"""Simulated club evening with known truth: athletes, stones, ice, and the causes of misses.
 
 Its stones slide by the formulas of `simulated_ice.py` alone, so that results of the coaching
 functions can be compared with it.
@@ -86,7 +86,7 @@ def evening(
     off: float = 0.04,
     ice: TrueIce | None = None,
 ) -> Evening:
-    """Draws and guards of some athletes on one ice.
+    """Simulate draws and guards of some athletes on one ice.
 
     Parameters
     ----------

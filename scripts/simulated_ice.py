@@ -21,15 +21,15 @@ HOG, TEE = 10.9725, 17.3735
 STEP = 1 / 30
 """Step of the integration [s]."""
 MAP_LENGTH = 2.0
-"""Length over which errors of a map are alike [m], as `curling_env.physics.tuning` has it."""
+"""Correlation length of the errors of a map [m], as in `curling_env.analysis.tuning`."""
 GRID = 0.1
-"""Distance of the entries of a table of friction [m]."""
+"""Spacing of a table of friction [m]."""
 POINT_STONE = Stone(band_radius=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrueIce:
-    """An ice by its formulas.
+    """Ice by its formulas.
 
     Parameters
     ----------
@@ -51,21 +51,21 @@ class TrueIce:
 
     @cached_property
     def table(self) -> Floats | None:
-        """ln μ every `GRID` metres, by y and x; None for ice without a pattern."""
+        """Return ln μ every `GRID` metres, by y and x; None for ice without a pattern."""
         if not len(self.waves):
             return None
         x, y = np.arange(-3.0, 3.0, GRID), np.arange(-25.0, 30.0, GRID)
         return self.ln_mu(*np.meshgrid(x, y))
 
     def ln_mu_on_the_way(self, x: Floats, y: Floats) -> Floats | float:
-        """ln μ at places, between the entries of the table."""
+        """Return ln μ at points, interpolated in the table."""
         if self.table is None:
             return float(np.log(self.mu))
         at = np.stack([(y + 25.0) / GRID, (x + 3.0) / GRID])
         return map_coordinates(self.table, at, order=1, mode="nearest")
 
     def ln_mu(self, x: Floats, y: Floats) -> Floats:
-        """ln μ at places."""
+        """Return ln μ at points."""
         total = np.full(np.shape(x), np.log(self.mu))
         for size, along_x, along_y, phase in self.waves:
             total = total + size * np.cos(along_x * x + along_y * y + phase)
@@ -120,7 +120,7 @@ class TrueIce:
 
 
 def random_waves(rng: np.random.Generator, size: float, *, length: float) -> TrueIce:
-    """An ice of μ 1 whose ln μ varies by `size` over a length [m]."""
+    """Return an ice of μ 1 whose ln μ varies by `size` over a length [m]."""
     count = 40
     numbers = rng.standard_normal((count, 2)) / length
     waves = np.column_stack(
@@ -130,7 +130,7 @@ def random_waves(rng: np.random.Generator, size: float, *, length: float) -> Tru
 
 
 def random_ice(rng: np.random.Generator, *, patterned: float = 0.03) -> TrueIce:
-    """Ice as it may be found in a hall.
+    """Return a random realistic ice.
 
     Parameters
     ----------
@@ -248,7 +248,7 @@ def seen_rests(ice: TrueIce, throws: Floats, own: Own | None = None) -> Floats:
 
 
 def aimed(ice: TrueIce, targets: Floats, spins: Floats, x: Floats) -> Floats:
-    """The throws (n, 4) that rest at targets (n, 2) on an ice, by Newton's method."""
+    """Return throws (n, 4) that rest at targets (n, 2) on an ice, by Newton's method."""
     throws = np.column_stack([np.full(len(x), 2.2), np.zeros(len(x)), spins, x])
     for _ in range(12):
         steps = np.diag([0.01, 0.002, 0.0, 0.0])

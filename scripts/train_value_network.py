@@ -1,4 +1,4 @@
-"""Teach the player `search` the value of positions, from ends that it plays against itself.
+"""Train the position values of the player `search` on ends of self-play.
 
     python scripts/train_value_network.py digital_curling
 
@@ -70,13 +70,13 @@ from curling_env.infrastructure.files.writing import make_directory
 from curling_env.throw import skill_named
 
 HELD_OUT = 12
-"""One batch of ends in this many is held out, to show what was learnt."""
+"""Interval of held-out batches of ends."""
 EPOCHS = 8
 """Passes through all ends."""
 
 
 class Batch(NamedTuple):
-    """A batch of ends to be played, and the file that keeps it."""
+    """Batch of ends to play, and its file."""
 
     learnt_for: LearntFor
     seed: tuple[int, int, int]
@@ -250,7 +250,7 @@ class Part(NamedTuple):
 
 
 def learn_part(network: ValueNetwork, part: Part) -> None:
-    """Keep what positions are worth, in the part's file."""
+    """Compute the values of positions into the part's file."""
     learnt_for = part.learnt_for
     simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
     lesson = lesson_before(
@@ -272,7 +272,7 @@ def _read_lesson(part: Part) -> Lesson:
 def _report_errors(
     lines: Lines, held_out: list[PlayedEnds], network: ValueNetwork, begin: ValueNetwork | None
 ) -> None:
-    """Negative log-likelihood of held-out ends: of the networks, and of the shares alone."""
+    """Report the negative log-likelihood of held-out ends: networks, and shares alone."""
     scores = np.concatenate([played.score for played in held_out])
     entropy = shares_error(scores)
     ours = np.array([negative_log_likelihood(network, lines, played) for played in held_out])

@@ -1,4 +1,4 @@
-"""The table of published measurements: real ice, real stones and real play beside ours.
+"""Table of published measurements of ice, stones and play, compared with ours.
 
 python scripts/validation.py                  the table as text
 python scripts/validation.py --json           JSON list of rows, each with `ice` (null: of no ice)
@@ -35,12 +35,12 @@ HANDS = Path(__file__).parent / "measures" / "hands.json"
 """Ends of `search` against itself beside those of championships; docs/validation-hands.md."""
 
 GRADE_ERROR = 3.0
-"""Tasks whose shares of grades are known worse than this are ignored [percentage points]."""
+"""Maximum standard error of the shares of grades of a task that is used [percentage points]."""
 
 
 @cache
 def _paper_errors() -> dict[int, float]:
-    """Mean error of μ in the paper's experiment by the number of pitches [%]."""
+    """Return the mean error of μ in the paper's experiment by the number of pitches [%]."""
     from measures.inference import paper
 
     found = paper()
@@ -102,7 +102,7 @@ PAPER_ROWS: tuple[Row, ...] = (
 
 
 def _hands_rows() -> Iterator[Row]:
-    """Rows of hands and strategy, whose values are the kept results of 1,066 games."""
+    """Return rows of hands and strategy, with the stored results of 1,066 games."""
     for row in json.loads(HANDS.read_text(encoding="utf-8")):
         value, why = row.pop("value"), row.pop("why")
         yield Row(
@@ -114,7 +114,7 @@ def _hands_rows() -> Iterator[Row]:
 
 
 ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS, *_hands_rows())
-"""Rows that are the same on every ice."""
+"""Rows that do not depend on the ice."""
 
 
 def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
@@ -186,7 +186,7 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
 def tables(
     ices: Iterable[str] = ICES, more: Iterable[Row] = ()
 ) -> dict[str | None, list[Comparison]]:
-    """The rows of each ice by its name, and under None those that no ice changes, with `more`."""
+    """Return the rows of each ice by name, under None those independent of the ice, with `more`."""
     found: dict[str | None, list[Comparison]] = {
         name: compare(load_ice(name), preset_of(name), ICE_ROWS) for name in ices
     }
@@ -195,7 +195,7 @@ def tables(
 
 
 def as_documents(found: dict[str | None, list[Comparison]]) -> list[dict[str, Any]]:
-    """The rows as one list, each with the ice that it is of."""
+    """Return the rows as one list, each with its ice."""
     return [{"ice": ice, **row.as_dict()} for ice, rows in found.items() for row in rows]
 
 

@@ -1,4 +1,4 @@
-"""The figures of docs/validation.md."""
+"""Figures of docs/validation.md."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def draw_all(folder: Path) -> None:
 
 
 def draw_friction(path: Path) -> None:
-    """Friction against speed: the presets, and what was measured."""
+    """Draw friction against speed: presets and measurements."""
     figure = new_figure(8, 4.6)
     ax = figure.subplots()
     low = np.arange(0.1, 2.2, BIN)
@@ -51,7 +51,7 @@ def draw_friction(path: Path) -> None:
 
 
 def draw_rows(path: Path) -> None:
-    """Every row with bounds: how far each preset is from its middle, in halves of its width."""
+    """Draw the residual of each preset in every row with bounds, in half-widths."""
     rows: list[Row] = [row for row in ICE_ROWS if row.low is not None and row.low != row.high]
     figure = new_figure(9.5, 0.3 * len(rows) + 1.2)
     ax = figure.subplots()

@@ -27,29 +27,29 @@ from fuzz.surroundings import SURROUNDINGS
 PR_SET_PDEATHSIG = 1
 """Number of the option of Linux's prctl(2)."""
 MAX_SECONDS = 20.0
-"""Longest processor time of a run [s]."""
+"""Maximum processor time of a run [s]."""
 PATIENCE = 6.0
-"""Longest time on the clock, as a multiple of that, because a machine may be busy."""
+"""Maximum wall time, as a multiple of the processor time, because a machine may be busy."""
 ANSWER = 60.0
-"""Longest time until the local server answers on a busy machine [s]."""
+"""Timeout of the local server's answer on a busy machine [s]."""
 MAX_BYTES = 2**30
-"""Maximum memory of a run beyond what is loaded anyway [bytes]."""
+"""Maximum memory of a run above that at its start [bytes]."""
 MAX_LINE = 300
 KEPT = (".unfinished/",)
-"""Files that a refused command keeps of the films before the one that it refused, unnamed."""
+"""Unnamed files that a command keeps of the films before the one that it refused."""
 LARGE = 2**30
-"""Files of this size are made of zeros, on which no disk space is spent [bytes]."""
+"""Size from which files are sparse, without disk space for their zeros [bytes]."""
 UNHEARD = ("all streams closed", "stdout piped away", "stdout on a full disk")
-"""Surroundings in which a refusal, or the result, cannot be printed."""
+"""Environments in which an error, or the result, cannot be printed."""
 HERE = "{here}"
-"""Stands in arguments for the folder of the run."""
+"""Placeholder in arguments for the folder of the run."""
 Given = Mapping[str, Callable[[Path], object]]
-"""Functions of Python by name, which are given a file instead of a command."""
+"""Python functions by name, which get the file instead of a command."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """The end of a run.
+    """End of a run.
 
     Parameters
     ----------
@@ -139,7 +139,7 @@ def run(
 
 
 def _end_with(parent: int) -> None:
-    """Let Linux kill this process when the one that forked it ends, however that ends."""
+    """Let Linux kill this process when its parent ends for any reason."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
@@ -153,7 +153,7 @@ def _be_curling(
     variables: Mapping[str, str] | None,
     given: Given,
 ) -> None:
-    """Be the command; never returns."""
+    """Run as the command; never returns."""
     status = 99
     try:
         os.setpgid(0, 0)
@@ -182,7 +182,7 @@ def _be_curling(
 
 
 def _called(words: Sequence[str], given: Given) -> int:
-    """Call the command, or the function that is given a file; returns a status."""
+    """Call the command or the function; return a status."""
     from curling_env.commands.cli import main
     from curling_env.errors import CurlingError
     from curling_env.infrastructure.streams import silenced_libraries
@@ -207,7 +207,7 @@ def _called(words: Sequence[str], given: Given) -> int:
 
 
 def _mark_as_asked() -> None:
-    """Let `curling corners` be answered by requests of the fuzzer instead of a browser."""
+    """Replace the browser of `curling corners` by requests of the fuzzer."""
     import http.client
     from urllib.parse import urlsplit
 
@@ -229,7 +229,7 @@ def _mark_as_asked() -> None:
 
 
 def _await(child: int, kill: float | None) -> tuple[int, int, float, bool]:
-    """Return status, peak memory and processor time of a child, and if it had to be killed."""
+    """Return status, peak memory and processor time of a child, and true if it was killed."""
     begun, wait, hung = time.monotonic(), 0.001, False
     deadline = begun + PATIENCE * MAX_SECONDS
     while True:
@@ -248,7 +248,7 @@ def _await(child: int, kill: float | None) -> tuple[int, int, float, bool]:
 
 
 def _ends(group: int) -> bool:
-    """Return whether the processes of a group, whose first was killed, end by themselves."""
+    """Return whether the processes of a group end after their first was killed."""
     deadline = time.monotonic() + MAX_SECONDS
     while time.monotonic() < deadline:
         try:
@@ -260,7 +260,7 @@ def _ends(group: int) -> bool:
 
 
 def _content(folder: Path) -> dict[str, str]:
-    """Ordinary files below a folder by name, with a digest of each."""
+    """Return the digest of each ordinary file below a folder, by name."""
     found = [p for p in sorted(folder.rglob("*")) if p.is_file() and not p.is_symlink()]
     return {str(path.relative_to(folder)): _digest(path) for path in found}
 
@@ -274,7 +274,7 @@ def _digest(path: Path) -> str:
 
 @cache
 def _loaded() -> int:
-    """Memory of a forked process that does nothing [bytes]."""
+    """Return the memory of a forked process that does nothing [bytes]."""
     child = os.fork()
     if child == 0:
         os._exit(0)

@@ -50,7 +50,7 @@ NAMES = {"team0": "home", "team1": "away"}
 
 
 class Said(NamedTuple):
-    """A message, and the side that it is given to; each is given one message in a process."""
+    """Message and its recipient; each process sends one message."""
 
     message: bytes
     give: Callable[[bytes], object]
@@ -84,7 +84,7 @@ def played(rules: str) -> Iterator[HostedGame]:
 
 
 def client_of_version_3() -> list[Said]:
-    """Messages of a server to a client."""
+    """Return messages of a server to a client."""
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
     said: list[dict[str, Any]] = [
         hosting.greeting,
@@ -108,7 +108,7 @@ def _answer(client: Client, line: bytes) -> None:
 
 
 def host_of_version_3() -> list[Said]:
-    """Messages of clients to a host: their names, that they are ready, and moves."""
+    """Return messages of clients to a host: names, readiness and moves."""
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
     ready = [{"cmd": "dc_ok", "name": "home"}, {"cmd": "ready_ok", "player_order": [3, 1, 0, 2]}]
     lines = [write_line(message) for message in ready]
@@ -161,7 +161,7 @@ async def _decide(game: HostedGame, line: bytes) -> Any:
 
 
 class _Served(Connection4):
-    """A connection whose server says what it is given."""
+    """Connection whose server sends given messages."""
 
     stream = b""
 

@@ -1,4 +1,4 @@
-"""The network that calls shots as PyTorch trains it, and learning what shots are worth."""
+"""Network that calls shots in PyTorch, and its training on values of shots."""
 
 from __future__ import annotations
 
@@ -32,13 +32,13 @@ NEARLY_AS_GOOD, ALIKE = 0.1, 0.05
 """Maximum loss of a shot that counts as nearly the best [points], and weight of the likelihood of
 those shots against the points lost."""
 LEARNING_RATE = 4e-3
-"""At first; it falls to zero."""
+"""Initial learning rate; it falls to zero."""
 PART = 2000
-"""Positions whose features are worked out together."""
+"""Number of positions whose features are computed together."""
 
 
 class ShotModule(nn.Module):
-    """The same network with gradients, and a value beside it.
+    """The same network with gradients, and a value head.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class ShotModule(nn.Module):
                     layer.bias.copy_(torch.from_numpy(offset.copy()))
 
     def forward(self, seen: Seen | tuple[torch.Tensor, ...]) -> tuple[torch.Tensor, torch.Tensor]:
-        """Worths of the shots (n, 201), and the value of each position (n,)."""
+        """Return values of the shots (n, 201) and of the positions (n,)."""
         of_stones, there, of_places, of_whole, possible, promised = map(torch.as_tensor, seen)
         n = len(of_whole)
         stones = self._relu("stone 2", self._relu("stone 1", of_stones)) * there[:, :, None]
@@ -93,7 +93,7 @@ class ShotModule(nn.Module):
         return worths.masked_fill(~possible, IMPOSSIBLE), self.value(whole)[:, 0]
 
     def network(self) -> ShotNetwork:
-        """The weights as they are, for NumPy."""
+        """Return the current weights as a NumPy network."""
         layers: dict[str, tuple[Singles, Singles]] = {}
         for name in SIZES:
             layer: Any = self.layers[name]
@@ -112,7 +112,7 @@ def clone(
     held_out: float = 0.05,
     progress: Progress = no_progress,
 ) -> tuple[ShotNetwork, float]:
-    """A network that calls the shots that are worth most (behaviour cloning with soft labels).
+    """Train a network to call the most valuable shots (behaviour cloning with soft labels).
 
     Parameters
     ----------

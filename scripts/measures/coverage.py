@@ -1,4 +1,4 @@
-"""Draws on a discovered ice: whether they rest where its standard errors say that they may.
+"""Coverage of the rests of draws on a discovered ice by its standard errors.
 
 Throws both ways and with both spins slide on the discovered ice and on the sealed truth. Their
 distance is compared with the spread of the plausible ices.
@@ -23,7 +23,7 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.discovery.discover import discover
 
 ICES = 200
-"""Ices that are drawn of each discovered one."""
+"""Number of sampled ices of each discovered one."""
 SPEEDS = np.linspace(1.6, 2.7, 56)
 """Speeds from which draws are chosen [m/s]."""
 PAST_TEE = (-1.5, 0.5)
@@ -47,7 +47,7 @@ def rest_errors(task: Task, seed: int) -> tuple[Floats, Floats]:
 
 
 def _draws_on(ice: Ice) -> list[Thrown]:
-    """Draws both ways with both spins that rest near the tee on an ice."""
+    """Return draws both ways with both spins that rest near the tee on an ice."""
     chosen: list[Thrown] = []
     for way in (1.0, -1.0):
         for spin in (SPIN, -SPIN):

@@ -42,7 +42,7 @@ CAMERAS = ("end", "gantry", "side", "ceiling")
 FEW_TAKEOUTS = (BARE[5], BARE[8])
 """One of 480 lines from the side, and one of 720 from the end."""
 NEAR_PLACE = 0.6
-"""Rows of a track this near to a place along the sheet are compared with it [m]."""
+"""Maximum distance along the sheet of rows that are compared with a place [m]."""
 
 
 def cameras() -> dict[str, float]:
@@ -108,7 +108,7 @@ def all_takeouts() -> dict[str, float]:
 
 
 def photos() -> dict[str, float]:
-    """Stones in pictures from two clubs' ceilings, whose names tell how many there are."""
+    """Stones in pictures from two clubs' ceilings; their names contain the true numbers."""
     found, total, invented = 0, 0, 0
     for path in sorted((REAL / "photos").glob("club_[ab]_*.png")):
         scene = load_scene(path.with_name(f"{path.stem[:6]}.scene.json"))
@@ -213,12 +213,12 @@ def _independent(*, lens: bool) -> list[Score]:
 
 
 def _of_camera(rows: Sequence[Score], camera: str) -> float:
-    """Root mean square error of a camera's films [mm]."""
+    """Return the root mean square error of a camera's films [mm]."""
     return _rms(row.rms_mm for row in rows if row.camera.startswith(camera))
 
 
 def _rms(values: Iterable[float]) -> float:
-    """Root mean square of what is known."""
+    """Return the root mean square of the known values."""
     return float(np.sqrt(np.nanmean(np.square(list(values)))))
 
 
@@ -227,7 +227,7 @@ def _worst(rows: Sequence[Score]) -> float:
 
 
 def _takeouts(name: str, films: Sequence[tuple[Film, bool]]) -> dict[str, float]:
-    """Found stones [%], and the worst errors after a contact, of places [mm] and headings [rad]."""
+    """Return found stones [%], worst errors after a contact: positions [mm], headings [rad]."""
     cv2.setNumThreads(1)
     folder = make_directory(FILMS / name)
     results = [judged(film, folder, people=people) for film, people in films]

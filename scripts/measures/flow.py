@@ -1,4 +1,4 @@
-"""The paper's figure 6 repeated: points on a stone followed by plain and by pyramidal optical flow.
+"""Repetition of the paper's figure 6: points on a stone, by plain and pyramidal optical flow.
 
 A takeout is filmed as it comes towards a camera that sees the whole sheet. Points on it are
 followed by optical flow alone, as in the paper. Far from the camera the stone moves a pixel a frame

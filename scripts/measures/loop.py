@@ -1,4 +1,4 @@
-"""The closed loop: hidden ice, practice, what is estimated of it, and throws planned on that.
+"""The closed loop: hidden ice, practice, its estimate, and throws planned on the estimate.
 
 Every throw is planned on four kinds of knowledge of the same hidden ice and then made on it.
 """
@@ -102,7 +102,7 @@ def run_loop(
 
 
 def _requests(rng: np.random.Generator, draws: int, guards: int, takeouts: int) -> list[Request]:
-    """Draws anywhere in the house, guards in front of it, and stones in the house to take out."""
+    """Return draws anywhere in the house, guards in front of it, and takeouts in the house."""
 
     def in_house() -> tuple[float, float]:
         radius, turn = 1.5 * np.sqrt(rng.random()), 2 * np.pi * rng.random()

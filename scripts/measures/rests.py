@@ -25,7 +25,7 @@ from curling_env.typing import Floats
 REFERENCE = Path(__file__).parents[2] / "tests" / "curling_env" / "physics" / "conftest.py"
 STORED = Path(__file__).with_name("rests.npy")
 ROUGH_ICES = 300
-"""Number of ices that are drawn at random, with a throw on each."""
+"""Number of random ices, with a throw on each."""
 PRESETS = ("standard", "fitted", "club", "fcv1", "paper")
 THROWS_ON_PRESET = 12
 DIGITS = 8

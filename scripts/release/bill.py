@@ -1,4 +1,4 @@
-"""The bill of materials, the licences and the sizes of what an installation brings: `make sbom`.
+"""Bill of materials, licences and sizes of an installation: `make sbom`.
 
 Installs the project with its extras in the versions of constraints.txt where nothing else is, and
 writes runs/sbom/curling-sheet.cdx.json (CycloneDX, by cyclonedx-py, with the libraries that wheels
@@ -35,7 +35,7 @@ CLASSIFIED = "License :: OSI Approved :: "
 BUNDLED = re.compile(
     r"(?:^|/)[\w.-]+\.libs/(lib[^/]+?)(?:-[0-9a-f]{8})*(?:\.(\d[\d.]*))?\.so(?:\.([\d.]+))?$"
 )
-"""A shared library that a wheel has brought with it, as auditwheel names it."""
+"""Shared library in a wheel, as auditwheel names it."""
 
 
 LIBRARIES = (
@@ -242,7 +242,7 @@ def sizes(rows: list[dict[str, Any]], where: str) -> str:
 
 
 def closure(rows: list[dict[str, Any]], asked: Iterable[str]) -> set[str]:
-    """Return the names of all that requirements bring, of what is in an inventory."""
+    """Return the names of all direct and indirect requirements that are in an inventory."""
     there = {key(row): row for row in rows}
     found: set[tuple[str, str]] = set()
     waiting = [Requirement(text) for text in asked]
@@ -268,7 +268,7 @@ def licence_of_library(library: dict[str, str]) -> str:
 
 
 def key(row: dict[str, Any]) -> str:
-    """Return the name under which a distribution is asked for."""
+    """Return the normalised name of a distribution."""
     return canonicalize_name(row["name"])
 
 

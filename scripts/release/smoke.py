@@ -23,11 +23,11 @@ RELEASES = """throw,x,y,vx,vy,theta,omega
 3,0.3,-10.9725,0.03,2.2,0,1.2
 """
 SMALL = ("--camera", "gantry", "--size", "480x270", "--fps", "6", "--noise", "0.5")
-"""A film of few and small frames."""
+"""Options of a film with few and small frames."""
 
 
 def core(version: str) -> None:
-    """The copy itself, and the way from throws to the ice and back."""
+    """Check the copy itself, and the steps from throws to ice and back."""
     about = metadata.distribution("curling-sheet")
     assert about.version == version, about.version
     assert about.metadata["License-Expression"] == "MIT"
@@ -118,7 +118,7 @@ IMPORTED = {
     "science": ("h5netcdf", "h5py", "friction_estimation.discovery.posterior_file"),
     "offline": ("minari", "agents.playing.offline_data"),
 }  # fmt: skip
-"""Extra -> modules that need it."""
+"""Modules that need each extra."""
 TRIED = {"core": core, "film": film, "train": train, "viewer": viewer, "game": game,
          "parquet": parquet}  # fmt: skip
 
