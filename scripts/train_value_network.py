@@ -55,7 +55,7 @@ from agents.playing.league.tuning import (
     PARALLEL_ENDS,
 )
 from agents.playing.search import networks
-from agents.playing.search.networks import NETWORKS, LearntFor, network_named
+from agents.playing.search.networks import NETWORKS, TrainingConditions, network_named
 from agents.playing.search.positions import SCORES
 from agents.playing.search.value_network import (
     ValueNetwork,
@@ -78,7 +78,7 @@ EPOCHS = 8
 class Batch(NamedTuple):
     """Batch of ends to play, and its file."""
 
-    learnt_for: LearntFor
+    learnt_for: TrainingConditions
     seed: tuple[int, int, int]
     path: Path
 
@@ -115,7 +115,7 @@ def main() -> None:
 
 
 def learn(
-    learnt_for: LearntFor,
+    learnt_for: TrainingConditions,
     folder: Path,
     *,
     begin: ValueNetwork | None,
@@ -181,7 +181,7 @@ def learn(
 
 
 def learn_backwards(
-    learnt_for: LearntFor,
+    learnt_for: TrainingConditions,
     folder: Path,
     begin: ValueNetwork,
     *,
@@ -242,7 +242,7 @@ def learn_backwards(
 class Part(NamedTuple):
     """Positions of a batch of ends with `left` stones to come, and the file that keeps them."""
 
-    learnt_for: LearntFor
+    learnt_for: TrainingConditions
     batch: Path
     left: int
     seed: tuple[int, int, int]
@@ -295,7 +295,7 @@ def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
 
 
 def played_ends(
-    network: ValueNetwork | None, learnt_for: LearntFor, seed: tuple[int, int, int]
+    network: ValueNetwork | None, learnt_for: TrainingConditions, seed: tuple[int, int, int]
 ) -> PlayedEnds:
     """Play ends with players of many skills.
 

@@ -11,7 +11,7 @@ import numpy as np
 from agents.planning.description import Description
 from agents.planning.monte_carlo import Trials
 from agents.planning.objective import Objective
-from curling_env.analysis.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
+from curling_env.analysis.ice_remarks import NO_CURL, UNKNOWN, assumption_remark
 from curling_env.physics.slides import SlideEnd
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Delivery, Skill, Throw
@@ -169,7 +169,7 @@ class Plan:
             *self._about_the_target(),
             *([UNKNOWN] if self.lacks_something else []),
             *([NO_CURL] if self.lacks_curl else []),
-            *(belief_in_words(name) for name in self.believed),
+            *(assumption_remark(name) for name in self.believed),
         ]
 
     def _about_the_target(self) -> list[str]:

@@ -71,9 +71,9 @@ def print_json(document: Any) -> None:
 
 def warn_about(*ices: Ice) -> None:
     """Warn on stderr, once for all ices, about effects that their tracks show and they lack."""
-    from curling_env.analysis.ice_remarks import what_is_lacking
+    from curling_env.analysis.ice_remarks import missing_effect_remarks
 
-    for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
+    for remark in dict.fromkeys(remark for ice in ices for remark in missing_effect_remarks(ice)):
         say(remark)
 
 

@@ -219,7 +219,7 @@ def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction
     for number, effect in enumerate(effects):
         given = _values(card, effect)
         if direction is Direction.HOME:
-            given = card.seen_from_the_other_end(given)
+            given = card.from_other_end(given)
         rows[min(number, len(rows) - 1)] += [
             (given[p.name] - (p.neutral or 0.0)) / _scale(card, p) for p in card.observed_parameters
         ]

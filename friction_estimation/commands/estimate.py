@@ -116,7 +116,7 @@ def estimate(
     from friction_estimation.estimation.whole_ice import estimate_ice
     from friction_estimation.reports.estimate_page import headline, write_report
     from friction_estimation.tracking.films.resume import Checkpoints
-    from friction_estimation.tracks.plausible_friction import question_about
+    from friction_estimation.tracks.plausible_friction import friction_question
     from friction_estimation.tracks.throw_list import NO_NOTES, load_tracks, throws_beside
 
     choices, earlier = model.choices()
@@ -168,7 +168,7 @@ def estimate(
             say(f"{report}: {', '.join(names)}")
     if not is_table:
         Checkpoints(output).delete()
-    bias, question = found.camera_bias, question_about(found.mu)
+    bias, question = found.camera_bias, friction_question(found.mu)
     remarks = [bias.words] if bias is not None and bias.found else []
     remarks += [*found.remarks, *(f"dropped: {reason}" for reason in found.skipped)]
     for remark in [*remarks, *([] if question is None else [question])]:

@@ -65,7 +65,7 @@ def track(
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.film.video import films_in
     from friction_estimation.tracking.films.resume import Checkpoints
-    from friction_estimation.tracks.plausible_friction import question_about, rough_friction
+    from friction_estimation.tracks.plausible_friction import friction_question, rough_friction
     from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
     within = [films_in([film]) for film in films]
@@ -86,7 +86,7 @@ def track(
     always = 0 if overlay is None else sys.maxsize
     with together(), progress_bar("frame") as bar:
         for one in tracking.throws_in(paths, scenes, output, always_track=always, progress=bar):
-            asked = question_about(rough_friction(one.thrown))
+            asked = friction_question(rough_friction(one.thrown))
             if asked is not None:
                 say(f"{one.name}: {asked}")
                 one = replace(one, summary={**one.summary, "question": asked})

@@ -120,7 +120,7 @@ class Film:
                 frame_count = 1 + sum(packet.size > 0 for packet in packets(container, stream))
             noted = slow_motion(container, stream)
         usable = 1 <= said <= 1000
-        times = () if fps is not None else _times_beside(path)
+        times = () if fps is not None else _times_table(path)
         if fps is not None or times:
             noted = 1.0  # these times are real times already
         slow = noted if slow is None else slow
@@ -383,7 +383,7 @@ class Film:
                     yield self._time_of(index, stamp(frame, stream, begin)), raw.whole()
 
 
-def _times_beside(film: Path) -> tuple[float, ...]:
+def _times_table(film: Path) -> tuple[float, ...]:
     path = film.with_name(fitted(film.name, TIMES_SUFFIX))
     if not os.path.lexists(path):
         return ()

@@ -19,7 +19,7 @@ MIN_SLIDE = 3.0
 """Minimum slide for an estimate of the friction [m]."""
 
 
-def question_about(mu: float) -> str | None:
+def friction_question(mu: float) -> str | None:
     """Return the question about a coefficient of friction; None if it is plausible, or for NaN."""
     least, most = FRICTION_OF_ICE
     if np.isnan(mu) or least <= mu <= most:

@@ -21,7 +21,7 @@ from agents.coaching.misses.seen_throws import see_throws
 from agents.coaching.misses.shared_ice import Parts, agree
 from agents.coaching.misses.throw_parts import ThrowParts
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands, hands_beside
-from curling_env.analysis.ice_remarks import what_is_lacking
+from curling_env.analysis.ice_remarks import missing_effect_remarks
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.trajectory import Trajectory
@@ -136,7 +136,7 @@ def _remarks(
     ice: Ice, believed: Ice | None, found: Sequence[ThrowCauses], shared: str | None
 ) -> tuple[str, ...]:
     """Return remarks for the reader."""
-    remarks = [*([NOT_GIVEN] if believed is None else []), *what_is_lacking(ice)]
+    remarks = [*([NOT_GIVEN] if believed is None else []), *missing_effect_remarks(ice)]
     if shared is not None:
         remarks.append(shared)
     if not found:

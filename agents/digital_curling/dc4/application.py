@@ -21,7 +21,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from agents.digital_curling.dc4.match import Match4, RefusedError
-from agents.digital_curling.dc4.messages import MODES, WISHES, Shot4, Team4
+from agents.digital_curling.dc4.messages import MODES, REQUEST_NAMES, Shot4, Team4
 from agents.digital_curling.messages import TEAMS
 from agents.playing.replay.page import live_policy, page_of
 from curling_env.errors import InputError
@@ -168,11 +168,11 @@ class _Answers:
         user = self._user(request, limited=True)
         self._check_match(request.path_params["match_id"])
         asked = request.query_params.get("request", "")
-        for wish in WISHES:
+        for wish in REQUEST_NAMES:
             if wish == asked:
                 await self.match.set_up_end(user, wish)
                 return JSONResponse(None)
-        raise RefusedError(422, f"request must be one of {', '.join(WISHES)}.")
+        raise RefusedError(422, f"request must be one of {', '.join(REQUEST_NAMES)}.")
 
     async def stream(self, request: Request) -> Response:
         user = self._user(request, limited=True)

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from agents.digital_curling.conversion import FIRST_HAMMER, move_of, state_of, throw_of
-from agents.digital_curling.game_record import hardly_thrown
+from agents.digital_curling.game_record import substitute_throw
 from agents.digital_curling.hosting.setting import HostSetting, Order
 from agents.digital_curling.hosting.trajectory import trajectory_of, turned
 from agents.digital_curling.messages import TEAMS, ShotMessage
@@ -243,7 +243,7 @@ def _called(move: ShotMessage | Call) -> tuple[ShotMessage, Call]:
     """Return a move as a shot of the protocol and as a call."""
     if isinstance(move, Call):
         return move_of(move.throw), move
-    return move, Call(throw=throw_of(move) or hardly_thrown(move))
+    return move, Call(throw=throw_of(move) or substitute_throw(move))
 
 
 def _last_move(actual: ShotMessage, shot: PlayedShot, trajectory: Document | None) -> Document:

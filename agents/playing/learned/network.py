@@ -76,7 +76,7 @@ class ShotNetwork:
 
     @classmethod
     def load(cls, path: str | Path) -> ShotNetwork:
-        """The network in a file; nothing in the file is executed.
+        """Load the network in a file; nothing in the file is executed.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class ShotNetwork:
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any], source: str | Path) -> ShotNetwork:
-        """The network in the document of a model file; see `agents.learning.model_file`.
+        """Return the network in the document of a model file; see `agents.learning.model_file`.
 
         Raises
         ------

@@ -275,7 +275,7 @@ class EffectCard:
         """Return parameters in agents' observations, each as a separate number."""
         return [parameter for parameter in self.parameters if not parameter.observed_with]
 
-    def seen_from_the_other_end(self, given: Values) -> Values:
+    def from_other_end(self, given: Values) -> Values:
         """Return parameters of the same effect, after a half-turn of the sheet frame."""
         if self.turned is not None:
             return self.turned(given)
