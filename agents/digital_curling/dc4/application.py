@@ -190,7 +190,7 @@ class _Answers:
             return
         await connection.accept()
         tasks = [
-            asyncio.create_task(_tell(connection, self.match, team)),
+            asyncio.create_task(_send_events(connection, self.match, team)),
             asyncio.create_task(_until_gone(connection)),
         ]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -334,7 +334,7 @@ async def _server_sent(match: Match4, team: Team | None) -> AsyncIterator[str]:
                 yield f"event: {event[0]}\ndata: {json.dumps(event[1])}\n\n"
 
 
-async def _tell(connection: WebSocket, match: Match4, team: Team | None) -> None:
+async def _send_events(connection: WebSocket, match: Match4, team: Team | None) -> None:
     """Send the events of a stream over a WebSocket, which keeps itself open, and close it."""
     async with aclosing(match.events(team)) as events:
         async for event in events:

@@ -73,7 +73,7 @@ class Seat(ABC):
         """Get the name, and wait until the seat is ready; see `ClientSeat`."""
 
     @abstractmethod
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Send a message that needs no answer."""
 
     @abstractmethod
@@ -127,7 +127,7 @@ class PlayerSeat(Seat):
     async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Return at once; the first decision compiles before its clock runs."""
 
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Do nothing: the player gets the game on its turn."""
 
     async def leave(self) -> None:
@@ -172,16 +172,16 @@ class ClientSeat(Seat):
         ------
         SeatLostError : it disconnected, took too long, or sent something else
         """
-        await self.tell(greeting)
+        await self.send(greeting)
         name = await self._expect(DcOk, GREETING_TIMEOUT)
         self.name = name.name
-        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": game})
+        await self.send({"cmd": "is_ready", "team": TEAMS[team], "game": game})
         ready = await self._expect(ReadyOk, READY_TIMEOUT)
         if sorted(ready.player_order) != list(range(THROWERS)):
             raise SeatLostError(f"player_order {ready.player_order} does not list each player once")
         self.order = tuple(ready.player_order)
 
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Send a message.
 
         Raises
@@ -200,7 +200,7 @@ class ClientSeat(Seat):
             self._held(await self._next())
             self._count_bad("a line out of turn")
         begin = time.perf_counter()
-        await self.tell(update)
+        await self.send(update)
         while True:
             rest = left - (time.perf_counter() - begin)
             try:
