@@ -64,7 +64,7 @@ PAPER_ROWS: tuple[Row, ...] = (
         Row(
             name=f"mean error of μ, {pitches} pitch{'' if pitches == 1 else 'es'} of 1.6 m/s",
             part="the paper",
-            said=f"{printed} %",
+            published=f"{printed} %",
             low=0.0,
             high=printed,
             unit="%",
@@ -79,7 +79,7 @@ PAPER_ROWS: tuple[Row, ...] = (
     Row(
         name="before mid-sheet, miss of pyramidal flow over that of plain flow",
         part="the paper",
-        said="about 1",
+        published="about 1",
         low=0.8,
         high=1.25,
         unit="1",
@@ -90,7 +90,7 @@ PAPER_ROWS: tuple[Row, ...] = (
     Row(
         name="after mid-sheet, miss of pyramidal flow over that of plain flow",
         part="the paper",
-        said="below 1",
+        published="below 1",
         low=0.0,
         high=1.0,
         unit="1",
@@ -142,11 +142,11 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
         held = held_out_score(table.games)
         return max(off for off, error in held.off_by_task.values() if error < GRADE_ERROR)
 
-    def row(name: str, low: float, high: float, unit: str, value: Any, said: str) -> Row:
+    def row(name: str, low: float, high: float, unit: str, value: Any, published: str) -> Row:
         return Row(
             name=name,
             part="mixed doubles",
-            said=said,
+            published=published,
             low=low,
             high=high,
             unit=unit,

@@ -70,7 +70,7 @@ def draw_rows(path: Path) -> None:
             )  # fmt: skip
     plain_axes(ax)
     ax.set_yticks(range(len(rows)))
-    ax.set_yticklabels([f"{row.name}  ({row.said})" for row in rows], fontsize=8)
+    ax.set_yticklabels([f"{row.name}  ({row.published})" for row in rows], fontsize=8)
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_xlim(-FARTHEST, FARTHEST)
     ax.set_xlabel("distance from what is published, in its own uncertainty", color=INK, fontsize=9)
@@ -90,8 +90,8 @@ def draw_weights(path: Path) -> None:
         carried = [np.nan if s is None else scaled.carry(s) - HOG_TO_FAR_TEE for s in speeds]
         ax.plot(times, carried, color=COLOURS[name], lw=1.8, label=f"{name}, scaled to {KEEN} s")
     ax.plot(times, 1.8288 * (KEEN - times), color=FAINT, ls="--", lw=1.2, label="six feet a second")
-    said = {"a guard": 15.2, "the hack": 12.5, "the backboard": 11.2}
-    for place, time in said.items():
+    coaches = {"a guard": 15.2, "the hack": 12.5, "the backboard": 11.2}
+    for place, time in coaches.items():
         at = PLACES[place] - HOG_TO_FAR_TEE
         ax.plot(time, at, "o", color="black", ms=5, zorder=5)
         ax.annotate(place, (time, at), (-6, -14), textcoords="offset points", fontsize=9, color=INK)

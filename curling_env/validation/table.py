@@ -80,7 +80,7 @@ def as_text(found: Sequence[Comparison]) -> str:
     """
     lines: list[str] = []
     wide = max((len(c.row.name) for c in found), default=0)
-    said = max((len(c.row.said) for c in found), default=0)
+    published = max((len(c.row.published) for c in found), default=0)
     part = ""
     for c in found:
         if c.row.part != part:
@@ -88,7 +88,9 @@ def as_text(found: Sequence[Comparison]) -> str:
             lines += ["", part]
         unit = "" if c.row.unit == "1" else f" {c.row.unit}"
         value = "–" if c.value is None else f"{c.value:.4g}{unit}"
-        lines.append(f"  {c.row.name:{wide}}  {c.row.said:{said}}  {value:>11}  {c.verdict.value}")
+        lines.append(
+            f"  {c.row.name:{wide}}  {c.row.published:{published}}  {value:>11}  {c.verdict.value}"
+        )
     reasons: dict[str, list[str]] = {}
     for c in found:
         if c.why:

@@ -165,7 +165,7 @@ def bundled_in(distribution: metadata.Distribution) -> list[dict[str, str]]:
             own = SELF_DESCRIBED.search(Path(str(file.locate())).read_bytes())
             name, version = match[1], match[3] or match[2] or ""
             said = own[1].decode("ascii", "replace") if own else ""
-            found[name, version] = {"name": name, "version": version, "says": said}
+            found[name, version] = {"name": name, "version": version, "stated": said}
     return [found[key] for key in sorted(found)]
 
 
@@ -261,8 +261,8 @@ def closure(rows: list[dict[str, Any]], asked: Iterable[str]) -> set[str]:
 
 def licence_of_library(library: dict[str, str]) -> str:
     """Return the licence that a bundled library states, or else its authors."""
-    if library["says"]:
-        return library["says"]
+    if library["stated"]:
+        return library["stated"]
     fits = (text for name, text in LIBRARIES if re.fullmatch(name, library["name"]))
     return next(fits, "")
 

@@ -35,7 +35,7 @@ def core(version: str) -> None:
     for name in PACKAGES:
         package = importlib.import_module(name)
         assert "site-packages" in str(package.__file__), package.__file__
-        assert (resources.files(name) / "py.typed").is_file(), f"{name} says no types"
+        assert (resources.files(name) / "py.typed").is_file(), f"{name} has no py.typed"
     assert importlib.import_module("curling_env").__version__ == version
     for point in about.entry_points:
         if point.group.startswith(("curling.", "gymnasium.", "console_")):

@@ -106,7 +106,7 @@ class ShotNetwork:
         check_finite(document["shots"], source)
         return cls(layers=layers)
 
-    def save(self, path: str | Path, **said: Any) -> None:
+    def save(self, path: str | Path, **description: Any) -> None:
         """Write the network in half precision, with its description.
 
         Raises
@@ -114,7 +114,7 @@ class ShotNetwork:
         OutputError : the file cannot be written
         """
         halves = {name: [x.astype(np.float16) for x in both] for name, both in self.layers.items()}
-        write_model(path, {"shots": halves, **said})
+        write_model(path, {"shots": halves, **description})
 
     def seen(self, observations: ArrayLike, views: Sequence[PlayerView] | None = None) -> Seen:
         """Return the input of the network for positions; every shot is thrown once for it.
