@@ -2,8 +2,8 @@
 
     python scripts/app_pictures.py docs/pictures/app
 
-It fills a club in a temporary folder, serves it, and takes a picture of each screen on a laptop, in
-light, and of some on a phone, in dark. Needs Chromium or Chrome.
+Fills a club in a temporary folder, serves it, and takes a picture of each screen at laptop size in
+the light theme, and of some at phone size in the dark theme. Needs Chromium or Chrome.
 """
 
 from __future__ import annotations

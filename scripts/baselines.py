@@ -2,12 +2,12 @@
 
     python scripts/baselines.py constants                    # the best constant action of each task
     python scripts/baselines.py rows random constant planner rulebased
-    python scripts/baselines.py train ppo --workers 2        # five seeds of every task it can do
+    python scripts/baselines.py train ppo --workers 2        # five seeds of every supported task
     python scripts/baselines.py table                        # of all rows
 
-Everything lies in runs/baselines, and what is there is not made again: a run that was stopped goes
-on with the next training. A training leaves its configuration, its curve, its weights and what
-counted in every episode; a row leaves `ALGORITHM.json`, which `curling benchmark` checks.
+Results are in runs/baselines. Completed trainings are not repeated: an interrupted run continues
+with the next one. A training writes its configuration, curve, weights and the metric of every
+episode; a row is written to `ALGORITHM.json`, which `curling benchmark` checks.
 """
 
 from __future__ import annotations

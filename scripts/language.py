@@ -1,8 +1,8 @@
 """Check of the wording: docstrings, comments, messages, pages and commit subjects.
 
 ``python scripts/language.py`` counts each pattern of ``language.toml`` in everything that git
-tracks, and each word that ``docs/glossary.md`` replaces, and fails where one is there more often
-than recorded. ``--list NAME`` prints where it is. ``--commit-message FILE`` checks a message.
+tracks, and each word that ``docs/glossary.md`` replaces, and fails if a count exceeds its limit.
+``--list NAME`` prints the places of a pattern. ``--commit-message FILE`` checks a message.
 """
 
 from __future__ import annotations

@@ -7,16 +7,16 @@
     curling tournament runs/ends.npz greedy --games 60 --ends 4
     curling benchmark runs/ends.npz
 
-`clone` copies a search: in each position of a Minari dataset every shot of the list is simulated
-with the errors of the hand, and the network learns to call those that are worth most from what one
-throw of each without error shows.
+`clone` clones a search: in each position of a Minari dataset every shot of the list is simulated
+with the errors of the hand, and the network learns to call the most valuable ones from one
+simulation of each without error.
 
 `play` learns by proximal policy optimisation (Schulman et al. 2017) with masks, through the public
-environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the
-value network as reward on the way, and a pool of opponents in which past selves join two of the
-package's. It begins with nothing, or with a network.
+environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, reward shaping by
+the value network, and a pool of opponents: two of the package's, and earlier versions of the
+network. It begins with a random network, or with a given one.
 
-Neither looks at the benchmark's episodes.
+Neither uses the benchmark's episodes.
 """
 
 # Minari is optional.

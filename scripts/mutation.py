@@ -1,12 +1,12 @@
-"""Number of small faults in the code that the tests notice, by cosmic-ray and pytest-testmon.
+"""Share of small faults in the code that the tests detect, by cosmic-ray and pytest-testmon.
 
 cosmic-ray changes one operator, number or condition of the code. The tests that depend on the
-changed function, as pytest-testmon has recorded it, are run up to the first that fails; the
-module's own tests come first. Coverage does not see into compiled kernels: for a module that has
-some, and where no test depends on the change, the tests in the folder at the mirrored place follow.
+changed function, as recorded by pytest-testmon, are run up to the first failure; the
+module's own tests come first. Coverage does not see into compiled kernels: for modules with
+kernels, and for changes without a dependent test, the tests in the mirrored folder follow.
 
-`make mutants` installs the two tools and runs this with their Python. A run that was interrupted
-goes on; `runs/tools/bin/cr-report runs/mutants/session.sqlite` lists every mutant with its change.
+`make mutants` installs the two tools and runs this script with their Python. An interrupted run
+continues; `runs/tools/bin/cr-report runs/mutants/session.sqlite` lists every mutant.
 """
 
 # cosmic-ray is in a separate environment.
@@ -64,7 +64,7 @@ FAILING = "failing.txt"
 NOTHING_RUN = 5
 """Exit status of pytest without a test."""
 TEST_LIMIT, SESSION_LIMIT = 180, 300
-"""Longest time of one test, which is then taken for hanging, and of all tests of a mutant [s]."""
+"""Timeouts of one test, and of all tests of a mutant [s]."""
 
 
 def modules(root: Path, area: str) -> list[Path]:

@@ -4,8 +4,8 @@
     python scripts/ppo.py --env CurlingEnd-v0 --options '{"potential": "value-network"}'
     python scripts/ppo.py --options '{"task": "takeout", "target": "random"}'
 
-Everything is here: networks, rollouts in the vector environment, advantages, updates. Each line of
-the table that it prints is the mean of the episodes since the line before.
+The file contains networks, rollouts in the vector environment, advantages and updates. Each line of
+the printed table is the mean of the episodes since the previous line.
 """
 
 from __future__ import annotations
@@ -207,7 +207,7 @@ def draw(rows: list[dict[str, float]], path: Path) -> None:
 def evaluate(
     predict: Callable[[Any], Any], settings: Settings, episodes: int = 1000
 ) -> tuple[float, float]:
-    """Return the mean return and the mean miss [m] in episodes that were not learnt from."""
+    """Return the mean return and the mean miss [m] in unseen episodes."""
     envs = gymnasium.make_vec(
         settings.env, num_envs=episodes, autoreset_mode="NextStep", **json.loads(settings.options)
     )

@@ -60,7 +60,7 @@ class Evening:
     targets : (n, 2) right, past [m]
     rests : (n, 2) the same
     parts : for each cause (n, 2), which add up to the misses [m]
-    own : what was particular to each throw
+    own : deviations of each throw
     """
 
     tracks: list[Trajectory]

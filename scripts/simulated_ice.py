@@ -1,5 +1,4 @@
-"""Ice known by its formulas, and stones that are points on it: friction μ(x, y)·v^(−p), and a spin
-that fades by itself.
+"""Ice defined by formulas, with stones as points: friction μ(x, y)·v^(−p), constant spin decay.
 
 Independent of the package, so that the package's results can be compared with it.
 """
@@ -83,7 +82,7 @@ class TrueIce:
         Parameters
         ----------
         rng : source of its errors; None for none
-        sigma : standard error of ln μ, alike over two metres as ice files take it
+        sigma : standard error of ln μ, correlated over two metres as assumed for ice files
         curl_sigma : standard error of the curl, in parts of it
         """
         sheet = replace(PAPER_SHEET, cell_size=0.5)

@@ -3,9 +3,9 @@
     python scripts/train_detector.py -o runs/detector            # about an hour of one core
     python scripts/train_detector.py -o runs/detector --keep     # and put it into the package
 
-It learns from drawn pictures alone (`learn.rink_patches`), whose seeds are fixed. The patches are
-kept in the folder, so that a run that was stopped need not draw them again. After each stage the
-network is tried on patches that it has not seen, and written as `stones.onnx` for `cv2.dnn`.
+It learns from drawn pictures alone (`learn.rink_patches`), with fixed seeds. The patches are
+kept in the folder, so that a repeated run need not draw them again. After each stage the
+network is tested on unseen patches, and written as `stones.onnx` for `cv2.dnn`.
 """
 
 from __future__ import annotations

@@ -2,22 +2,21 @@
 
     python scripts/train_value_network.py digital_curling
 
-NAME is one of `agents.playing.search.networks.NETWORKS`, which says for which ice, rules, delivery
-and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take others.
+NAME is one of `agents.playing.search.networks.NETWORKS`, which defines the ice, rules, delivery
+and players of the training; `--ice`, `--rules`, `--delivery` and `--skill` set others.
 
-In each round, ends are played with the network of the round before. The first round begins with the
-package's network `standard`, or with a heuristic where that one itself is learnt. Each team aims
-for the win probabilities of some score in a game. The network of
+In each round, ends are played with the network of the previous round. The first round begins with
+the package's network `standard`, or with a heuristic when training that one. Each team maximises
+the win probability from a random score of a game. The network of
 `agents.playing.search.value_network` is then fitted to the ends of all rounds played: it predicts
-how an end is scored. One in twelve batches of ends is held out: on these the network is compared
-with the one to begin with, and with
-the shares of the scores alone.
+the score of an end. One in twelve batches of ends is held out to compare the network with the
+initial one, and with the shares of the scores alone.
 
-Last, the positions of the last round's ends are learnt backwards, from the last stone of an end to
-its first, by what a good next stone leads to (`learn.backwards`).
+Last, the positions of the last round's ends are learned backwards, from the last stone of an end to
+its first, from the value after a good next stone (`learn.backwards`).
 
-Every batch of ends and every part of these positions is kept in the folder, and a run that was
-stopped goes on from there. `--keep` puts the network into the package in the end.
+Every batch of ends and every part of these positions is kept in the folder, and an interrupted run
+continues from there. `--keep` puts the final network into the package.
 """
 
 from __future__ import annotations
@@ -128,7 +127,7 @@ def learn(
 
     Parameters
     ----------
-    learnt_for : what it is learnt for
+    learnt_for : conditions of the training
     folder : keeps the ends and the networks
     begin : network to begin with; None for a heuristic
     rounds : number of ends in each round
@@ -136,7 +135,7 @@ def learn(
 
     Raises
     ------
-    InputError : the folder holds ends that were learnt for something else
+    InputError : the folder holds ends of another training
     """
     torch.set_num_threads(1)
     network = begin
@@ -194,7 +193,7 @@ def learn_backwards(
 
     Parameters
     ----------
-    learnt_for, folder : what it is learnt for, and the folder of `learn`
+    learnt_for, folder : conditions of the training, and the folder of `learn`
     begin : network to begin with
     round_number : the round whose ends are taken
     epochs, workers, seed : passes through all positions, processes, seed of everything random

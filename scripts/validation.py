@@ -1,7 +1,7 @@
 """Table of published measurements of ice, stones and play, compared with ours.
 
 python scripts/validation.py                  the table as text
-python scripts/validation.py --json           JSON list of rows, each with `ice` (null: of no ice)
+python scripts/validation.py --json           JSON list of rows, each with `ice` (null: any)
 python scripts/validation.py --pictures docs/pictures/validation
 python scripts/validation.py --shots Stones.csv --hands all.skill.json    with rows of mixed doubles
 

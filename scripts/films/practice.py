@@ -1,8 +1,8 @@
 """Practice in one film: rendered, tracked, and compared with the true throws.
 
 Four throws with a thrower, a skip and up to two sweepers at work, and scenes in which people cross,
-walk along, clean a house, or slide, push and carry a stone, are rendered once. Joined in random
-order, one throw a minute, they are the film; the picture jumps from one to the next. After a throw
+walk along, clean a house, or slide, push and carry a stone, are rendered once. The film joins them
+in random order, one throw a minute; the picture jumps from one to the next. After a throw
 its stone is pushed back, pushed aside, or left for a while.
 """
 

@@ -53,16 +53,16 @@ class Ended:
 
     Parameters
     ----------
-    faults : what was unclean about it; empty for a clean end
+    faults : reasons why it is unclean; empty for a clean end
     status : exit status; negative for a signal
-    said : what it wrote to stderr
+    stderr : its output on stderr
     seconds : time on the clock [s]
     memory : largest resident memory beyond that of the process it was forked from [bytes]
     """
 
     faults: tuple[str, ...]
     status: int
-    said: str
+    stderr: str
     seconds: float
     memory: int
 
@@ -101,7 +101,7 @@ def run(
         _be_curling(arguments, folder, surroundings, variables, given or {})
     status, memory, worked, hung = _await(child, kill)
     seconds = time.monotonic() - begun
-    said = (folder.parent / "stderr").read_text(errors="replace")
+    stderr = (folder.parent / "stderr").read_text(errors="replace")
     memory = max(0, memory - loaded)
     after = _content(folder)
     faults: list[str] = []
@@ -112,22 +112,22 @@ def run(
         faults.append("too long")
     if status not in (0, 2) and not hung:
         faults.append(f"status {status}")
-    if "Traceback" in said or "internal error" in said:
+    if "Traceback" in stderr or "internal error" in stderr:
         faults.append("traceback")
     if status == 2 and surroundings not in UNHEARD:
-        lines = said.splitlines()
-        if len(lines) != 1 or not said.startswith("curling: "):
+        lines = stderr.splitlines()
+        if len(lines) != 1 or not stderr.startswith("curling: "):
             faults.append(f"{len(lines)} lines")
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
         new = sorted(set(after) - set(before))
         kept = KEPT if room is None else (*KEPT, "films/", "runs/", "found/")
-        left = [name for name in new if name not in said and not any(k in name for k in kept)]
+        left = [name for name in new if name not in stderr and not any(k in name for k in kept)]
         if left:
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
     # An update replaces its own input on purpose; if it cannot print the result, it names the file.
-    updated = said.partition("already written:")[2]
+    updated = stderr.partition("already written:")[2]
     lost = [name for name in lost if name not in after or name not in updated]
     if lost and (status != 0 or "-o" not in arguments):
         faults.append(f"lost {lost[:3]}")
@@ -135,7 +135,7 @@ def run(
         faults.append("draft left")
     if memory > MAX_BYTES:
         faults.append(f"{memory / 2**20:.0f} MB")
-    return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
+    return Ended(faults=tuple(faults), status=status, stderr=stderr, seconds=seconds, memory=memory)
 
 
 def _end_with(parent: int) -> None:

@@ -1,8 +1,8 @@
 """Conversations of Digital Curling, versions 3 and 4, with either side of it.
 
 A game is played once, and every message of its two sides is kept. Each may then be damaged and
-given to the side that it was for, as it stands in the middle of the game. Every message must be
-read or refused in a line; whatever else happens, such as an answer of 500, is unclean.
+sent to its recipient, at its point of the game. Every message must be
+read or refused in one line; any other result, such as an answer of 500, is unclean.
 """
 
 from __future__ import annotations

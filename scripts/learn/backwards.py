@@ -1,13 +1,13 @@
 """Values of positions learned backwards through an end, from its last stone to its first.
 
-How an end was scored says little about one of its positions: the luck of all later stones is in it.
-What one good stone more leads to says more. Before the last stone no network is needed for that: a
-good shot is thrown a few times, and the points are counted. A network is fitted to such positions;
-it then values what a good last stone but one leads to, and so on (fitted value iteration, Gordon
-1995).
+The score of an end is a noisy value of one of its positions: it includes the luck of all later
+stones. The result of one more good stone is less noisy. Before the last stone no network is needed:
+a good shot is simulated a few times, and the points are counted. A network is fitted to such
+positions; it then values the positions after a good second-to-last stone, and so on (fitted value
+iteration, Gordon 1995).
 
-Beside the positions of ends that were played stand others, which other shots would have led to. A
-search compares both kinds, and in ends that were played hardly any of the others are seen.
+Positions after other shots are added to those of played ends, because a search compares both kinds
+and played ends contain hardly any of the others.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def lesson_before(
     ----------
     simulator : ice, rules and lines
     network : values positions with one stone less to come; where none is to come it is not asked
-    ends : ends that were played, whose positions are taken, and others beside them
+    ends : played ends, whose positions and variants of them are used
     left : stones to come, 1 or more
     usual : the usual players; those of the ends have a multiple of their errors, by their skill
     rng : source of everything random

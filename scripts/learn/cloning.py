@@ -116,7 +116,7 @@ def clone(
 
     Parameters
     ----------
-    lessons : what every shot is worth in which position; each also serves mirrored
+    lessons : values of every shot in positions; each is also used mirrored
     epochs, batch : passes through the lessons, and positions for each step
     held_out : share of the lessons that only measure, the last ones
     progress : called after every epoch

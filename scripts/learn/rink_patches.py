@@ -3,8 +3,8 @@
 A patch is a piece of a picture in which a stone is about `STONE_PX` wide. Everything that differs
 between rinks is drawn at random: rings of any colour and size, letters, logos, hacks, boards, lamps
 mirrored in the ice, granite, handles, people, brooms, shadows, the height of the camera, blur,
-exposure and compression. The ice is painted from above and squashed to the camera's elevation;
-stones and people stand on it.
+exposure and compression. The ice is painted from above and foreshortened to the camera's elevation;
+stones and people are drawn on it.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.

@@ -17,7 +17,7 @@ SET = 1 + 0.02 * (np.arange(6) - 2.5)
 """Friction of six stones, each 2 % from the next."""
 KNOWN, WELL_KNOWN, CURL_SIGMA = 0.004, 0.002, 0.01
 """Standard errors of the ice of the session: ln μ over two metres, and the curl. A draw then rests
-5 cm, or 3 cm, from where the ice file says."""
+5 cm, or 3 cm, from the prediction of the ice file."""
 NEAR, FAR = 0.15, 0.5
 """Maximum relative error of a correct cause, and minimum miss of a far throw [m]."""
 

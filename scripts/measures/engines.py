@@ -1,8 +1,8 @@
-"""The engines beside each other, beside Digital Curling's server, and in the environments.
+"""Comparison of the engines: mutual, with Digital Curling's server, and in the environments.
 
-Both engines slide stones in the same way; one has pymunk solve contacts, the other solves them
-itself, and their tolerances differ. Where a hair's breadth decides, both are right, and the places
-differ.
+Both engines slide stones in the same way; one solves contacts with pymunk, the other with its own
+solver, and their tolerances differ. In very close cases, such as grazes, both are right although
+the places differ.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Repetition of the paper's figure 6: points on a stone, by plain and pyramidal optical flow.
 
 A takeout is filmed as it comes towards a camera that sees the whole sheet. Points on it are
-followed by optical flow alone, as in the paper. Far from the camera the stone moves a pixel a frame
-and both forms follow it; near the camera it moves farther than a window of one scale reaches.
+followed by optical flow alone, as in the paper. Far from the camera the stone moves one pixel per
+frame and both forms follow it; near the camera it moves beyond the window of a single scale.
 """
 
 from __future__ import annotations

@@ -1,8 +1,8 @@
 """Ice hidden from estimators and planner, and the paths of stones on it.
 
 Formulas and integrator (fourth-order Runge–Kutta at fixed steps over a ring of contacts) share
-nothing with `curling_env.physics`, so estimators and planner are judged on throws that their own
-engine did not make.
+nothing with `curling_env.physics`, so estimators and planner are tested on throws of another
+engine.
 """
 
 from __future__ import annotations

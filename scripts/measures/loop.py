@@ -1,6 +1,6 @@
 """The closed loop: hidden ice, practice, its estimate, and throws planned on the estimate.
 
-Every throw is planned on four kinds of knowledge of the same hidden ice and then made on it.
+Every throw is planned with four levels of knowledge of the same hidden ice and then made on it.
 """
 
 from __future__ import annotations

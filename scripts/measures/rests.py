@@ -3,7 +3,7 @@
     cd scripts && python -m measures.rests    store a new reference
 
 The reference integrates the law in Runge-Kutta steps of 0.1 ms, cut at every line of the map
-(`tests/curling_env/physics/conftest.py`). Its rests are stored, so that they also hold an
+(`tests/curling_env/physics/conftest.py`). Its rests are stored, so that they also test an
 implementation that replaces the law itself. Ices have friction that varies by up to a tenth from
 cell to cell or over 1 m, patches, slopes, sweeping and drift; or they are presets.
 """

@@ -1,6 +1,6 @@
 """Bill of materials, licences and sizes of an installation: `make sbom`.
 
-Installs the project with its extras in the versions of constraints.txt where nothing else is, and
+Installs the project with its extras in the versions of constraints.txt in a clean environment, and
 writes runs/sbom/curling-sheet.cdx.json (CycloneDX, by cyclonedx-py, with the libraries that wheels
 bundle), docs/licences.md and docs/size.md.
 """
@@ -39,7 +39,7 @@ BUNDLED = re.compile(
 
 
 LIBRARIES = (
-    (r"libav(codec|device|filter|format|util)|libsw\w+", ""),  # FFmpeg, which says it itself
+    (r"libav(codec|device|filter|format|util)|libsw\w+", ""),  # FFmpeg, which states it itself
     (r"libx264|libx265", "GPL-2.0-or-later"),
     (r"lib(scipy_)?openblas.*", "BSD-3-Clause"),
     (r"libgfortran|libgomp", "GPL-3.0-or-later WITH GCC-exception-3.1"),
@@ -63,7 +63,7 @@ LIBRARIES = (
     (r"liblzma", "0BSD"),
     (r"libfreetype", "FTL OR GPL-2.0-or-later"),
 )
-"""Licences of libraries that wheels bundle, by the first fitting name, as their authors say."""
+"""Licences of bundled libraries as stated by their authors, by the first matching name."""
 PURPOSE = {
     "llvmlite": "compiles the physics (with Numba)",
     "numba": "compiles the physics",

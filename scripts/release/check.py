@@ -1,10 +1,11 @@
 """Build the project, install it in clean environments, and test it: `make release-check`.
 
-Each line of the end is one environment: ``ok``, ``FAILED`` with the reason, or ``not checked`` with
-what is missing here. Only failures make the exit status 1. The output of each is in runs/release.
+Each line of the result is one environment: ``ok``, ``FAILED`` with the reason, or ``not checked``
+with the missing requirement. Only failures give the exit status 1. The output of each is in
+runs/release.
 
-Interpreters are looked for by name (python3.12) and among pyenv's. PyTorch is taken in the version
-of constraints.txt alone, because each other one is gigabytes to load.
+Interpreters are found by name (python3.12) and among pyenv's. PyTorch is tested only in the version
+of constraints.txt, because every other version is gigabytes to download.
 """
 
 from __future__ import annotations
