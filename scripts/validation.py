@@ -21,7 +21,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from curling_env.commands.cli import print_json, say
+from curling_env.commands.cli import print_json, print_remark
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.writing import make_directory
@@ -220,7 +220,7 @@ def main(
         from validation_figures import draw_all
 
         draw_all(make_directory(pictures))
-        say(f"figures in {pictures}")
+        print_remark(f"figures in {pictures}")
         return
     found = tables(ice or ICES, () if shots is None else doubles_rows(shots, hands, ends))
     if as_json:

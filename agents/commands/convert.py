@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import Results, grouped, numbers, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 from friction_estimation.tracks.importers import Along
 from friction_estimation.tracks.tuning import GATE_TIME_SIGMA
@@ -103,8 +103,10 @@ def convert(
         log = read_gates(table, sigma_t)
         tracks = log.tracks
         for fault in log.faults:
-            say(f"dropped: {fault}")
-        say(f"{len(log.unused)} rows ignored: not from a throw, but from people or pushed stones")
+            print_remark(f"dropped: {fault}")
+        print_remark(
+            f"{len(log.unused)} rows ignored: not from a throw, but from people or pushed stones"
+        )
         extra = {"faulty_rows": log.faults, "unused_rows": log.unused}
     else:
         places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}
@@ -118,7 +120,7 @@ def convert(
                 problem += " with this --unit, --origin and --along"
                 raise InputError(problem, source=table)
         for i, k in enumerate(series):
-            say(f"throw {i}: {k.name}, {len(k.t)} rows")
+            print_remark(f"throw {i}: {k.name}, {len(k.t)} rows")
     write_tracks(output, tracks)
     rows, throws = sum(map(len, tracks)), len({track.throw for track in tracks})
     results.show(
@@ -139,7 +141,7 @@ def _is_game(table: Path, output: Path, games: list[str] | None, results: Result
         log = read_log(table)
         write_lines(output, log.lines)
         for fault in log.faults:
-            say(f"{table}: {fault}")
+            print_remark(f"{table}: {fault}")
         shots = len(log.lines) - 2
         document = {"written": str(output), "shots": shots, "faults": log.faults}
         results.show(document, f"a game of {shots} shots: {output}")
@@ -157,10 +159,10 @@ def _is_game(table: Path, output: Path, games: list[str] | None, results: Result
         folder = make_directory(output)
         report = write_records(folder, shots_table, chosen, progress=progress)
     for fault in shots_table.faults[:FAULTS_SHOWN]:
-        say(str(fault))
+        print_remark(str(fault))
     hidden = len(shots_table.faults) - FAULTS_SHOWN
     if hidden > 0:
-        say(f"and {hidden} more faults: {folder / REPORT}")
+        print_remark(f"and {hidden} more faults: {folder / REPORT}")
     results.show(
         {"written": str(folder), "games_written": len(chosen), **report},
         f"{len(chosen)} games: {folder}; {report['ends_as_written']} of {report['ends']} ends "

@@ -14,7 +14,7 @@ from typer import Argument, Option
 from agents.commands.games.play import PlayerOption
 from curling_env.commands.options import Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class Version4:
             certificate=self.certificate,
         )
         if place.is_open:
-            say("http:// sends the password unencrypted; use https://")
+            print_remark("http:// sends the password unencrypted; use https://")
         return place
 
 
@@ -109,7 +109,7 @@ def join(
     else:
         rules, play = "digital_curling", partial[Any](play_on_server, *address_of(server))
     client = Client(
-        player_from(player), name=name, seed=seed, ice=known, remark=say, rule_name=rules
+        player_from(player), name=name, seed=seed, ice=known, remark=print_remark, rule_name=rules
     )
     folder = None if output is None else make_directory(output)
     log = WireLog()
@@ -125,5 +125,5 @@ def join(
         if folder is not None and log.lines:
             write_game(folder, client, log, ice=ice or "fcv1", units=results.units)
     if folder is not None and client.seen:
-        say(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
+        print_remark(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
     results.show(*summary_of(client))

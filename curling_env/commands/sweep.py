@@ -8,7 +8,7 @@ from typer import Option
 
 from curling_env.commands.options import OutputFile, SeedOption, SkillOption, WorkersOption
 from curling_env.commands.simulate import ReleasesOption
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 
 MAX_ENDS = 10**8
@@ -59,4 +59,4 @@ def sweep(
         with executor(workers) as work, progress_bar("piece") as progress:
             ends = run(plan, work, progress=progress)
         write_table(draft, plan.table(ends))
-    say(f"{ends.x.size} throws: {output}")
+    print_remark(f"{ends.x.size} throws: {output}")

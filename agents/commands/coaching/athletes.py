@@ -10,7 +10,7 @@ from typer import Argument, Option
 from agents.commands.coaching.options import BELIEVED
 from curling_env.commands.options import Measured, PictureOption, SeedOption, grouped, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 
 
@@ -56,7 +56,7 @@ def athletes(
         ]
     found = athlete_errors(sessions, seed=seed)
     for remark in dict.fromkeys(remark for one in sessions for remark in one.remarks):
-        say(remark)
+        print_remark(remark)
     if not found:
         problem = (
             "no athlete has two throws with a called target that were seen from the hog line to "
@@ -67,7 +67,7 @@ def athletes(
         from agents.coaching.tables import write_athletes
 
         for name in write_athletes(output, found, [*tracks, *ice, *(believed or [])], seed=seed):
-            say(f"{name}")
+            print_remark(f"{name}")
     if picture is not None:
         from agents.coaching.figures.athletes_figure import draw_athletes
 

@@ -20,7 +20,7 @@ from curling_env.commands.options import (
     numbers,
     option,
 )
-from curling_env.commands.terminal import print_json, progress_bar, say, warn_about
+from curling_env.commands.terminal import print_json, print_remark, progress_bar, warn_about
 from curling_env.typing import with_progress
 
 if TYPE_CHECKING:
@@ -177,7 +177,9 @@ def play(
                     units=results.units,
                     progress=progress,
                 )
-        say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")
+        print_remark(
+            f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it"
+        )
     names = (players[0].name, players[1].name)
     if not results.as_json:
         print(scoreboard(played.game, names))
