@@ -151,7 +151,7 @@ class Plan:
         if self.objective.name == "score":
             share = f"{100 * trials.success.mean():.0f} %"
             means = self.objective.success_means
-            return f"expect {trials.expected_value:+.1f} points; in {share} of the trials {means}"
+            return f"expected points {trials.expected_value:+.1f}; in {share} of the trials {means}"
         parts: list[str] = []
         if self.objective.name != "rest":
             parts.append(
@@ -159,7 +159,7 @@ class Plan:
             )
         if self.objective.miss_means is not None:
             miss = short_length(trials.expected_miss, units)
-            parts.append(f"expect to miss by {miss} ({self.objective.miss_means})")
+            parts.append(f"expected miss {miss} ({self.objective.miss_means})")
         return "; ".join(parts)
 
     @property
