@@ -25,7 +25,7 @@ FIRST_RATE = 5000.0
 """Assumed number of throws a second until the player has been measured, an old machine's."""
 
 
-class Pace:
+class TimeManager:
     """Player that keeps to a clock.
 
     A search gets the number of throws that its share of the time allows, up to its own number, or

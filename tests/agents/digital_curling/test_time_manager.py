@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import pytest
 
-from agents.digital_curling import BUDGETS, CLOCK_BUDGET, Pace, stones_to_come
+from agents.digital_curling import BUDGETS, CLOCK_BUDGET, TimeManager, stones_to_come
 from agents.playing import BUDGET, SearchPlayer, throws_before
 from curling_env.game import Call, DrawPlayer, GameSimulator, PlayerView
 from curling_env.throw import FROM_HACK, Throw
@@ -36,7 +36,7 @@ def view() -> PlayerView:
 @pytest.fixture
 def clock(monkeypatch) -> list[float]:
     now = [0.0]
-    monkeypatch.setattr("agents.digital_curling.pace.time.perf_counter", lambda: now[0])
+    monkeypatch.setattr("agents.digital_curling.time_manager.time.perf_counter", lambda: now[0])
     return now
 
 
@@ -57,14 +57,14 @@ def test_stones_to_come_are_those_of_this_clock(view):
 @pytest.mark.parametrize("seconds", [1.0, 30.0, 500.0])
 @pytest.mark.parametrize("rate", [300.0, 5000.0, 80_000.0])
 def test_a_search_never_runs_out_of_time(view, clock, seconds, rate):
-    pace = Pace(player := CountingSearch(30_000, clock, rate))
-    pace.prepare([view])
+    manager = TimeManager(player := CountingSearch(30_000, clock, rate))
+    manager.prepare([view])
     begin = clock[0]
     for end in range(10):
         for stone in range(8):
             left = seconds - (clock[0] - begin)
             assert left > 0
-            pace.call(at(view, stone, end), left)
+            manager.call(at(view, stone, end), left)
     assert clock[0] - begin < seconds - 0.05
     assert set(player.budgets) <= set(BUDGETS)
     if seconds * rate > 1e6:
@@ -75,26 +75,26 @@ def test_a_search_never_runs_out_of_time(view, clock, seconds, rate):
 def test_only_the_requested_throws_are_simulated(view, clock, budget, name):
     player = CountingSearch(budget, clock, 1e6)
     player.name = name
-    pace = Pace(player)
-    pace.prepare([view])
-    pace.call(view, 1e5)
+    manager = TimeManager(player)
+    manager.prepare([view])
+    manager.call(view, 1e5)
     assert player.budgets[-1] == budget
 
 
 def test_without_a_requested_number_a_long_clock_allows_thirty_thousand(view, clock):
     player = CountingSearch(BUDGET, clock, 1e6)
     player.name = SearchPlayer.name
-    pace = Pace(player)
-    pace.prepare([view])
-    pace.call(view, 1e5)
+    manager = TimeManager(player)
+    manager.prepare([view])
+    manager.call(view, 1e5)
     assert player.budgets[-1] == CLOCK_BUDGET == 30_000
 
 
 def test_with_no_time_left_the_stone_is_drawn(view, clock):
-    pace = Pace(CountingSearch(1000, clock, 10.0))
-    pace.prepare([view])
-    assert pace.call(view, 5.0).shot == "draw to the button"
-    assert pace.call(view, 1e5).shot == "thought about"
+    manager = TimeManager(CountingSearch(1000, clock, 10.0))
+    manager.prepare([view])
+    assert manager.call(view, 5.0).shot == "draw to the button"
+    assert manager.call(view, 1e5).shot == "thought about"
 
 
 def test_so_does_a_player_that_cannot_be_hurried(view, clock):
@@ -103,7 +103,7 @@ def test_so_does_a_player_that_cannot_be_hurried(view, clock):
             clock[0] += 2.0
             return Call(throw=Throw(speed=2.0), shot="slow")
 
-    pace = Pace(Slow())
-    pace.prepare([view])
-    assert pace.call(at(view, 7, end=9), 100.0).shot == "slow"
-    assert pace.call(at(view, 7, end=9), 3.0).shot == "draw to the button"
+    manager = TimeManager(Slow())
+    manager.prepare([view])
+    assert manager.call(at(view, 7, end=9), 100.0).shot == "slow"
+    assert manager.call(at(view, 7, end=9), 3.0).shot == "draw to the button"
