@@ -190,19 +190,15 @@ CLEARLY_SEEN = 5.0
 PATCH_CELL = (0.25, 1.0)
 """Width and length of the cells of the search for a patch [m]: stones rarely run closer than this
 side by side."""
-FINE_PATCH_CELL = (0.0625, 0.5)
-"""The same where a map has taken a part of the patch. A smooth map takes all of it but its sides,
-so that a side that is misplaced by a quarter of a metre says nothing."""
 MOST_CELLS_ACROSS = 48
 """Most cells across the ice that stones crossed; of wider ice they are wider."""
 LONGEST_PATCH = 16.0
 """Longest rectangle that is tried [m]: a longer one is the sheet, not a patch."""
-_SIDE_SHIFTS = (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4)
-SIDE_SHIFTS = (*(-shift for shift in reversed(_SIDE_SHIFTS)), *_SIDE_SHIFTS)
+SIDE_SHIFTS = tuple(
+    sign * shift for shift in (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4) for sign in (-1, 1)
+)
 """Shifts of a side of a patch that are tried for a better fit [m]. Between two lanes on which
 stones ran there may be a place that fits worse than either, where the map had taken a part."""
-PLACES_FITTED = 2
-"""Most places of a side of a patch that are fitted: those that promise most."""
 SIDE_SIGMA = 1.0
 """Standard deviation of a side of a patch from where it was placed, before it is fitted [m]: about
 a cell of the search for patches."""
@@ -292,8 +288,5 @@ MAP_SHARE = 0.9999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
 MOST_MAP_PATTERNS = 120
 """Most patterns of a field."""
-ROUGH_MAP = 1.2
-"""Correlation length up to which a map may be the sides of a patch that was not found [m]. The maps
-that are tried in its place are longer."""
 BETTER_MAP = 1.0
 """Fall of −2 ln likelihood from which on a map of another length is taken."""

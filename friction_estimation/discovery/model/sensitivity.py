@@ -189,7 +189,7 @@ def sensitivities_by_throw(
     paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
     # It is also a map, of one height. Computed in two ways, the difference of the two would look
     # like something that the throws tell, and fits would creep along it.
-    found[6] = found[7] = paths.responses_to_friction(np.ones((len(paths.xy), 1)))
+    found[6] = found[7] = paths.responses(paths.friction, np.ones((len(paths.xy), 1)))
     return Sensitivities(
         predicted=base,
         differences=found,

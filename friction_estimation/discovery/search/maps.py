@@ -6,9 +6,8 @@ several lengths can be compared without fitting any of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -72,60 +71,25 @@ def _paths(session: Session) -> list[Floats]:
 def _deviances(
     fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
 ) -> dict[FrictionField, float]:
-    """F with fields of several lengths if everything stays linear around a fit.
-
-    Parameters
-    ----------
-    fitted, bare, fields : as of `with_other_maps`
-    """
-    return {
-        other.field: fitted.linear_in(other.model, other.columns, other.residual).least()
-        for other in with_other_maps(fitted, bare, fields)
-    }
-
-
-class OtherMap(NamedTuple):
-    """A model with another map, linear around a fit.
-
-    Parameters
-    ----------
-    field : the map, of zero
-    model : the model with it
-    columns : (rows, 3, 7 + P) sensitivities of that model
-    residual : (rows, 3) what it leaves without a map
-    """
-
-    field: FrictionField
-    model: Model
-    columns: Floats
-    residual: Floats
-
-
-def with_other_maps(
-    fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
-) -> Iterator[OtherMap]:
-    """Models with other maps in place of that of a fit.
+    """F with fields of several lengths in place of the map of a fit, if everything stays linear.
 
     Parameters
     ----------
     fitted : fit, with or without a map
     bare : its model without a map
-    fields : the fields
+    fields : the fields, of zero
     """
-    model, columns, paths = fitted.model, fitted.columns, fitted.paths
-    residual = fitted.residuals
-    own = columns
+    model, own, paths, residual = fitted.model, fitted.columns, fitted.paths, fitted.residuals
     if model.map_field is not None:
         # What the present map explains is given back, to be explained by the other.
         area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
-        residual = residual + columns[:, :, area] @ model.map_field.values
-        own = np.delete(columns, np.r_[area], axis=2)
+        residual = residual + own[:, :, area] @ model.map_field.values
+        own = np.delete(own, np.r_[area], axis=2)
     at = 7 + bare.map_slice.start
+    found: dict[FrictionField, float] = {}
     for field in fields:
-        response = paths.responses_to_friction(field.patterns_at(paths.xy))
-        yield OtherMap(
-            field,
-            bare.with_terms(Term(card=CARD, map_field=field)),
-            np.concatenate([own[:, :, :at], response, own[:, :, at:]], axis=2),
-            residual,
-        )
+        response = paths.responses(paths.friction, field.patterns_at(paths.xy))
+        columns = np.concatenate([own[:, :, :at], response, own[:, :, at:]], axis=2)
+        other = bare.with_terms(Term(card=CARD, map_field=field))
+        found[field] = fitted.linear_in(other, columns, residual).least()
+    return found

@@ -1,108 +1,109 @@
-"""The sides of patches that run along the sheet are placed where they fit best.
+"""The sides of patches that run along the sheet: where they fit best, and how surely.
 
 The effect of such a side changes only when it passes a stone's path, so that no derivative finds
 its place; the search for a patch left it on a grid. A side elsewhere is a little more or less
-friction on parts of the paths. The linear response to that says which places are worth a fit.
+friction on parts of the paths. The linear response to that gives F at every place.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
-from curling_env.sheet import Sheet
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import SessionFit, refit
-from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.quadratic import solve_shared
 from friction_estimation.discovery.model.sensitivity import friction_along
-from friction_estimation.discovery.tuning import NARROWEST_PATCH, PLACES_FITTED, SIDE_SHIFTS
+from friction_estimation.discovery.tuning import NARROWEST_PATCH, SIDE_SHIFTS
+
+
+class SideScan(NamedTuple):
+    """A side of a patch at several places, if all stays linear around a fit.
+
+    Parameters
+    ----------
+    shifts : (n,) distances from where it is [m]
+    deviances : (n,) F there
+    steps : (n, P) steps of the shared parameters that are best there
+    """
+
+    shifts: Floats
+    deviances: Floats
+    steps: Floats
 
 
 def place_sides(fitted: SessionFit) -> SessionFit:
     """Move the sides of patches that run along the sheet to where they fit best."""
-    for term in fitted.model.terms:
-        if term.card.search.area is not None:
-            fitted = place_sides_of(fitted, term.label)
+    for label, side in sides_along(fitted.model):
+        scan = scan_side(fitted, label, side)
+        shift = float(scan.shifts[int(np.argmin(scan.deviances))])
+        if shift != 0.0:
+            trial = refit(fitted, _with_side(fitted.model, label, side, shift), iterations=5)
+            fitted = trial if trial.deviance < fitted.deviance - 1.0 else fitted
     return fitted
 
 
-def place_sides_of(fitted: SessionFit, label: str) -> SessionFit:
-    """The same for the patch with a label."""
-    for side in sides_along(fitted.model.term(label)):
-        place = fitted.model.term(label).values[side]
-        tried = (with_side(fitted.model, label, side, place + shift) for shift in SIDE_SHIFTS)
-        models = [model for model in tried if model is not None]
-        if not models:
-            continue
-        order = np.argsort(foreseen_deviances(fitted, models))
-        for k in order[:PLACES_FITTED]:
-            trial = refit(fitted, models[int(k)], iterations=5)
-            if trial.deviance < fitted.deviance - 1.0:
-                fitted = trial
-    return fitted
+def sides_along(model: Model) -> list[tuple[str, str]]:
+    """Term and parameter of every side of a patch that runs along the sheet and is not fitted."""
+    return [
+        (term.label, side)
+        for term in model.terms
+        for side in (term.card.search.area or ())[:2]
+        if side not in term.free
+    ]
 
 
-def foreseen_deviances(fitted: SessionFit, models: Sequence[Model]) -> Floats:
-    """Return F of models that differ little in friction, if all stays linear around a fit, (n,).
+def scan_side(fitted: SessionFit, label: str, side: str) -> SideScan:
+    """Return F with a side of a patch at several places.
 
     Parameters
     ----------
-    fitted : the fit
-    models : models with the parameters of the fitted one
+    fitted : fit with the patch
+    label, side : as of `sides_along`
     """
-    columns, paths, always = fitted.columns, fitted.paths, np.ones((len(fitted.paths.path), 1))
+    edge, term = fitted.model.ice.sheet.width / 2, fitted.model.term(label)
+    models = {0.0: fitted.model}
+    for shift in SIDE_SHIFTS:
+        model = _with_side(fitted.model, label, side, shift)
+        if abs(term.values[side] + shift) <= edge and _width(model.term(label)) >= NARROWEST_PATCH:
+            models[shift] = model
+    paths, always = fitted.paths, np.ones((len(fitted.paths.path), 1))
     moved = [
         paths.responses(
             friction_along(model, fitted.session, fitted.ln_factors, paths) - paths.friction, always
         )
-        for model in models
+        for model in models.values()
     ]
-    wide = np.concatenate([columns, *moved], axis=2)
+    wide = np.concatenate([fitted.columns, *moved], axis=2)
     reduced = fitted.linear_in(fitted.model, wide, fitted.residuals).reduced
-    count = columns.shape[2] - 6
+    count = fitted.columns.shape[2] - 6
     own = [*range(count), reduced.shape[1] - 1]
-    found: list[float] = []
+    deviances: list[float] = []
+    steps: list[Floats] = []
     for k in range(len(models)):
         # The residual from that model is the residual less what the change foresees.
         change = np.eye(reduced.shape[1])
         change[count + k, -1] = -1.0
         around = np.swapaxes(change, 0, 1) @ reduced @ change
-        found.append(replace(fitted.linear, reduced=around[:, own][:, :, own]).least())
-    return np.array(found)
+        linear = replace(fitted.linear, reduced=around[:, own][:, :, own])
+        deviances.append(linear.least())
+        steps.append(solve_shared(linear.total())[0])
+    order = np.argsort(list(models))
+    shifts = np.array(list(models))[order]
+    return SideScan(shifts, np.array(deviances)[order], np.array(steps)[order])
 
 
-def sides_along(term: Term) -> tuple[str, ...]:
-    """Parameters of the two sides of a patch that run along the sheet; none for other effects."""
-    return (term.card.search.area or ())[:2]
+def _width(term: Term) -> float:
+    left, right = (term.card.search.area or ())[:2]
+    return term.values[right] - term.values[left]
 
 
-def with_side(model: Model, label: str, side: str, place: float) -> Model | None:
-    """The model with one side of a patch elsewhere; None if the patch would be too narrow.
-
-    A friction map takes over what the patch gives up, and gives back what the patch takes: a fit
-    begins with the friction that was there.
-    """
-    edge = model.ice.sheet.width / 2
-    before = model.term(label)
-    moved = before.with_values(**{side: place})
-    left, right = sides_along(moved)
-    if abs(place) > edge or moved.values[right] - moved.values[left] < NARROWEST_PATCH:
-        return None
-    field = model.map_field
-    if field is not None and moved.values.get("factor", 0.0) > 0.0:
-        taken = _inside(moved, field.sheet) - _inside(before, field.sheet)
-        kept = field.near(field.ln_mu - np.log(moved.values["factor"]) * taken)
-        model = model.without(CARD.name).with_terms(Term(card=CARD, map_field=kept))
+def _with_side(model: Model, label: str, side: str, shift: float) -> Model:
+    """The model with one side of a patch elsewhere."""
+    term = model.term(label)
+    moved = term.with_values(**{side: term.values[side] + shift})
     return model.without(label).with_terms(moved)
-
-
-def _inside(term: Term, sheet: Sheet) -> Floats:
-    """1 in the cells whose centre lies in a patch, else 0, (rows, columns)."""
-    x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)
-    x_min, x_max, y_min, y_max = (term.values[name] for name in term.card.search.area or ())
-    inside = (x >= x_min) & (x <= x_max) & (y >= y_min) & (y <= y_max)
-    return inside.astype(np.float64)

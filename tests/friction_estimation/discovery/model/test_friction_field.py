@@ -116,7 +116,7 @@ def test_paths_respond_to_a_pattern_as_paths_on_the_changed_map_do(mapped) -> No
     fitted, _ = mapped
     model, session = fitted.model, fitted.session
     paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
-    columns = paths.responses_to_friction(model.map_field.patterns_at(paths.xy))
+    columns = paths.responses(paths.friction, model.map_field.patterns_at(paths.xy))
     here = predict(model, session, fitted.states, fitted.ln_factors)[:, MEASURED]
     for j in (0, 4, 9):
         moved = model.vector
