@@ -17,9 +17,9 @@ from friction_estimation.discovery.data.outliers import slow_basis
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.data.wear_tracks import SMOOTHED_PERIODS, WearTracks
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.quadratic import solve_shared
 from friction_estimation.discovery.model.response import MEASURED
 
 DRAWS = 8
@@ -46,7 +46,7 @@ def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionF
         linear = replace(linear, ln_factors=np.zeros(len(session)))
         total = linear.total(fitted.only_spread)
         total[:, -1] -= linear.prior[:, -1]  # nothing but the shift moves the parameters
-        steps.append(solve_shared(total)[0])
+        steps.append(minimum_of(total).step)
     return replace(fitted, by_paths=np.mean([np.outer(s, s) for s in steps], axis=0))
 
 

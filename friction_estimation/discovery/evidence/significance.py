@@ -24,8 +24,7 @@ from friction_estimation.discovery.evidence.left_out import (
     unseen_scores,
 )
 from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.model.fit import SessionFit, fit_to, linearise
-from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.search.score_test import (
     sign_flip_p,
 )
@@ -194,9 +193,7 @@ def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
         replace(term, values=neutral_values(term.card, **{name: float(s)}), free=term.free[:1])
         for s in stones
     ]
-    model = fitted.model.with_terms(*terms)
-    _, _, reduced = linearise(model, session, fitted.noise, fitted.states, fitted.ln_factors)
-    grams, _ = Linearisation(model=model, ln_factors=fitted.ln_factors, reduced=reduced).each()
+    grams, _ = fitted.linear_with(*terms).each()
     rows, place = np.arange(len(session)), len(fitted.model.vector) + which
     h = np.maximum(grams[rows, place, place], 1e-12)
     return grams[rows, place, -1] / h, 1.0 / np.sqrt(h)

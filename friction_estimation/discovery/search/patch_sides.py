@@ -16,7 +16,6 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
 from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.quadratic import solve_shared
 from friction_estimation.discovery.model.sensitivity import friction_along
 from friction_estimation.discovery.tuning import NARROWEST_PATCH, SIDE_SHIFTS
 
@@ -79,27 +78,28 @@ def scan_side(fitted: SessionFit, label: str, side: str) -> SideScan:
         for model in models.values()
     ]
     wide = np.concatenate([fitted.columns, *moved], axis=2)
-    reduced = fitted.linear_in(fitted.model, wide, fitted.residuals).reduced
-    count = fitted.columns.shape[2] - 6
-    own = [*range(count), reduced.shape[1] - 1]
+    grams = fitted.linear_in(fitted.model, wide, fitted.residuals).grams
+    count = fitted.columns.shape[2]
+    own = [*range(count), grams.shape[1] - 1]
     deviances: list[float] = []
     steps: list[Floats] = []
     for k in range(len(models)):
         # The residual from that model is the residual less what the change foresees.
-        change = np.eye(reduced.shape[1])
+        change = np.eye(grams.shape[1])
         change[count + k, -1] = -1.0
-        around = np.swapaxes(change, 0, 1) @ reduced @ change
-        linear = replace(fitted.linear, reduced=around[:, own][:, :, own])
+        around = change.T @ grams @ change
+        linear = replace(fitted.linear, grams=around[:, own][:, :, own])
         deviances.append(linear.least())
-        steps.append(solve_shared(linear.total())[0])
+        steps.append(linear.minimum().step)
     order = np.argsort(list(models))
     shifts = np.array(list(models))[order]
     return SideScan(shifts, np.array(deviances)[order], np.array(steps)[order])
 
 
 def _width(term: Term) -> float:
-    left, right = (term.card.search.area or ())[:2]
-    return term.values[right] - term.values[left]
+    area = term.card.search.area
+    assert area is not None
+    return term.values[area[1]] - term.values[area[0]]
 
 
 def _with_side(model: Model, label: str, side: str, shift: float) -> Model:

@@ -8,8 +8,9 @@ import numpy as np
 
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.elimination import gram_matrix
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.minimum import project_out
 from friction_estimation.discovery.tuning import (
     NOT_WHITE,
     SLOWEST_NOISE_PERIOD,
@@ -93,7 +94,6 @@ def misfit_of(fitted: SessionFit) -> Misfit:
     residual = fitted.residuals
     for i in range(len(session)):
         rows = session.rows(i)
-        one = session.only([i])
         slow = slow_columns(session.times[rows])
         k = slow.shape[1]
         channels = 3 if session.turns[i] else 2
@@ -101,12 +101,9 @@ def misfit_of(fitted: SessionFit) -> Misfit:
         for channel in range(channels):
             basis[:, channel, channel * k : (channel + 1) * k] = slow
         stacked = np.concatenate([columns[rows, :, :7], basis, residual[rows][:, :, None]], axis=2)
-        gram = gram_matrices(one, noise, stacked)[0]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
-        scale[-1] = 1.0
-        gram = gram * scale[:, None] * scale
-        own = gram[:7, :7] + 1e-10 * np.eye(7)
-        reduced = gram[7:, 7:] - gram[7:, :7] @ np.linalg.solve(own, gram[:7, 7:])
+        gram = gram_matrix(session, noise, i, stacked)
+        scale = np.append(1.0 / np.sqrt(np.maximum(np.diag(gram)[7:-1], 1e-300)), 1.0)
+        reduced = project_out(gram, 7) * scale[:, None] * scale
         values, vectors = np.linalg.eigh(reduced[:-1, :-1])
         seen = values > 1e-6 * values.max()
         parts = (vectors[:, seen].T @ reduced[:-1, -1]) / np.sqrt(values[seen])

@@ -14,9 +14,8 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.fit import SessionFit, linearise
-from friction_estimation.discovery.model.linearisation import Linearisation
-from friction_estimation.discovery.model.quadratic import projected
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.minimum import projected
 from friction_estimation.discovery.tuning import CLEARLY_SEEN
 
 
@@ -40,13 +39,11 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
     """The scores of candidates around a fit, the most promising first."""
     if not terms:
         return []
-    model = fitted.model.with_terms(*terms)
-    _, _, reduced = linearise(model, fitted.session, fitted.noise, fitted.states, fitted.ln_factors)
-    linear = Linearisation(model=model, ln_factors=fitted.ln_factors, reduced=reduced)
+    linear = fitted.linear_with(*terms)
     own = np.arange(len(fitted.model.vector))
-    others = np.arange(len(own), len(model.vector))
+    others = np.arange(len(own), len(linear.model.vector))
     base = linear.least(own)
-    information = projected(linear.total(), others, own)[0]
+    information = projected(linear.total(), others, own)
     scores: list[CandidateScore] = []
     position = 0
     for term in terms:
@@ -58,12 +55,6 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
         gain = base - linear.least(np.concatenate([own, others[place]]))
         scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest))
     return sorted(scores, key=lambda score: -score.gain)
-
-
-def throw_deviances(fitted: SessionFit) -> Floats:
-    """Deviance of every throw under a fit whose shared parameters were not fitted to it, (k,)."""
-    grams, log_terms = fitted.linear.each()
-    return grams[:, -1, -1] + log_terms
 
 
 def sign_flip_p(improvements: Floats, rng: np.random.Generator) -> float:

@@ -21,7 +21,6 @@ from friction_estimation.discovery.evidence.unknown.nearby import (
     nearby,
 )
 from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.elimination import gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.noise import estimate_noise
@@ -351,11 +350,10 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     if has_few_throws(fitted):
         made = replace(made, spread=USUAL_SPREAD)
     again = nearby(calm, ())
-    # What is taken off and what it is taken off from are of one linearisation.
     own = 7 + len(calm.model.vector)
-    columns = np.concatenate([again.columns[:, :, :own], calm.residuals[:, :, None]], axis=2)
-    grams = gram_matrices(calm.session, calm.noise, columns)
+    linear = calm.linear_in(calm.model, calm.columns, calm.residuals)
+    grams = linear.grams.copy()
     grams[:, 7:own, 7:own] -= again.taken_over(made) / len(grams)
     # What neither explains counts as noise that is larger.
     grams /= again.dispersion(made)
-    return replace(calm, grams=grams, only_spread=made.spread)
+    return replace(calm, linear=replace(linear, grams=grams), only_spread=made.spread)

@@ -35,8 +35,8 @@ def test_the_density_of_a_throw_given_the_others_is_that_of_their_joint_gaussian
     fitted = curl_fit(throws=4, scatter=0.01)
     model, session, states = replace(fitted.model, spread=spread), fitted.session, fitted.states
     factors = np.zeros(len(session))
-    _, grams, _ = linearise(model, session, WHITE, states, factors)
-    fitted = replace(fitted, model=model, noise=WHITE, grams=grams, ln_factors=factors)
+    linear = linearise(model, session, WHITE, states, factors)[1]
+    fitted = replace(fitted, model=model, noise=WHITE, linear=linear, ln_factors=factors)
     found = densities(fitted)[3]
 
     # All rows of all throws together; every unknown is Gaussian and integrated out.
