@@ -51,17 +51,27 @@ OF_THE_PLACE = {("x", "along"), ("y", "along")}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Named:
-    """The named effects of the training throws, and what they leave; as of `Discovery`.
+    """What may be named of a selection.
 
-    The fit is to throws on which the `pushes` of the unknown act.
+    Parameters
+    ----------
+    fit : fit of the training throws with the effects that are named, and with the unknown acting on
+        them
+    effects : evidence for these effects
+    unproved : labels that were selected but not proved: proxies of something else
+    after : slow misfit that the effects leave
+    structure : circumstance that the throws' own frictions still follow, and p that it is chance
+    unknown : whether something is missing that no effect explains
+    dependences : variables that the unknown follows; empty where nothing is unknown
+    pushes : pushes of the unknown that act on the throws of the fit
     """
 
     fit: SessionFit
-    effects: list[EffectEvidence]
-    unproved: list[str]
+    effects: list[EffectEvidence] = field(default_factory=list[EffectEvidence])
+    unproved: list[str] = field(default_factory=list[str])
     after: Misfit
-    structure: Structure
-    unknown: bool
+    structure: Structure = ("", 1.0)
+    unknown: bool = False
     dependences: list[Dependence] = field(default_factory=list[Dependence])
     pushes: tuple[Following, ...] = ()
 

@@ -12,9 +12,7 @@ from matplotlib.figure import Figure
 
 from curling_env.ice import Ice
 from curling_env.physics.effects.card import Push
-from curling_env.physics.law import acceleration
 from curling_env.physics.state import State
-from curling_env.physics.wear import wear_under_contacts, worn
 from curling_env.render.figures import (
     FAINT,
     INK,
@@ -33,7 +31,7 @@ from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown.explanation import Dependence
 from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
@@ -232,7 +230,9 @@ def _within_throws(
     model = _accelerations(after, after.predicted[:, MEASURED], window)
     # All other effects stay, so that the figure shows this one.
     unknown = label == "unknown"
-    base = _law_accelerations(before.model if unknown else after.model.without(label), after)
+    base_model = before.model if unknown else after.model.without(label)
+    base_path = predict(base_model, session, after.states, after.ln_factors)
+    base = _accelerations(after, base_path[:, MEASURED], window)
     pushes: Sequence[Push] = _pushes(label)
     if unknown:
         pushes = [d.push for d in dependences if d.variable == variable]
@@ -254,37 +254,6 @@ def _within_throws(
     )[part]
     found = None if unknown else _averaged(value, effect[:, part], session.owner)[:2]
     return _before_and_after(pairs, variable, what, found)
-
-
-def _law_accelerations(model: Model, after: SessionFit) -> Floats:
-    """Accelerations of a model on the paths of a fit, as of `_accelerations`, (rows, 3)."""
-    ice = model.improved_ice({})
-    session, path = after.session, after.predicted
-    wear, under_contacts = model.wear(session), wear_under_contacts(ice) != 0.0
-    unworn, ran = ice, session.wear_tracks.before(session.orders)
-    out = np.full((len(path), 3), np.nan)
-    for i in range(len(session)):
-        rows = np.arange(session.starts[i], session.starts[i + 1], EVERY_NTH_ROW)
-        if wear.along_path != 0.0:
-            ice = worn(unworn, wear.along_path * wear.passes[ran[i]])
-        if under_contacts:
-            ice = replace(ice, tracks=session.wear_tracks.tracks_before(ran[i], ice.sheet))
-        states = path[rows][:, [0, 1, 2, 3, 5]]
-        a = np.empty((len(rows), 3))
-        for swept in (False, True):
-            chosen = (session.swept[rows] > 0.5) == swept
-            if chosen.any():
-                a[chosen] = acceleration(
-                    ice,
-                    states[chosen],
-                    clock=float(session.clocks[i]),
-                    order=int(session.orders[i]),
-                    stone=int(session.stones[i]),
-                    swept=swept,
-                )
-        out[rows, :2] = _in_travel(a[:, :2], states[:, 2:4])
-        out[rows, 2] = a[:, 2]
-    return out
 
 
 def _in_travel(vectors: Floats, velocity: Floats) -> Floats:

@@ -64,6 +64,11 @@ AT_HOG_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
 
+OF_THROWS = ("throws", "orders", "stones", "clocks", "rests", "usual_spins")
+OF_ROWS = ("times", "xy", "theta", "swept", "sigma")
+"""Columns of a session with an entry for each throw, and for each row."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Session:
     """Throws in order of play.
@@ -250,39 +255,20 @@ class Session:
         """The session without some rows, among which is no first row of a throw."""
         keep = ~dropped
         counts = np.add.reduceat(keep.astype(int), self.starts[:-1])
-        return replace(
-            self,
-            times=self.times[keep],
-            xy=self.xy[keep],
-            theta=self.theta[keep],
-            swept=self.swept[keep],
-            sigma=self.sigma[keep],
-            starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-        )
+        return self._with_rows(keep, counts)
 
     def only(self, chosen: Sequence[int] | Indices) -> Session:
         """The session of the throws with these indices."""
         chosen = np.asarray(chosen, dtype=np.intp)
-        rows = np.concatenate(
-            [np.arange(self.rows(i).start, self.rows(i).stop) for i in chosen.tolist()]
-        )
-        counts = np.diff(self.starts)[chosen]
-        return replace(
-            self,
-            throws=self.throws[chosen],
-            orders=self.orders[chosen],
-            stones=self.stones[chosen],
-            clocks=self.clocks[chosen],
-            rests=self.rests[chosen],
-            usual_spins=self.usual_spins[chosen],
-            times=self.times[rows],
-            xy=self.xy[rows],
-            theta=self.theta[rows],
-            swept=self.swept[rows],
-            sigma=self.sigma[rows],
-            starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-            pushes=self.pushes and self.pushes.only(chosen),
-        )
+        rows = np.concatenate([np.arange(*self.starts[i : i + 2]) for i in chosen.tolist()])
+        whole = self._with_rows(rows, np.diff(self.starts)[chosen])
+        pushes = self.pushes and self.pushes.only(chosen)
+        return replace(whole, pushes=pushes, **{n: getattr(self, n)[chosen] for n in OF_THROWS})
+
+    def _with_rows(self, rows: Flags | Indices, counts: Indices) -> Session:
+        """The session with some of its rows, and so many of each throw."""
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
+        return replace(self, starts=starts, **{n: getattr(self, n)[rows] for n in OF_ROWS})
 
 
 def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
