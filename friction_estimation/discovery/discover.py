@@ -37,7 +37,7 @@ from friction_estimation.discovery.model.fit import SessionFit, fit, singular_fi
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.naming import Named, name_effects
 from friction_estimation.discovery.search.maps import renew_map
-from friction_estimation.discovery.search.patch_sides import place_sides
+from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import (
@@ -54,8 +54,8 @@ from friction_estimation.discovery.search.selection import (
 from friction_estimation.discovery.tuning import (
     ASTRAY,
     LAST_STEPS,
+    LEAST_GAIN,
     LEAST_THROWS,
-    RULED_OUT,
     SURPRISING_THROW,
 )
 
@@ -247,7 +247,7 @@ def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
     if ice is None or (ice.friction.is_uniform and not base.model.terms):
         return False
     uniform = fit(base_model(None, base.session), base.session, base.noise)
-    return base.deviance > uniform.deviance + RULED_OUT
+    return base.deviance > uniform.deviance + LEAST_GAIN
 
 
 def _too_few(everything: SessionFit) -> Discovery:

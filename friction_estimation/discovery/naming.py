@@ -206,7 +206,7 @@ def _with_lasting_noise(
 
     Noise differs from throw to throw. What all throws share is no noise, however slow.
     """
-    if named.session.errs_slowly:
+    if named.session.smoothed:
         return named, after
     noise = estimate_noise(named.session, named.residuals, lasting=True)
     calm = refit(replace(named, noise=noise), named.model)

@@ -10,22 +10,18 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
-from curling_env.ice import Ice
 from curling_env.physics.effects.card import Push
 from curling_env.physics.state import State
 from curling_env.render.figures import (
     FAINT,
     INK,
     draw_sheet,
-    draw_stone,
     from_the_thrower,
     new_figure,
     plain_axes,
-    show_house,
 )
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction
 from curling_env.typing import Floats, Indices
-from curling_env.units import Units
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown.explanation import Dependence
@@ -33,7 +29,6 @@ from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.response import MEASURED
-from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
 
 BEFORE, AFTER, TRACK = "#c8433f", "#2b7a4b", "#22313f"
@@ -92,34 +87,6 @@ def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
     ax.set_yticks(list(lines.values()), list(lines), fontsize=9)
     handles, names = ax.get_legend_handles_labels()
     ax.legend(handles[:2], names[:2], loc="lower right", fontsize=9, framealpha=0.8)
-    return figure
-
-
-def draw_picture(shift: DrawShift, ice: Ice, units: Units = Units.METRES) -> Figure:
-    """The house with the draw before and after, as the thrower sees it."""
-    figure = new_figure(4.4, 4.3)
-    ax = figure.subplots()
-    view = from_the_thrower(Direction.AWAY)
-    draw_sheet(ax, ice.sheet, view)
-    rests: list[Floats] = []
-    for xy, colour, name in (
-        (shift.before, BEFORE, "the model as it was"),
-        (shift.after, AFTER, "the improved model"),
-    ):
-        seen = view(xy)
-        ax.plot(*seen.T, color=colour, lw=2, zorder=5, label=name)
-        draw_stone(ax, ice.stone.radius, xy[-1], view, colour=colour)
-        rests.append(seen[-1])
-    lowest, highest = min(r[1] for r in rests), max(r[1] for r in rests)
-    show_house(
-        ax,
-        ice.sheet,
-        short=float(np.clip(0.6 - lowest, 2.6, 8.0)),
-        past=float(np.clip(highest + 0.6, 2.4, 4.5)),
-        units=units,
-    )
-    ax.set_aspect("equal")
-    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
     return figure
 
 

@@ -8,7 +8,7 @@ from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.model.minimum import minimum_of
-from friction_estimation.discovery.search.patch_sides import place_sides
+from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
 from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
 

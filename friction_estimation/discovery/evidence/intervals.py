@@ -21,7 +21,7 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import GLOBALS
-from friction_estimation.discovery.search.patch_sides import scan_side, sides_along
+from friction_estimation.discovery.search.patches import scan_side, sides_along
 
 NEARLY_ONE = 1e-9
 """Added to the diagonal of a correlation, which rounding may have left without a root."""

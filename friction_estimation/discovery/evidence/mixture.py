@@ -15,8 +15,8 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.tuning import (
-    INTEGRATED_SPREADS,
     LEAST_THROWS_FOR_SPREAD,
+    SPREADS,
     USUAL_SPREAD,
 )
 
@@ -57,7 +57,7 @@ def integrated_spreads(fitted: SessionFit) -> Floats:
     """Spreads over which the posterior of a fit is integrated."""
     if fitted.only_spread is not None:
         return np.array([fitted.only_spread])
-    return np.array([USUAL_SPREAD]) if has_few_throws(fitted) else INTEGRATED_SPREADS
+    return np.array([USUAL_SPREAD]) if has_few_throws(fitted) else SPREADS
 
 
 def has_few_throws(fitted: SessionFit) -> bool:

@@ -49,7 +49,7 @@ from friction_estimation.discovery.tuning import (
     CONVERGED,
     LARGEST_LN_FACTOR,
     LEAST_USUAL_SPIN,
-    TRIED_SPREADS,
+    SPREADS,
 )
 
 
@@ -202,7 +202,6 @@ def fit(
     *,
     states: Floats | None = None,
     ln_factors: Floats | None = None,
-    spreads: Floats = TRIED_SPREADS,
     iterations: int = 12,
     shared: bool = True,
 ) -> SessionFit:
@@ -215,7 +214,6 @@ def fit(
     noise : noise of the tracks
     states, ln_factors : releases and ln factors from which the fit begins; from the tracks and 0 by
         default
-    spreads : throw-to-throw spreads to choose from; a single one stays
     iterations : most steps
     shared : whether the shared parameters are fitted; else only releases and factors are
     """
@@ -228,7 +226,7 @@ def fit(
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             _, linear = linearise(model, session, noise, states, ln_factors)
             if shared:
-                spread = _likeliest_spread(linear, spreads)
+                spread = _likeliest_spread(linear)
                 linear = replace(linear, model=replace(model, spread=spread))
             here = linear.deviance()
         if present is not None and not here < present.deviance + 1e-6:
@@ -242,10 +240,10 @@ def fit(
             present = Point(states, linear, here)
             if arrived:
                 break
-        model, states, ln_factors = _step(present, session, damping, spreads, shared)
+        model, states, ln_factors = _step(present, session, damping, shared)
     assert present is not None
     # The deviance is that of the best releases; those of the last point are still a step behind.
-    _, states, ln_factors = _step(present, session, 1.0, spreads, False)
+    _, states, ln_factors = _step(present, session, 1.0, False)
     linear = present.linear
     grams = _moved(linear.grams, states - present.states, ln_factors - linear.ln_factors)
     return SessionFit(
@@ -307,15 +305,15 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
     return states, ln_factors
 
 
-def _likeliest_spread(linear: Linearisation, spreads: Floats) -> float:
-    """The spread that minimises F at the present parameters, of some and that of the model.
+def _likeliest_spread(linear: Linearisation) -> float:
+    """The spread that minimises F at the present parameters.
 
     The spread that a step foresees is that of its end as if all were linear. Where it is nearly
     zero, what is not linear in the step would count a hundredfold, and the step be refused.
     """
     h, reduced = linear.reduced[:, 0, 0], linear.reduced
     own = linear.ln_factors + reduced[:, 0, -1] / h
-    tried = np.append(spreads, linear.model.spread if len(spreads) > 1 else spreads[0])[:, None]
+    tried = np.append(SPREADS, linear.model.spread)[:, None]
     values = own**2 / (tried**2 + 1.0 / h) + np.log1p(tried**2 * h)
     return float(tried[int(np.argmin(values.sum(axis=1))), 0])
 
@@ -347,13 +345,13 @@ def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
 
 
 def _step(
-    point: Point, session: Session, damping: float, spreads: Floats, shared: bool
+    point: Point, session: Session, damping: float, shared: bool
 ) -> tuple[Model, Floats, Floats]:
     """Model, releases and ln factors after a step from a point."""
     states, linear, _ = point
     model, reduced, ln_factors = linear.model, linear.reduced, linear.ln_factors
     if shared:
-        spread, _ = profile_spread(reduced, ln_factors, linear.prior, spreads)
+        spread, _ = profile_spread(reduced, ln_factors, linear.prior)
         total = linear.each(spread)[0].sum(axis=0)
         foreseen = profile_amplitudes(model, total)[0]
         whole = total + prior_gram(foreseen, len(total))

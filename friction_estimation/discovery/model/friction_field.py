@@ -23,10 +23,8 @@ from curling_env.typing import Floats, Indices
 from friction_estimation.design.matern import matern
 from friction_estimation.discovery.model.gaussian_field import GaussianField
 from friction_estimation.discovery.tuning import (
-    CHANGE_SHAPES,
     LOG_MAP_SD_SPREAD,
     MAP_AMPLITUDES,
-    MAP_CHANGES,
     MAP_SHAPES,
     MAP_SHARE,
     MOST_MAP_PATTERNS,
@@ -240,8 +238,8 @@ def fields_to_try(
         return [field_along(sheet, crossed, *shape) for shape in MAP_SHAPES]
     return [
         field_along(sheet, crossed, *shape, known=known, change=change)
-        for shape in CHANGE_SHAPES
-        for change in MAP_CHANGES
+        for shape in MAP_SHAPES[1:4]
+        for change in MAP_AMPLITUDES[2:12:2].tolist()
     ]
 
 

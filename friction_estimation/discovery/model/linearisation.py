@@ -30,10 +30,8 @@ from friction_estimation.discovery.model.quadratic import (
     profile_amplitudes,
     profile_spread,
 )
-from friction_estimation.discovery.tuning import LEAST_SPREAD, USUAL_SPIN_SIGMA
+from friction_estimation.discovery.tuning import USUAL_SPIN_SIGMA
 
-SPREADS_OF_A_SEARCH = np.geomspace(LEAST_SPREAD, 0.3, 14)
-"""Throw-to-throw spreads of ln μ that are tried beside the present one."""
 FROZEN = 1e14
 """Information that keeps a release state where it is."""
 
@@ -138,9 +136,8 @@ class Linearisation:
         chosen = np.append(np.arange(count) if kept is None else kept, count).astype(np.intp)
         columns = np.concatenate([[0], chosen + 1])
         part = self.reduced[:, columns[:, None], columns]
-        spreads = np.array([*SPREADS_OF_A_SEARCH, max(self.model.spread, LEAST_SPREAD)])
         prior = self.prior[np.ix_(chosen, chosen)]
-        spread, least = profile_spread(part, self.ln_factors, prior, spreads)
+        spread, least = profile_spread(part, self.ln_factors, prior)
         if not self.model.fields:
             return least
         grams, log_terms = eliminate_factor(part, self.ln_factors, spread)

@@ -11,7 +11,7 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.discovery.model.minimum import minimum_of, projected
 from friction_estimation.discovery.model.model import GLOBALS, Model
-from friction_estimation.discovery.tuning import COUPLING_SIGMA, TRIED_SPREADS
+from friction_estimation.discovery.tuning import COUPLING_SIGMA, SPREADS
 
 
 def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:
@@ -153,9 +153,7 @@ def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
     return np.clip(step, low, high)
 
 
-def profile_spread(
-    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats = TRIED_SPREADS
-) -> tuple[float, float]:
+def profile_spread(reduced: Floats, ln_factors: Floats, prior: Floats) -> tuple[float, float]:
     """The spread that minimises F of the linearised model, and F there.
 
     With the shared parameters at their best, F is a quadratic of the ln factors of the throws. On
@@ -165,7 +163,6 @@ def profile_spread(
     ----------
     reduced, ln_factors : as of `eliminate_factor`
     prior : Gram matrix of the priors
-    spreads : spreads that are tried; around the best of them a finer grid is tried too
     """
     throws, size = len(reduced), len(prior)
     information = reduced[:, 0, 0]
@@ -185,12 +182,8 @@ def profile_spread(
         shrunk = right**2 * variance / (1.0 + np.maximum(values, 0.0) * variance)
         return least - shrunk.sum(axis=1) + np.log1p(variance * information).sum(axis=1)
 
-    tried = np.unique(spreads)
-    found = deviances(tried)
-    best = float(tried[int(np.argmin(found))])
-    if best > 0.0 and len(spreads) > 1:
-        ratio = float(spreads[2] / spreads[1])
-        tried = best * np.append(1.0, np.geomspace(1 / ratio, ratio, 13))
-        found = deviances(tried)
-        best = float(tried[int(np.argmin(found))])
-    return best, float(found.min())
+    best = SPREADS[int(np.argmin(deviances(SPREADS)))]
+    ratio = SPREADS[1] / SPREADS[0]
+    finer = best * np.append(1.0, np.geomspace(1 / ratio, ratio, 13))
+    found = deviances(finer)
+    return float(finer[int(np.argmin(found))]), float(found.min())

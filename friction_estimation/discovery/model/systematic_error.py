@@ -18,8 +18,8 @@ import numpy as np
 
 from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
+from friction_estimation.discovery.data.gates import GateErrors
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.gate_places import GatePlaces
 from friction_estimation.discovery.model.gaussian_field import CameraField
 from friction_estimation.discovery.tuning import (
     SYSTEMATIC_AMPLITUDES,
@@ -98,6 +98,39 @@ def _over_the_sheet(xy: Floats) -> Floats:
     """A displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
     along = xy[:, 1] / TEE_Y
     return np.column_stack([along, along**2])
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GatePlaces(CameraField):
+    """Displacements along the sheet of the places at which light gates time stones [m].
+
+    How high a beam is, and so how long the stone is there, and how far the gate stands from its
+    line are known to about a centimetre. Each edge of the stone at each gate has its own.
+
+    Parameters
+    ----------
+    places : (n,) places along the sheet [m]
+    """
+
+    name = "systematic_error"
+    places: Floats
+
+    @classmethod
+    def of(cls, errors: GateErrors) -> GatePlaces:
+        """No displacement of the places of a session."""
+        return cls(
+            places=errors.places,
+            amplitude=errors.place_sigma,
+            values=np.zeros(len(errors.places)),
+        )
+
+    def columns(self, xy: Floats, theta: Floats) -> Floats:
+        """Displacements per unit of each coefficient, (rows, 2, n)."""
+        del theta  # a gate sees no heading
+        nearest = np.argmin(np.abs(xy[:, 1, None] - self.places), axis=1)
+        out = np.zeros((len(xy), 2, len(self.places)))
+        out[np.arange(len(xy)), 1, nearest] = 1.0
+        return out
 
 
 def systematic_error_of(session: Session) -> CameraField | None:

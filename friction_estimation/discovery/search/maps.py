@@ -28,11 +28,9 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     """
     if fitted.model.map_field is not None or fitted.session.gates is not None:
         return None
-    without = fitted.linear.least()
-    fields = fields_of(fitted.session, fitted.model.ice.sheet)
-    scores = _deviances(fitted, fitted.model, fields)
-    field = min(scores, key=lambda f: scores[f])
-    return Term(card=CARD, map_field=field), without - scores[field]
+    fields = _fields_of(fitted.session, fitted.model.ice.sheet)
+    field, least = _best_of(fitted, fitted.model, fields)
+    return Term(card=CARD, map_field=field), fitted.linear.least() - least
 
 
 def renew_map(fitted: SessionFit) -> SessionFit:
@@ -43,11 +41,10 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     bare = fitted.model.without(CARD.name)
     # Around the present map the other fields are deviations from it.
     if present.known is None:
-        fields = fields_of(fitted.session, present.sheet)
+        fields = _fields_of(fitted.session, present.sheet)
     else:
         fields = fields_to_try(present.sheet, _paths(fitted.session), present.known)
-    scores = _deviances(fitted, bare, fields)
-    field = min(scores, key=lambda f: scores[f])
+    field, _ = _best_of(fitted, bare, fields)
     alike = (field.length, field.smoothness) == (present.length, present.smoothness)
     if alike and (present.known is None or field.amplitude == present.amplitude):
         return fitted
@@ -58,7 +55,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
 
 
 @lru_cache(maxsize=2)
-def fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
+def _fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
     """Fields of zero of all shapes, made once: they follow from where the stones ran alone."""
     return fields_to_try(sheet, _paths(session))
 
@@ -68,10 +65,10 @@ def _paths(session: Session) -> list[Floats]:
     return [session.xy[session.rows(i)] for i in range(len(session))]
 
 
-def _deviances(
+def _best_of(
     fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
-) -> dict[FrictionField, float]:
-    """F with fields of several lengths in place of the map of a fit, if everything stays linear.
+) -> tuple[FrictionField, float]:
+    """The field that is best in place of the map of a fit, if all stays linear, and F with it.
 
     Parameters
     ----------
@@ -86,10 +83,12 @@ def _deviances(
         residual = residual + own[:, :, area] @ model.map_field.values
         own = np.delete(own, np.r_[area], axis=2)
     at = 7 + bare.map_slice.start
-    found: dict[FrictionField, float] = {}
+    best, least = fields[0], np.inf
     for field in fields:
         response = paths.responses(paths.friction, field.patterns_at(paths.xy))
         columns = np.concatenate([own[:, :, :at], response, own[:, :, at:]], axis=2)
         other = bare.with_terms(Term(card=CARD, map_field=field))
-        found[field] = fitted.linear_in(other, columns, residual).least()
-    return found
+        value = fitted.linear_in(other, columns, residual).least()
+        if value < least:
+            best, least = field, value
+    return best, least

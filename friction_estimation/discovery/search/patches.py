@@ -2,11 +2,14 @@
 
 Around a fit, more friction over one cell shortens the rest of a path. The linear response to it is
 a column of sensitivities per cell. The gain of any rectangle then follows from sums over its cells,
-so that all rectangles can be tried.
+so that all rectangles can be tried. The effect of a side that runs along the sheet changes only
+when it passes a stone's path, so that no derivative finds its place. The linear response to a
+little more or less friction beside it gives F at every place.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,10 +18,18 @@ from curling_env.physics.effects import EffectCard
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.candidates import Term, known_effects
-from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.fit import SessionFit, refit
 from friction_estimation.discovery.model.linearisation import Linearisation
 from friction_estimation.discovery.model.minimum import projected
-from friction_estimation.discovery.tuning import LONGEST_PATCH, MOST_CELLS_ACROSS, PATCH_CELL
+from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.sensitivity import friction_along
+from friction_estimation.discovery.tuning import (
+    LONGEST_PATCH,
+    MOST_CELLS_ACROSS,
+    NARROWEST_PATCH,
+    PATCH_CELL,
+    SIDE_SHIFTS,
+)
 
 Rectangle = tuple[float, float, float, float]
 """Least and greatest x, least and greatest y [m]."""
@@ -155,3 +166,95 @@ def _best_rectangle(information: Floats, right_side: Floats, longest: int) -> Bl
             if gains[k] > best or wider:
                 best, found = float(gains[k]), (i0, last + 1, int(a[k]), int(b[k]))
     return found
+
+
+# --- the sides that run along the sheet ----------------------------------------------------------
+
+
+class SideScan(NamedTuple):
+    """A side of a patch at several places, if all stays linear around a fit.
+
+    Parameters
+    ----------
+    shifts : (n,) distances from where it is [m]
+    deviances : (n,) F there
+    steps : (n, P) steps of the shared parameters that are best there
+    """
+
+    shifts: Floats
+    deviances: Floats
+    steps: Floats
+
+
+def place_sides(fitted: SessionFit) -> SessionFit:
+    """Move the sides of patches that run along the sheet to where they fit best."""
+    for label, side in sides_along(fitted.model):
+        scan = scan_side(fitted, label, side)
+        shift = float(scan.shifts[int(np.argmin(scan.deviances))])
+        if shift != 0.0:
+            trial = refit(fitted, _with_side(fitted.model, label, side, shift), iterations=5)
+            fitted = trial if trial.deviance < fitted.deviance - 1.0 else fitted
+    return fitted
+
+
+def sides_along(model: Model) -> list[tuple[str, str]]:
+    """Term and parameter of every side of a patch that runs along the sheet and is not fitted."""
+    return [
+        (term.label, side)
+        for term in model.terms
+        for side in (term.card.search.area or ())[:2]
+        if side not in term.free
+    ]
+
+
+def scan_side(fitted: SessionFit, label: str, side: str) -> SideScan:
+    """Return F with a side of a patch at several places.
+
+    Parameters
+    ----------
+    fitted : fit with the patch
+    label, side : as of `sides_along`
+    """
+    edge, term = fitted.model.ice.sheet.width / 2, fitted.model.term(label)
+    models = {0.0: fitted.model}
+    for shift in SIDE_SHIFTS:
+        model = _with_side(fitted.model, label, side, shift)
+        if abs(term.values[side] + shift) <= edge and _width(model.term(label)) >= NARROWEST_PATCH:
+            models[shift] = model
+    paths, always = fitted.paths, np.ones((len(fitted.paths.path), 1))
+    moved = [
+        paths.responses(
+            friction_along(model, fitted.session, fitted.ln_factors, paths) - paths.friction, always
+        )
+        for model in models.values()
+    ]
+    wide = np.concatenate([fitted.columns, *moved], axis=2)
+    grams = fitted.linear_in(fitted.model, wide, fitted.residuals).grams
+    count = fitted.columns.shape[2]
+    own = [*range(count), grams.shape[1] - 1]
+    deviances: list[float] = []
+    steps: list[Floats] = []
+    for k in range(len(models)):
+        # The residual from that model is the residual less what the change foresees.
+        change = np.eye(grams.shape[1])
+        change[count + k, -1] = -1.0
+        around = change.T @ grams @ change
+        linear = replace(fitted.linear, grams=around[:, own][:, :, own])
+        deviances.append(linear.least())
+        steps.append(linear.minimum().step)
+    order = np.argsort(list(models))
+    shifts = np.array(list(models))[order]
+    return SideScan(shifts, np.array(deviances)[order], np.array(steps)[order])
+
+
+def _width(term: Term) -> float:
+    area = term.card.search.area
+    assert area is not None
+    return term.values[area[1]] - term.values[area[0]]
+
+
+def _with_side(model: Model, label: str, side: str, shift: float) -> Model:
+    """The model with one side of a patch elsewhere."""
+    term = model.term(label)
+    moved = term.with_values(**{side: term.values[side] + shift})
+    return model.without(label).with_terms(moved)

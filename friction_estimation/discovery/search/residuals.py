@@ -109,7 +109,7 @@ def misfit_of(fitted: SessionFit) -> Misfit:
         parts = (vectors[:, seen].T @ reduced[:-1, -1]) / np.sqrt(values[seen])
         chi2[i], dof[i] = float((parts**2).sum()), float(seen.sum())
     tolerated = WHITE_RATIO_WITH_MEMORY if noise.remembers else WHITE_RATIO
-    if session.errs_slowly:
+    if session.smoothed:
         tolerated = WHITE_RATIO_OF_FILM
     return Misfit(
         chi2=chi2, dof=dof, tolerated=tolerated, throw_tolerance=throw_tolerance_of(session)
@@ -121,4 +121,4 @@ def throw_tolerance_of(session: Session) -> float:
 
     Some films are tracked better than others: the look of a stone is learnt from its own film.
     """
-    return WHITE_RATIO_OF_FILM if session.errs_slowly else 1.0
+    return WHITE_RATIO_OF_FILM if session.smoothed else 1.0

@@ -28,7 +28,7 @@ from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import (
     CLEAR_RIPPLE_GAIN,
     LEAST_LIKENESS_OF_HALVES,
-    LEAST_THROWS_FOR_RIPPLE,
+    LEAST_THROWS,
     LEAST_VARIETY,
     RIPPLE_LENGTHS,
 )
@@ -71,7 +71,7 @@ def find_ripple(fitted: SessionFit) -> RippleSearch:
     """
     squares, places = _signed_squares(fitted)
     varied = variety(places, squares)
-    if len(fitted.session) < LEAST_THROWS_FOR_RIPPLE or varied < LEAST_VARIETY:
+    if len(fitted.session) < LEAST_THROWS or varied < LEAST_VARIETY:
         return RippleSearch(outcome="inseparable", variety=varied)
     model = fitted.model.with_terms(*_camera_like_terms(fitted.model))
     session = fitted.session

@@ -12,8 +12,7 @@ from friction_estimation.discovery.model.fit import SessionFit, fit, refit, rele
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.search.maps import find_map, renew_map
-from friction_estimation.discovery.search.patch_sides import place_sides
-from friction_estimation.discovery.search.patches import find_patches
+from friction_estimation.discovery.search.patches import find_patches, place_sides
 from friction_estimation.discovery.search.residuals import Misfit, misfit_of
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
 from friction_estimation.discovery.tuning import (

@@ -40,10 +40,11 @@ from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
-    NEARBY_SPREADS,
     PUSH_SCALES,
+    SPREADS,
     THE_SAME,
     USUAL_PUSHES,
+    USUAL_SPREAD,
 )
 
 
@@ -74,7 +75,7 @@ class Combination:
     effects: frozenset[str] = frozenset()
     pushes: tuple[Following, ...] = ()
     scales: tuple[float, ...] = ()
-    spread: float = float(NEARBY_SPREADS[len(NEARBY_SPREADS) // 3])
+    spread: float = USUAL_SPREAD
 
     def toggled(self, label: str) -> Combination:
         """With an effect, or without it if it is there."""
@@ -289,7 +290,7 @@ class Nearby:
         best = self.value(made, dispersion), made
         for _ in range(3):
             before = best[0]
-            tried = [replace(best[1], spread=float(spread)) for spread in NEARBY_SPREADS]
+            tried = [replace(best[1], spread=float(spread)) for spread in SPREADS[8::8]]
             best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
             for k in range(len(made.pushes)):
                 scales = list(best[1].scales)

@@ -84,7 +84,7 @@ def test_a_throw_that_was_not_seen_scores_as_one_that_is_left_out(curl_fit):
     others = fitted.session.only(np.arange(5))
     model, noise = fitted.model, fitted.noise
     start = {"states": fitted.states[:5], "ln_factors": fitted.ln_factors[:5]}
-    part = fit(model, others, noise, **start, spreads=np.array([model.spread]))
+    part = fit(model, others, noise, **start, shared=False)
     unseen = unseen_scores(part, fitted.session.only(np.array([5])))
     assert unseen == pytest.approx(left_out_scores(fitted)[5:], abs=0.5)
 

@@ -15,7 +15,7 @@ from friction_estimation.discovery import (
 )
 from friction_estimation.discovery.evidence.intervals import with_sides
 from friction_estimation.discovery.model.candidates import known_effects
-from friction_estimation.discovery.search.patch_sides import (
+from friction_estimation.discovery.search.patches import (
     place_sides,
     scan_side,
     sides_along,
