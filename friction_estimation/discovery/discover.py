@@ -163,7 +163,7 @@ def discover(
     ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
     scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
     references : calibrations of lengths and times by known ones; they replace those of the ice
-    seed : seed of the choice of held-out throws and of flipped signs
+    seed : seed of the choice of held-out throws
     progress : progress
 
     Raises
@@ -214,7 +214,7 @@ def search_session(
     ----------
     everything : the fit
     given : the model before the fit
-    rng : source of the choice of held-out throws and of flipped signs
+    rng : source of the choice of held-out throws
     progress : progress
     """
     if everything.model.terms and not misfit_of(everything).white:
@@ -288,7 +288,7 @@ def _search(
     if selection.after.ratio > ASTRAY:
         selection = _select_from(given, selection)
     progress("testing throw by throw", 0.7)
-    found = name_effects(selection, unseen, session, rng, progress)
+    found = name_effects(selection, unseen, session, progress)
     progress("forecasting throws held out", 0.9)
     base, noise = selection.base.model, found.fit.noise
     gaps = {

@@ -227,6 +227,8 @@ EVENT_SHARE = 0.7
 """Part of all misfit that must go with the throws in which something may have happened once."""
 MOST_EVENTS = 0.15
 """Largest part of the throws in which something may have happened once; more is no accident."""
+LARGEST_IMPROVEMENT = 9.0
+"""Largest improvement of a throw's score that counts."""
 HELD_OUT_SHARE = 0.25
 """Part of the throws that is held out."""
 FORECAST_SECONDS = 4.0

@@ -71,7 +71,7 @@ def estimate_ice(
     camera_bias : whether a smooth bias of the camera along the sheet is fitted with the map:
         ``auto``, if the throws clearly show one; ``off``, never
     scene : scene of the camera that filmed the tracks, where it is known
-    seed : seed of the choice of held-out throws and of flipped signs
+    seed : seed of the choice of held-out throws
     progress : called as the fit advances
 
     Raises

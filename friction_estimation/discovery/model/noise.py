@@ -270,7 +270,7 @@ def _series_of(
         for channel in channels:
             values = residuals[rows, channel]
             known = np.isfinite(values)
-            if not known.any():
+            if known.sum() < (LEAST_ROWS if session.smoothed else 1):
                 continue
             t = session.times[rows][known]
             basis = slow_basis(t, SLOWEST_FILM_NOISE_PERIOD) if slow else slow_basis(t)

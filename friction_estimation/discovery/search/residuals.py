@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import gram_matrix
 from friction_estimation.discovery.model.fit import SessionFit
@@ -53,11 +53,6 @@ class Misfit:
         return float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
 
     @property
-    def uncertainty(self) -> float:
-        """The same with the noise as uncertain as it is: a third of what is tolerated."""
-        return float(np.hypot(self.chance, (self.tolerated - 1.0) / 3.0 * self.dof.sum()))
-
-    @property
     def z(self) -> float:
         """Excess in standard deviations."""
         return self.excess / self.chance
@@ -73,11 +68,6 @@ class Misfit:
         return (self.chi2 / self.throw_tolerance - self.dof) / np.sqrt(
             2.0 * np.maximum(self.dof, 1.0)
         )
-
-    def without(self, left_out: Indices) -> Misfit:
-        """The misfit of the other throws."""
-        keep = np.setdiff1d(np.arange(len(self.chi2)), left_out)
-        return replace(self, chi2=self.chi2[keep], dof=self.dof[keep])
 
 
 def slow_columns(t: Floats) -> Floats:

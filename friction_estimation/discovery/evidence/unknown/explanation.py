@@ -14,6 +14,7 @@ import numpy as np
 
 from curling_env.physics.effects.card import Push
 from friction_estimation.discovery.evidence.mixture import has_few_throws
+from friction_estimation.discovery.evidence.significance import p_of_mean
 from friction_estimation.discovery.evidence.unknown.nearby import (
     Combination,
     Following,
@@ -24,7 +25,6 @@ from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.noise import estimate_noise
-from friction_estimation.discovery.search.score_test import sign_flip_p
 from friction_estimation.discovery.search.selection import (
     refine,
     try_term,
@@ -68,7 +68,7 @@ class Dependence:
     ----------
     variable : name of the variable, as in the `depends_on` of a report
     share : part of the discrepancy that is left without it and not with it
-    p : probability that chance does as well, by flipping the signs of throws
+    p : probability that chance does as well, by Student's t over throws
     push : push by which it acts most
     """
 
@@ -168,15 +168,12 @@ def _explained(around: Nearby, made: Combination, label: str) -> float:
     return around.fall_short(made.toggled(label)) - around.fall_short(made)
 
 
-def dependences(
-    around: Nearby, made: Combination, dispersion: float, rng: np.random.Generator
-) -> list[Dependence]:
+def dependences(around: Nearby, made: Combination, dispersion: float) -> list[Dependence]:
     """The variables that the pushes of a combination follow, at most three, the strongest first.
 
     Parameters
     ----------
     around, made, dispersion : as of `search`
-    rng : source of the flipped signs
     """
     whole, scores = around.fall_short(made), around.scores(made, dispersion)
     bare = replace(made, pushes=(), scales=())
@@ -200,7 +197,7 @@ def dependences(
             Dependence(
                 variable=variable,
                 share=min((around.fall_short(bare) - around.fall_short(alone)) / lacking, 1.0),
-                p=sign_flip_p(improvements, rng),
+                p=p_of_mean(improvements),
                 push=max(own, key=lambda push: gains[push]).push,
             )
         )
@@ -212,17 +209,16 @@ def dependences(
     ]
 
 
-def find_dependences(fitted: SessionFit, rng: np.random.Generator) -> list[Dependence]:
+def find_dependences(fitted: SessionFit) -> list[Dependence]:
     """The variables that the discrepancy of a fit follows, at most three, the strongest first.
 
     Parameters
     ----------
     fitted : fit that leaves the discrepancy
-    rng : source of the flipped signs
     """
     around = nearby(fitted, ())
     made, dispersion = search(around, (), held=True)
-    return dependences(around, made, dispersion, rng)
+    return dependences(around, made, dispersion)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -244,7 +240,6 @@ class Explanation:
 def explain(
     fitted: SessionFit,
     given: Iterable[str],
-    rng: np.random.Generator,
     *,
     beyond_map: bool = False,
 ) -> Explanation | None:
@@ -254,7 +249,6 @@ def explain(
     ----------
     fitted : fit with effects that were selected without the unknown
     given : labels of terms that stay in any case
-    rng : source of the flipped signs
     beyond_map : whether they must explain more than the friction map of the fit
 
     Returns
@@ -286,7 +280,7 @@ def explain(
     return Explanation(
         fit=calm,
         pushes=made.pushes,
-        dependences=dependences(around, made, dispersion, rng),
+        dependences=dependences(around, made, dispersion),
     )
 
 

@@ -54,11 +54,6 @@ class Following(NamedTuple):
     variable: str
     push: Push
 
-    @property
-    def name(self) -> str:
-        """The variable as a report names it."""
-        return self.variable.partition(" ")[0]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Combination:
