@@ -8,6 +8,7 @@ integrated out (the restricted likelihood; a plain maximum would be too narrow).
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 
@@ -38,6 +39,7 @@ class Mixture:
     covariances: Floats
 
 
+@lru_cache(maxsize=4)
 def mixture(fitted: SessionFit) -> Mixture:
     """The posterior of the shared parameters of a fit."""
     spreads = integrated_spreads(fitted)

@@ -119,7 +119,7 @@ def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bo
     if terms[1] <= terms[0]:
         return False
     had, has = (around.fall_short(made) for made in (before, after))
-    pushed = around.fall_short(replace(after, pushes=(), scales=())) - has
+    pushed = around.fall_short(replace(after, pushes={})) - has
     rest = has - around.values
     return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
@@ -176,7 +176,7 @@ def dependences(around: Nearby, made: Combination, dispersion: float) -> list[De
     around, made, dispersion : as of `search`
     """
     whole, scores = around.fall_short(made), around.scores(made, dispersion)
-    bare = replace(made, pushes=(), scales=())
+    bare = replace(made, pushes={})
     lacking = max(around.fall_short(bare) - around.values, around.fall_short(bare) - whole, 1.0)
     found: list[Dependence] = []
     for variable in dict.fromkeys(
@@ -279,7 +279,7 @@ def explain(
     calm = with_patches_sought_again(calm)
     return Explanation(
         fit=calm,
-        pushes=made.pushes,
+        pushes=tuple(made.pushes),
         dependences=dependences(around, made, dispersion),
     )
 

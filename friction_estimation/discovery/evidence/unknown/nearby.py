@@ -11,7 +11,7 @@ term must pay for itself beside that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -62,14 +62,13 @@ class Combination:
     Parameters
     ----------
     effects : labels of those terms that it has, beside the ones that all models have
-    pushes : pushes of the unknown that it has
-    scales : for each of these its prior standard deviation over the usual one
+    pushes : pushes of the unknown that it has, and for each its prior standard deviation over the
+        usual one
     spread : standard deviation of ln μ from throw to throw
     """
 
     effects: frozenset[str] = frozenset()
-    pushes: tuple[Following, ...] = ()
-    scales: tuple[float, ...] = ()
+    pushes: Mapping[Following, float] = field(default_factory=dict[Following, float])
     spread: float = USUAL_SPREAD
 
     def toggled(self, label: str) -> Combination:
@@ -77,13 +76,12 @@ class Combination:
         return replace(self, effects=self.effects ^ {label})
 
     def following(self, push: Following, scale: float = 1.0) -> Combination:
-        """With another push."""
-        return replace(self, pushes=(*self.pushes, push), scales=(*self.scales, scale))
+        """With a push at some scale."""
+        return replace(self, pushes={**self.pushes, push: scale})
 
     def without(self, push: Following) -> Combination:
         """Without a push."""
-        kept = [pair for pair in zip(self.pushes, self.scales, strict=True) if pair[0] != push]
-        return replace(self, pushes=tuple(p for p, _ in kept), scales=tuple(s for _, s in kept))
+        return replace(self, pushes={p: s for p, s in self.pushes.items() if p != push})
 
 
 class Quadratic(NamedTuple):
@@ -241,7 +239,7 @@ class Nearby:
                 *(self.model.map_field.deviations for _ in fields if self.model.map_field),
                 *(
                     np.full(len(self.pushes[push]), scale * USUAL_PUSHES[PUSHES.index(push.push)])
-                    for push, scale in zip(made.pushes, made.scales, strict=True)
+                    for push, scale in made.pushes.items()
                 ),
                 np.empty(0),
             ]
@@ -285,14 +283,10 @@ class Nearby:
         best = self.value(made, dispersion), made
         for _ in range(3):
             before = best[0]
-            tried = [replace(best[1], spread=float(spread)) for spread in SPREADS[8::8]]
+            tried = [replace(best[1], spread=float(spread)) for spread in SPREADS[11::8]]
             best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
-            for k in range(len(made.pushes)):
-                scales = list(best[1].scales)
-                tried = [
-                    replace(best[1], scales=(*scales[:k], scale, *scales[k + 1 :]))
-                    for scale in PUSH_SCALES
-                ]
+            for push in made.pushes:
+                tried = [best[1].following(push, scale) for scale in PUSH_SCALES]
                 best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
             if before - best[0] < 0.5:
                 break
