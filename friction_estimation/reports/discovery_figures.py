@@ -10,18 +10,27 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
+from curling_env.errors import InputError
+from curling_env.ice import Ice
+from curling_env.physics.aim import Aim
 from curling_env.physics.effects.card import Push
+from curling_env.physics.slides import NO_BOUNDS, slide
 from curling_env.physics.state import State
+from curling_env.physics.wear import IceInUse
 from curling_env.render.figures import (
     FAINT,
     INK,
     draw_sheet,
+    draw_stone,
     from_the_thrower,
     new_figure,
     plain_axes,
+    show_house,
 )
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import Throw
 from curling_env.typing import Floats, Indices
+from curling_env.units import Units, short_length, speed
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown.explanation import Dependence
@@ -34,6 +43,8 @@ from friction_estimation.tracks.smoothing import local_fit
 BEFORE, AFTER, TRACK = "#c8433f", "#2b7a4b", "#22313f"
 ACCELERATION_WINDOW = 3.0
 """Width of the windows from which residual accelerations are taken [s]."""
+DRAW_SPIN = 1.5
+"""Spin of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
 EVERY_NTH_ROW = 8
 """Rows from one such window to the next."""
 COMPONENT = {"along": 0, "left": 1, "turn": 2, "along the sheet": 0, "across the sheet": 1}
@@ -88,6 +99,60 @@ def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
     handles, names = ax.get_legend_handles_labels()
     ax.legend(handles[:2], names[:2], loc="lower right", fontsize=9, framealpha=0.8)
     return figure
+
+
+def draw_picture(found: Discovery, units: Units = Units.METRES) -> tuple[Figure, str] | None:
+    """Draw the house with a draw that the model as it was lays on the tee line, and describe where
+    it rests with what was found.
+
+    None where nothing was named, or no draw comes to rest there.
+    """
+    session = found.session
+    ices: list[Ice] = []
+    for fitted in (found.final_base, found.final):
+        in_use = IceInUse(fitted.model.improved_ice({}))
+        for ran in session.wear_tracks.paths:
+            in_use.ran(ran)
+        ices.append(in_use.now)
+    stone, order = int(session.stones[-1]), int(session.orders.max()) + 1
+    at = {"stone": stone, "order": order, "clock": float(session.clocks.max()) + 60.0}
+    weight = Aim(ices[0], **at).draw_weight(DRAW_SPIN) if found.effects else None
+    if weight is None:
+        return None
+    release = Throw(speed=weight, spin=DRAW_SPIN).release(Direction.AWAY, **at)
+    try:
+        runs = [slide(ice, release, bounds=NO_BOUNDS, fps=20.0).trajectory for ice in ices]
+    except InputError:
+        return None  # ice on which the stone never stops
+    figure = new_figure(4.4, 4.3)
+    ax = figure.subplots()
+    view, sheet = from_the_thrower(Direction.AWAY), ices[0].sheet
+    draw_sheet(ax, sheet, view)
+    rests: list[Floats] = []
+    for run, colour, name in zip(
+        runs, (BEFORE, AFTER), ("the model as it was", "the improved model"), strict=True
+    ):
+        assert run is not None  # a rate was given
+        ax.plot(*view(run.xy).T, color=colour, lw=2, zorder=5, label=name)
+        draw_stone(ax, ices[0].stone.radius, run.xy[-1], view, colour=colour)
+        rests.append(view(run.xy[-1:])[0])
+    lowest, highest = min(r[1] for r in rests), max(r[1] for r in rests)
+    show_house(
+        ax,
+        sheet,
+        short=float(np.clip(0.6 - lowest, 2.6, 8.0)),
+        past=float(np.clip(highest + 0.6, 2.4, 4.5)),
+        units=units,
+    )
+    ax.set_aspect("equal")
+    ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
+    right, past = (rests[1] - rests[0]).tolist()
+    return figure, (
+        f"The draw of {speed(weight, units)}, turning counter-clockwise, that the model as it was "
+        f"lays on the tee line rests {short_length(right, units)} to the "
+        f"{'right' if right > 0 else 'left'} and {short_length(past, units)} "
+        f"{'further' if past > 0 else 'shorter'} with what was found."
+    )
 
 
 def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:

@@ -12,7 +12,11 @@ from matplotlib.figure import Figure
 from curling_env.units import Units, short_length
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.verdict import gain_in_words, readable
-from friction_estimation.reports.discovery_figures import paths_picture, residual_pictures
+from friction_estimation.reports.discovery_figures import (
+    draw_picture,
+    paths_picture,
+    residual_pictures,
+)
 from friction_estimation.reports.draw_weight import draw_facts
 from friction_estimation.reports.html import facts, fold, picture, table, write_page
 
@@ -40,6 +44,7 @@ def write_report_page(
     draw = draw_facts(ice, float(ice.friction.mu.mean()), units)
     folded = [
         f"<h2>What this ice asks of a draw</h2>{facts(draw)}" if draw else "",
+        _same_draw(found, units),
         *(_residuals(label, figure) for label, figure in residual_pictures(found)),
         throws,
         _candidates(report),
@@ -81,6 +86,15 @@ PICTURES: dict[Literal["before", "after"], str] = {
     "before": "the model as it was",
     "after": "with what was found",
 }
+
+
+def _same_draw(found: Discovery, units: Units) -> str:
+    """The same draw on the ice before and after."""
+    drawn = draw_picture(found, units)
+    if drawn is None:
+        return ""
+    shown = picture(drawn[0], "the same draw before and after", caption=drawn[1])
+    return f"<h2>The same draw</h2><div class=side>{shown}</div>"
 
 
 def _residuals(label: str, figure: Figure) -> str:
