@@ -59,13 +59,11 @@ class SessionFit:
 
     Parameters
     ----------
-    model : fitted model
     session : throws it was fitted to
     noise : noise that was assumed
     states : (k, 6) release states
-    ln_factors : (k,) deviation of ln μ of each throw
     predicted : (rows, 6) states at the measured times, as the camera sees them
-    linear : the session, linear around the fit
+    linear : the session, linear around the fit, with the fitted model
     deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
     by_paths : (P, P) covariance of the shared parameters by errors of the paths of earlier stones,
         in addition to that by their own noise; None where it was not asked for, or nothing follows
@@ -74,16 +72,24 @@ class SessionFit:
         at any
     """
 
-    model: Model
     session: Session
     noise: SessionNoise
     states: Floats
-    ln_factors: Floats
     predicted: Floats
     linear: Linearisation
     deviance: float
     by_paths: Floats | None = None
     only_spread: float | None = None
+
+    @property
+    def model(self) -> Model:
+        """The fitted model."""
+        return self.linear.model
+
+    @property
+    def ln_factors(self) -> Floats:
+        """Deviation of ln μ of each throw, (k,)."""
+        return self.linear.ln_factors
 
     @property
     def residuals(self) -> Floats:
@@ -247,11 +253,9 @@ def fit(
     linear = present.linear
     grams = _moved(linear.grams, states - present.states, ln_factors - linear.ln_factors)
     return SessionFit(
-        model=linear.model,
         session=session,
         noise=noise,
         states=states,
-        ln_factors=ln_factors,
         predicted=predict(linear.model, session, states, ln_factors),
         linear=replace(linear, ln_factors=ln_factors, grams=grams),
         deviance=present.deviance,

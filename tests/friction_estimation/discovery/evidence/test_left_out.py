@@ -36,7 +36,7 @@ def test_the_density_of_a_throw_given_the_others_is_that_of_their_joint_gaussian
     model, session, states = replace(fitted.model, spread=spread), fitted.session, fitted.states
     factors = np.zeros(len(session))
     linear = linearise(model, session, WHITE, states, factors)[1]
-    fitted = replace(fitted, model=model, noise=WHITE, linear=linear, ln_factors=factors)
+    fitted = replace(fitted, noise=WHITE, linear=linear)
     found = densities(fitted)[3]
 
     # All rows of all throws together; every unknown is Gaussian and integrated out.
