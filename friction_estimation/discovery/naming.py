@@ -49,7 +49,7 @@ OF_THE_PLACE = {("x", "along"), ("y", "along")}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Named:
-    """What may be named of a selection.
+    """Effects of a selection that may be named, and what they leave.
 
     Parameters
     ----------

@@ -260,7 +260,7 @@ class Session:
         return replace(whole, pushes=pushes, **{n: getattr(self, n)[chosen] for n in OF_THROWS})
 
     def _with_rows(self, rows: Flags | Indices, counts: Indices) -> Session:
-        """The session with some of its rows, and so many of each throw."""
+        """The session with some of its rows, and the number of rows of each throw."""
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
         return replace(self, starts=starts, **{n: getattr(self, n)[rows] for n in OF_ROWS})
 

@@ -109,7 +109,7 @@ def scaled_root(matrix: Floats) -> tuple[Floats, Floats]:
 
     Raises
     ------
-    numpy.linalg.LinAlgError : there is none nearby
+    numpy.linalg.LinAlgError : no matrix nearby has a root
     """
     scale = 1.0 / np.sqrt(np.maximum(np.einsum("...jj->...j", matrix), NO_INFORMATION))
     scaled = matrix * scale[..., :, None] * scale[..., None, :]
