@@ -12,6 +12,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "data.measurement": ("measurement_effects", "measurement_effects_through"),
+        "data.outliers": ("without_outliers",),
         "data.references": ("calibrate", "calibrations_of", "corrected", "read_reference"),
         "data.session": ("open_session",),
         "discover": ("ice_of",),

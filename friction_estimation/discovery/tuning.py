@@ -34,6 +34,8 @@ AT_LIMIT = 1e-6
 LEAST_NOISE = (2e-4, 2e-4)
 """Smallest noise of a coordinate and of the heading [m, rad]: simulated tracks are rounded, and no
 other is perfect."""
+LEAST_TRACK_NOISE = (1e-3, 5e-3)
+"""The same for a track before any fit: slow cosines leave a little where it begins and ends."""
 MEMORY_BOUNDS = (0.05, 0.7)
 """Shortest and longest memory of the noise [s]: a longer one looks like physics."""
 NEARLY_LONGEST = 0.95

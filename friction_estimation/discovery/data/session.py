@@ -31,7 +31,11 @@ from friction_estimation.discovery.data.measurement import (
     measurement_effects,
     measurement_effects_through,
 )
-from friction_estimation.discovery.data.outliers import fast_series
+from friction_estimation.discovery.data.outliers import (
+    fast_series,
+    robust_deviation,
+    without_outliers,
+)
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.data.wear_tracks import WearTracks, smoothed_path
 from friction_estimation.discovery.tuning import (
@@ -50,7 +54,6 @@ from friction_estimation.discovery.tuning import (
 )
 from friction_estimation.tracks.contacts import contacts_of
 from friction_estimation.tracks.free_slide import FreeSlide, free_slides
-from friction_estimation.tracks.outliers import robust_deviation, wild_rows
 
 FURTHEST_ACROSS, FURTHEST_ALONG = 2.6, 24.0
 """Limits of the middle of a track [m]: a little beyond the ice of the widest sheet."""
@@ -331,8 +334,11 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     if any(track.by_gates for track in tracks):
         return _session_of_gates(tracks)
     contacts = contacts_of(tracks)
-    elsewhere = [_elsewhere(track) for track in tracks]
-    on_sheet = [track for track, reason in zip(tracks, elsewhere, strict=True) if not reason]
+    cleaned = [
+        without_outliers(track, times) for track, times in zip(tracks, contacts, strict=True)
+    ]
+    elsewhere = [_elsewhere(track) for track in cleaned]
+    on_sheet = [track for track, reason in zip(cleaned, elsewhere, strict=True) if not reason]
     contacts = [times for times, reason in zip(contacts, elsewhere, strict=True) if not reason]
     off_sheet = [reason for reason in elsewhere if reason]
     if not on_sheet and off_sheet:
@@ -376,9 +382,7 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         left_out=(*off_sheet, *reasons, *blind),
         measurements=measurement_effects() if scene is None else measurement_effects_through(scene),
         wear_tracks=WearTracks.of(
-            (order_of[track.throw], smoothed_path(track.t[near], track.xy[near]))
-            for track in on_sheet
-            for near in [~wild_rows(track.t, track.xy)[0]]
+            (order_of[track.throw], smoothed_path(track.t, track.xy)) for track in on_sheet
         ),
     ).with_usual_spins()
 

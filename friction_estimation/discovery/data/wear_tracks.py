@@ -17,7 +17,7 @@ from curling_env.physics.wear import passes_over
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from curling_env.worn_tracks import WORN_WIDTH, WornTracks
-from friction_estimation.discovery.data.outliers import slow_basis
+from friction_estimation.discovery.data.outliers import robust_deviation, slow_basis
 from friction_estimation.discovery.tuning import LEAST_ROWS, OUTLIER_DEVIATIONS
 
 POINT_SPACING = 0.2
@@ -123,7 +123,7 @@ def _slow_part(basis: Floats, values: Floats) -> Floats:
     for _ in range(2):
         smooth = basis @ np.linalg.lstsq(basis[near], values[near])[0]
         off = np.hypot(*(values - smooth).T)
-        near = off <= OUTLIER_DEVIATIONS * 1.4826 * float(np.median(off)) + 1e-12
+        near = off <= OUTLIER_DEVIATIONS * robust_deviation(off) + 1e-12
     return smooth
 
 

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.optimize import minimize
 
 from curling_env.typing import Flags, Floats, Indices
-from friction_estimation.discovery.data.outliers import fast_series, slow_basis
+from friction_estimation.discovery.data.outliers import fast_series, robust_deviation, slow_basis
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.whitening import restricted_square, whiten_series
 from friction_estimation.discovery.tuning import (
@@ -34,7 +34,6 @@ from friction_estimation.discovery.tuning import (
     SLOWEST_FILM_NOISE_PERIOD,
     SMOOTHED_PERIOD,
 )
-from friction_estimation.tracks.outliers import robust_deviation
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -292,7 +291,7 @@ def _rough_size(fast: Floats, series: Sequence[Series]) -> float:
     series : coordinates with this noise
     """
     if np.isfinite(fast).any():
-        return robust_deviation(fast[np.isfinite(fast)])
+        return 1.4826 * float(np.nanmedian(np.abs(fast)))
     left = [
         np.linalg.norm(c[:, -1] - c[:, :-1] @ np.linalg.lstsq(c[:, :-1], c[:, -1])[0])
         / np.sqrt(len(c) - c.shape[1] + 1)
