@@ -18,7 +18,7 @@ from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.detector import DetectedPlace, Detector, OnIce
+from friction_estimation.tracking.detection.detector import DetectedPlace, Detector, OnIce
 from friction_estimation.tracks.throw_table import ThrowMeasures, measure_throw
 
 INTERVAL = 0.09
@@ -72,7 +72,7 @@ class Glance:
 
     def __post_init__(self) -> None:
         model = StoneModel(radius=self.scene.stone_radius, height=self.scene.stone_height)
-        self._on_ice = OnIce(Detector(mirrored=False), self.camera, model, self.scene.sheet)
+        self._on_ice = OnIce(Detector(), self.camera, model, self.scene.sheet)
 
     def wants(self, t: float) -> bool:
         """Return whether the frame of a time [s] is to be added."""
@@ -118,7 +118,7 @@ class Glance:
     def _search(self, t: float, picture: Image, moved: Floats) -> None:
         """Join detections to chains; one that slides along the sheet is the thrown stone."""
         longer: list[list[Row]] = []
-        for one in self._on_ice.detect(picture, moved):
+        for one in self._on_ice.detect(picture, moved, mirrored=False):
             here = _row(t, one)
             fitting = [chain for chain in self._chains if _goes_on(chain, here)]
             longer.append([*max(fitting, key=len, default=[]), here])
@@ -133,7 +133,9 @@ class Glance:
         around = expected + REACH * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
         px = self.camera.project(np.column_stack([around, np.zeros(4)]))
         box = np.array([[px.min(axis=0), px.max(axis=0)]])
-        found = self._on_ice.detect(picture, box) if np.isfinite(box).all() else []
+        found: list[DetectedPlace] = []
+        if np.isfinite(box).all():
+            found = self._on_ice.detect(picture, box, mirrored=False)
         near = [one for one in found if np.hypot(*(one.xy - expected)) < GATE]
         if near:
             one = max(near, key=lambda place: place.score - np.hypot(*(place.xy - expected)))
