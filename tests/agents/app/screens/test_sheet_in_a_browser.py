@@ -117,7 +117,7 @@ def scale_of(page: Any) -> float:
 def test_a_click_is_a_target_and_its_address_can_be_reloaded(still, address):
     still.goto(f"{address}throw")
     still.mouse.click(*at(still, 0.5, 17.0))
-    still.get_by_text("Expected miss").wait_for()
+    still.get_by_text("Expected miss", exact=True).wait_for()
     assert re.search(r"\d+\.\d s", still.locator("#result").inner_text())
     assert "0.1 s heavier hog to hog" in still.locator("#result").inner_text()
     where = place_of(still, "target")
@@ -125,7 +125,7 @@ def test_a_click_is_a_target_and_its_address_can_be_reloaded(still, address):
     told = still.locator("#result").inner_text()
     assert "x=0.5" in still.url or "x=0.49" in still.url
     still.reload()
-    still.get_by_text("Expected miss").wait_for()
+    still.get_by_text("Expected miss", exact=True).wait_for()
     assert still.locator("#result").inner_text() == told
     still.get_by_role("button", name="Aim at the button").click()
     assert place_of(still, "target") == pytest.approx((0.0, 17.3735), abs=1e-3)
