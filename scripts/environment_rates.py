@@ -4,7 +4,7 @@
 
 Random actions; episodes that end begin again. What jax compiles is not counted. docs/for-rl.md has
 the result. None of the other packages is needed for anything else: pip install highway-env
-"jax[cpu]" pgx jumanji, in an environment of their own.
+"jax[cpu]" pgx jumanji, in a separate environment.
 """
 
 from __future__ import annotations
@@ -126,7 +126,7 @@ RATES: dict[str, tuple[str, Callable[[], Callable[[], int]]]] = {
     "Jumanji Snake-v1, 1024": ("jumanji", lambda: jumanji_game("Snake-v1")),
     "Jumanji Game2048-v1, 1024": ("jumanji", lambda: jumanji_game("Game2048-v1")),
 }
-"""What is measured, by its name: the package that it needs, and what makes its steps."""
+"""Measurements by name: the package needed, and the maker of its steps."""
 
 
 def main() -> None:
