@@ -31,7 +31,7 @@ from scipy.stats import trim_mean
 from agents.benchmark import TASKS, BenchmarkTask, contestant, played
 from agents.benchmark.contestants import can_do
 from agents.benchmark.datasets import expert_of, practice_env, practice_options, tier_episodes
-from agents.benchmark.rows import aggregate, read_row, scores_of, write_row
+from agents.benchmark.rows import aggregate, read_row, scores_of, shortcomings, write_row
 from agents.benchmark.scores import TRIMMED
 from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import write_json
@@ -451,14 +451,17 @@ def table() -> None:
 
 
 def release() -> None:
-    """Copy the rows, the curves, and the configuration and the weights of the first trainings."""
+    """Copy complete rows and all curves, and configurations and weights of the first trainings."""
     folder = Path(RELEASED)
     (folder / "weights").mkdir(parents=True, exist_ok=True)
     configurations: dict[str, Any] = {}
-    for path in sorted(FOLDER.glob("*.json")):
+    complete = [path for path in sorted(FOLDER.glob("*.json")) if not shortcomings(read_row(path))]
+    for path in complete:
         shutil.copy(path, folder / path.name)
     for path in sorted(FOLDER.glob("*/*/0/config.json")):
         name, task = path.parts[-4:-2]
+        if FOLDER / f"{name}.json" not in complete:
+            continue
         configurations.setdefault(name, {})[task] = json.loads(path.read_text())
         if name in (*TRAINED, "bc"):
             shutil.copy(path.with_name("model.zip"), folder / "weights" / f"{name}-{task}.zip")

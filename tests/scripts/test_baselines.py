@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from pathlib import Path
 
 import baselines
 import numpy as np
@@ -49,3 +50,20 @@ def test_what_needs_no_training_is_measured_on_all_that_it_can_do(small):
         for name in ("random", "rulebased")
     ]
     assert names == [["guard", "end-rulebased"], ["end-rulebased"]]
+
+
+DOCS = Path(__file__).parents[2] / baselines.RELEASED
+
+
+@pytest.mark.parametrize("path", sorted(DOCS.glob("[!c]*.json")), ids=lambda path: path.stem)
+def test_released_rows_are_complete(path):
+    assert shortcomings(read_row(path)) == []
+
+
+@pytest.mark.parametrize(("name", "task"), [("sac", "guard"), ("ppo", "draw-blind")])
+def test_released_weights_score_as_their_row(name, task):
+    values, _ = played(
+        TASKS[task], contestant(str(DOCS / "weights" / f"{name}-{task}.zip")), episodes=20
+    )
+    runs = {score.task: score.runs for score in read_row(DOCS / f"{name}.json").scores}
+    np.testing.assert_allclose(values, runs[task][0][:20], atol=1e-3)
