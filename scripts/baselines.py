@@ -35,6 +35,7 @@ from agents.benchmark.rows import aggregate, read_row, scores_of, shortcomings, 
 from agents.benchmark.scores import TRIMMED
 from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import write_json
+from curling_env.infrastructure.files.writing import atomic_path
 
 FOLDER = Path("runs/baselines")
 EPISODES = 100
@@ -42,7 +43,7 @@ EPISODES = 100
 SEEDS = 5
 """Trainings of every task."""
 END = "end-rulebased"
-"""Ends are learnt against this opponent, and measured against all three."""
+"""Ends are learnt against this opponent, and played against all three; copies against it alone."""
 ENDS = [name for name, task in TASKS.items() if task.headline and task.metric == "points"]
 THROWS = [name for name, task in TASKS.items() if task.headline and task.metric != "points"]
 DELIVERIES = {"learned": 10_000, "planner": 300}
@@ -216,16 +217,17 @@ def do(piece: Piece) -> str:
 
 def measure(piece: Piece) -> str:
     """Measure a policy that needs no training."""
-    return _measured(piece, contestant(piece.name), [piece.task])
+    return _measured(piece, piece.name, [piece.task])
 
 
-def _measured(piece: Piece, who: Any, tasks: list[str]) -> str:
+def _measured(piece: Piece, name: str, tasks: list[str]) -> str:
     path = piece.folder / "values.json"
     if not path.exists():
-        values = {name: played(TASKS[name], who, episodes=EPISODES)[0] for name in tasks}
-        write_json(path, {name: np.round(each, 4).tolist() for name, each in values.items()})
+        who = contestant(name)
+        values = {task: played(TASKS[task], who, episodes=EPISODES)[0] for task in tasks}
+        write_json(path, {task: np.round(each, 4).tolist() for task, each in values.items()})
     found = json.loads(path.read_text())
-    return ", ".join(f"{name} {np.mean(each):.3f}" for name, each in found.items())
+    return ", ".join(f"{task} {np.mean(each):.3f}" for task, each in found.items())
 
 
 def recorded(piece: Piece) -> Any:
@@ -244,37 +246,34 @@ def recorded(piece: Piece) -> Any:
                 [np.full(len(one["rewards"]), np.sum(one["rewards"])) for one in episodes]
             ),
         }
-        draft = path.with_suffix(".draft.npz")
         singles: dict[str, Any] = {name: v.astype(np.float32) for name, v in arrays.items()}
-        np.savez_compressed(draft, **singles)
-        draft.rename(path)
+        with atomic_path(path) as draft, draft.open("wb") as file:
+            np.savez_compressed(file, **singles)
     return path
 
 
 def train(piece: Piece) -> str:
     """Train one model, and measure what was saved."""
-    algorithm, task, folder = ALGORITHMS[piece.name], TASKS[piece.task], piece.folder
-    every_opponent = task.metric == "points" and algorithm.tier in ("", "expert")
-    measured = ENDS if every_opponent else [task.name]
-    if (folder / "values.json").exists():
-        return _measured(piece, None, measured)
-    steps = int(piece.share * algorithm.steps[task.metric == "points"])
-    model = _model(algorithm, task, piece.number)
-    if algorithm.name == "BC":
-        steps = clone(model, piece)
-    else:
-        (folder / "curve.csv").unlink(missing_ok=True)
-        model.learn(steps, callback=Curve(folder / "curve.csv", steps // POINTS))
-    configuration = {
-        "algorithm": asdict(algorithm),
-        "steps": steps,
-        "seed": piece.number,
-        "options": dict(practice_options(task)),
-        "versions": _versions(),
-    }
-    write_json(folder / "config.json", configuration)
-    save_weights(model, folder / "model.zip")
-    return _measured(piece, contestant(str(folder / "model.zip")), measured)
+    algorithm, task, path = ALGORITHMS[piece.name], TASKS[piece.task], piece.folder / "model.zip"
+    if not path.exists():
+        steps = int(piece.share * algorithm.steps[task.metric == "points"])
+        model, curve = _model(algorithm, task, piece.number), piece.folder / "curve.csv"
+        if algorithm.name == "BC":
+            steps = clone(model, piece)
+        else:
+            curve.unlink(missing_ok=True)
+            model.learn(steps, callback=Curve(curve, steps // POINTS))
+        configuration = {
+            "algorithm": asdict(algorithm),
+            "steps": steps,
+            "seed": piece.number,
+            "options": dict(practice_options(task)),
+            "versions": _versions(),
+        }
+        write_json(piece.folder / "config.json", configuration)
+        save_weights(model, path)
+    ends = task.metric == "points" and not algorithm.tier
+    return _measured(piece, str(path), ENDS if ends else [task.name])
 
 
 def _versions() -> dict[str, str]:
@@ -330,7 +329,11 @@ def save_weights(model: Any, path: Path) -> None:
     whole, half = BytesIO(), BytesIO()
     model.save(whole, exclude=state)
     torch.save({name: one.half() for name, one in model.policy.state_dict().items()}, half)
-    with ZipFile(whole) as given, ZipFile(path, "w", ZIP_DEFLATED) as kept:
+    with (
+        atomic_path(path) as draft,
+        ZipFile(whole) as given,
+        ZipFile(draft, "w", ZIP_DEFLATED) as kept,
+    ):
         for name in given.namelist():
             if name == "policy.pth" or not name.endswith(".pth"):
                 kept.writestr(name, half.getvalue() if name == "policy.pth" else given.read(name))
