@@ -136,7 +136,7 @@ def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> An
 
 
 def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
-    """What counts in an episode of each environment, in which an action is always the same.
+    """Return the metric of an episode of each environment, in which an action is always the same.
 
     Parameters
     ----------

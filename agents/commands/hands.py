@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import IceOption, Results, SeedOption, grouped, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 
 
 @grouped
@@ -35,10 +35,11 @@ def hands(
         curling hands Stones.csv -o hands
         curling plan --ice ice.json --target 0,17.37 --skill hands/all.skill.json
 
-    First draws of ends show weight and line, because their call is known. Hits show with which
-    errors the engine makes as many from the same positions. Each player's errors follow from its
-    grades, by a model whose scatter is estimated, with 95 % intervals. Takes about a minute of one
-    core. See docs/championships.md for what the table cannot separate: ice, sweeping and intent.
+    First draws of ends show the errors of weight and line, because their call is known. The errors
+    of hits are those with which the engine makes the same share from the same positions. Each
+    player's errors follow from its grades, by a model whose scatter is estimated, with 95 %
+    intervals. Takes about a minute on one core. The table cannot separate ice, sweeping and intent:
+    see docs/championships.md.
     """
     from agents.shots.hands import fit_hands, in_words, write_hands
     from agents.shots.table import is_shot_table, read_shots
@@ -53,5 +54,5 @@ def hands(
         )
     if output is not None:
         files = write_hands(output, found, table, seed=seed)
-        say(f"{len(files)} files: {output}")
+        print_remark(f"{len(files)} files: {output}")
     results.show(found.as_dict(), *in_words(found))
