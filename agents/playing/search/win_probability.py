@@ -6,11 +6,13 @@ with one end fewer, and scores come with assumed shares.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
 from agents.playing.search.positions import SCORES
-from agents.playing.search.tuning import DOUBLES_SHARES, MAX_LEAD, SCORE_SHARES
+from agents.playing.search.tuning import DOUBLES_SHARES, MAX_LEAD, POWER_PLAY_SHARES, SCORE_SHARES
 from curling_env.game.rules import RuleSet
 from curling_env.typing import Floats, Integers
 
@@ -71,3 +73,58 @@ class WinProbability:
 
 def _rows(leads: Integers) -> Integers:
     return np.clip(leads, -MAX_LEAD, MAX_LEAD) + MAX_LEAD
+
+
+class PowerPlayOdds:
+    """Win probability of the team with the hammer in mixed doubles, while power plays are left.
+
+    Both teams choose the ends of their power plays well, by the usual shares of scores with and
+    without one. There is none in extra ends.
+
+    Parameters
+    ----------
+    rules : rules of the game
+    """
+
+    def __init__(self, rules: RuleSet) -> None:
+        self._odds, self._blank_keeps = WinProbability(rules), rules.blank_keeps_hammer
+        self._known: dict[tuple[int, int, bool, bool], float] = {}
+
+    def gain(self, lead: int, ends_left: int, *, opponent: bool) -> float:
+        """Return the gain of a power play now over one in a later end.
+
+        Parameters
+        ----------
+        lead, ends_left : as in `WinProbability.by_score`
+        opponent : true if the opponent has not played its own yet
+        """
+        now, later = (self._value(lead, ends_left, play, True, opponent) for play in (True, False))
+        return now - later
+
+    def _value(self, lead: int, ends_left: int, play: bool, own: bool, opponent: bool) -> float:
+        shares = np.array(POWER_PLAY_SHARES if play else DOUBLES_SHARES)
+        own = own and not play
+        after = [
+            self._best(lead + score, ends_left - 1, own, opponent)
+            if score < 0 or (score == 0 and self._blank_keeps)
+            else 1 - self._best(-lead - score, ends_left - 1, opponent, own)
+            for score in SCORES.tolist()
+        ]
+        return float(shares @ after / shares.sum())
+
+    def _best(self, lead: int, ends_left: int, own: bool, opponent: bool) -> float:
+        if ends_left == 0 or not (own or opponent):
+            return self._odds.with_hammer(lead, ends_left)
+        key = min(max(lead, -MAX_LEAD), MAX_LEAD), ends_left, own, opponent
+        if key not in self._known:
+            choices = (False, True) if own else (False,)
+            self._known[key] = max(
+                self._value(key[0], ends_left, one, own, opponent) for one in choices
+            )
+        return self._known[key]
+
+
+@cache
+def power_play_odds(rules: RuleSet) -> PowerPlayOdds:
+    """Return the odds of power plays by these rules."""
+    return PowerPlayOdds(rules)

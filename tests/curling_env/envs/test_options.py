@@ -124,6 +124,8 @@ WRONG = {
         ({"potential": "luck"}, "unknown potential 'luck'"),
         ({"observation": 3}, "observation must be"),
         ({"choices": None}, "choices must be"),
+        ({"skill": ["elite", "club"]}, "expected one skill, or one for each of 4 players, got 2"),
+        ({"opponent_skill": []}, "expected one skill, or one for each of 4 players, got 0"),
         ({"throws": 3}, "CurlingEnd-v0 has no option 'throws'; it has ice, known_ice, ices, oppo"),
     ],
 }
