@@ -20,7 +20,7 @@ from agents.playing.search.evaluator import PositionEvaluator
 from agents.playing.search.positions import position_of
 from agents.playing.search.tuning import MIN_POWER_PLAY_GAIN
 from agents.playing.search.value_network import skill_feature
-from agents.playing.search.win_probability import power_play_odds
+from agents.playing.search.win_probability import WinProbability
 from agents.playing.tournament import wilson
 from agents.shots.inversion import Inversion
 from agents.shots.records import record_of
@@ -198,7 +198,7 @@ class PowerPlay:
 
 def power_plays_of(table: ShotTable) -> list[PowerPlay]:
     """Return the decision before each end in which a power play was free."""
-    odds = power_play_odds(RULES)
+    odds = WinProbability(RULES)
     found: list[PowerPlay] = []
     for game in table.games:
         had: set[Team] = set()
@@ -207,7 +207,7 @@ def power_plays_of(table: ShotTable) -> list[PowerPlay]:
             team, left = end.hammer, RULES.ends - end.number
             if team not in had and left > 0:
                 lead = home if team is Team.HOME else -home
-                gain = odds.gain(lead, left, opponent=team.other not in had)
+                gain = odds.power_play_gain(lead, left, opponent=team.other not in had)
                 played = end.power_play is not None
                 found.append(PowerPlay(ends_left=left, lead=lead, played=played, gain=gain))
             if end.power_play is not None:

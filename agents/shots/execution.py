@@ -139,8 +139,7 @@ class _Likelihood(NamedTuple):
 
     Parameters
     ----------
-    values : (shots, intents, tails, speeds, lines); one speed for hits. An
-        intent is one of
+    values : (shots, intents, tails, speeds, lines); one speed for hits. An intent is one of
         `TEMPERATURES` with one of `OTHERWISE`
     shots : the shots
     unexplained : number of shots that no throw explains

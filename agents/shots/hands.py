@@ -14,7 +14,7 @@ from typing import Any, cast
 
 import numpy as np
 
-from agents.shots.execution import Execution, Measured, fit_execution
+from agents.shots.execution import Execution, Measured, TaskErrors, fit_execution
 from agents.shots.grades import (
     Effect,
     GradeModel,
@@ -93,7 +93,10 @@ class Hands:
         """All hands together, those of each task, and each player's."""
         return [
             skill_of(self.execution),
-            *(skill_of(self.execution, task=one.task) for one in self.execution.tasks),
+            *(
+                skill_of(self.execution, f"task-{one.task.replace(' ', '-')}", task=one)
+                for one in self.execution.tasks
+            ),
             *(player.skill for player in self.players),
         ]
 
@@ -119,17 +122,19 @@ class Hands:
 
 
 def skill_of(
-    execution: Execution, factor: float = 1.0, name: str = "all", *, task: str | None = None
+    execution: Execution,
+    name: str = "all",
+    *,
+    task: TaskErrors | None = None,
+    factor: float = 1.0,
 ) -> Skill:
     """Return all hands with their errors times a factor, or those of one task.
 
-    The speed of hits is not measured: a skill of theirs has that of all tasks.
+    A task that shows no speed has that of all.
     """
     speed, line = execution.speed, execution.line
-    for one in execution.tasks:
-        if one.task == task:
-            speed, line = one.speed or speed, one.line
-            name = "task-" + one.task.replace(" ", "-")
+    if task is not None:
+        speed, line = task.speed or speed, task.line
     return Skill(
         name=name,
         sigma_speed=factor * speed.value,
@@ -204,7 +209,7 @@ def _players(
                 ability=ability,
                 by_handle=model.effects["player by handle"].get(key, NONE),
                 factor=factor,
-                skill=skill_of(execution, factor.value, name),
+                skill=skill_of(execution, name, factor=factor.value),
             )
         )
     return sorted(found, key=lambda one: one.name)

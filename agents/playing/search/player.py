@@ -39,7 +39,6 @@ from agents.playing.search.tuning import (
     WIDENED_SHOTS,
 )
 from agents.playing.search.value_network import ValueNetwork, skill_feature
-from agents.playing.search.win_probability import power_play_odds
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import RuleSet, Ruling
@@ -173,8 +172,8 @@ class SearchPlayer(Player):
     def power_play(self, view: PlayerView) -> Side | None:
         game = view.game
         opponent = view.team.other not in game.power_plays
-        odds = power_play_odds(game.rules)
-        gain = odds.gain(game.lead(view.team), game.ends_left, opponent=opponent)
+        odds = self._evaluator(view).game_odds
+        gain = odds.power_play_gain(game.lead(view.team), game.ends_left, opponent=opponent)
         return "right" if gain > MIN_POWER_PLAY_GAIN else None
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:

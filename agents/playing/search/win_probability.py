@@ -6,8 +6,6 @@ with one end fewer, and scores come with assumed shares.
 
 from __future__ import annotations
 
-from functools import cache
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -37,6 +35,7 @@ class WinProbability:
         # The team that scores wins an extra end; a blank is followed by another.
         wins, blank = self._shares[SCORES > 0].sum(), self._shares[SCORES == 0].sum()
         extra = wins / (1 - blank) if self._blank_keeps else (wins + blank) / (1 + blank)
+        self._known: dict[tuple[int, bool, bool], Floats] = {}
         self._tables = [np.where(LEADS > 0, 1.0, np.where(LEADS < 0, 0.0, extra))]
 
     def by_score(self, lead: int, ends_left: int) -> Floats:
@@ -56,6 +55,37 @@ class WinProbability:
         """
         return float(self._table(ends_left)[_rows(np.array(lead))])
 
+    def power_play_gain(self, lead: int, ends_left: int, *, opponent: bool) -> float:
+        """Return the gain of a power play in the next end over one in a later end.
+
+        Both teams choose the ends of their power plays well; there is none in extra ends.
+
+        Parameters
+        ----------
+        lead, ends_left : as in `by_score`
+        opponent : true if the opponent has not played its own yet
+        """
+        now, later = (self._played(ends_left, play, True, opponent) for play in (True, False))
+        return float((now - later)[_rows(np.array(lead))])
+
+    def _played(self, ends: int, play: bool, own: bool, opponent: bool) -> Floats:
+        """Return the win probability of the hammer team for each of `LEADS`, with or without its
+        power play in this end, if each team has one or not.
+        """
+        own = own and not play
+        shares = np.array(POWER_PLAY_SHARES if play else self._shares)
+        after = self._best(ends - 1, own, opponent), self._best(ends - 1, opponent, own)
+        return self._by_score(LEADS, *after) @ shares / shares.sum()
+
+    def _best(self, ends: int, own: bool, opponent: bool) -> Floats:
+        if ends == 0 or not (own or opponent):
+            return self._table(ends)
+        key = ends, own, opponent
+        if key not in self._known:
+            choices = [self._played(ends, play, own, opponent) for play in {False, own}]
+            self._known[key] = np.max(choices, axis=0)
+        return self._known[key]
+
     def _table(self, ends: int) -> Floats:
         """Return the win probability with the hammer for each of `LEADS`, with a number of ends to
         play.
@@ -64,67 +94,21 @@ class WinProbability:
             self._tables.append(self._by_score(LEADS, self._tables[-1]) @ self._shares)
         return self._tables[ends]
 
-    def _by_score(self, leads: Integers, after: Floats) -> Floats:
-        """Return the win probability of the hammer team by lead and score, (n, 13)."""
+    def _by_score(self, leads: Integers, after: Floats, passed: Floats | None = None) -> Floats:
+        """Return the win probability of the hammer team by lead and score, (n, 13).
+
+        Parameters
+        ----------
+        leads : (n,) leads before the end
+        after : probability for each of `LEADS` of a team that keeps the hammer
+        passed : the same of its opponent that gets it; by default as `after`
+        """
         keeps = (SCORES < 0) | ((SCORES == 0) & self._blank_keeps)
         new = leads[:, None] + SCORES
-        return np.where(keeps, after[_rows(new)], 1 - after[_rows(-new)])
+        return np.where(
+            keeps, after[_rows(new)], 1 - (after if passed is None else passed)[_rows(-new)]
+        )
 
 
 def _rows(leads: Integers) -> Integers:
     return np.clip(leads, -MAX_LEAD, MAX_LEAD) + MAX_LEAD
-
-
-class PowerPlayOdds:
-    """Win probability of the team with the hammer in mixed doubles, while power plays are left.
-
-    Both teams choose the ends of their power plays well, by the usual shares of scores with and
-    without one. There is none in extra ends.
-
-    Parameters
-    ----------
-    rules : rules of the game
-    """
-
-    def __init__(self, rules: RuleSet) -> None:
-        self._odds, self._blank_keeps = WinProbability(rules), rules.blank_keeps_hammer
-        self._known: dict[tuple[int, int, bool, bool], float] = {}
-
-    def gain(self, lead: int, ends_left: int, *, opponent: bool) -> float:
-        """Return the gain of a power play now over one in a later end.
-
-        Parameters
-        ----------
-        lead, ends_left : as in `WinProbability.by_score`
-        opponent : true if the opponent has not played its own yet
-        """
-        now, later = (self._value(lead, ends_left, play, True, opponent) for play in (True, False))
-        return now - later
-
-    def _value(self, lead: int, ends_left: int, play: bool, own: bool, opponent: bool) -> float:
-        shares = np.array(POWER_PLAY_SHARES if play else DOUBLES_SHARES)
-        own = own and not play
-        after = [
-            self._best(lead + score, ends_left - 1, own, opponent)
-            if score < 0 or (score == 0 and self._blank_keeps)
-            else 1 - self._best(-lead - score, ends_left - 1, opponent, own)
-            for score in SCORES.tolist()
-        ]
-        return float(shares @ after / shares.sum())
-
-    def _best(self, lead: int, ends_left: int, own: bool, opponent: bool) -> float:
-        if ends_left == 0 or not (own or opponent):
-            return self._odds.with_hammer(lead, ends_left)
-        key = min(max(lead, -MAX_LEAD), MAX_LEAD), ends_left, own, opponent
-        if key not in self._known:
-            choices = (False, True) if own else (False,)
-            self._known[key] = max(
-                self._value(key[0], ends_left, one, own, opponent) for one in choices
-            )
-        return self._known[key]
-
-
-@cache
-def power_play_odds(rules: RuleSet) -> PowerPlayOdds:
-    """Return the odds of power plays by these rules."""
-    return PowerPlayOdds(rules)
