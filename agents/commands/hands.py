@@ -35,8 +35,8 @@ def hands(
         curling hands Stones.csv -o hands
         curling plan --ice ice.json --target 0,17.37 --skill hands/all.skill.json
 
-    Real positions are thrown from: errors are those with which the stones' real places are
-    likeliest, if teams call what the search values. Each task has errors with 95 % intervals. Each
+    Real positions are thrown from: errors are those with which the stones' real places are most
+    likely, if teams call what the search values. Each task has errors with 95 % intervals. Each
     player's errors follow from its grades, by a model whose scatter is estimated. Takes about two
     minutes of one core. See docs/championships.md for what the table cannot separate: ice, sweeping
     and intent.

@@ -4,7 +4,7 @@ From the real position before a shot a grid of throws is simulated with its hand
 value, the probability of winning after it; it leaves the stones near their real places or not; and
 it does what the task names or not. A team is taken to call a throw that does, with a probability
 that rises with its value, which is averaged over the errors of the hand. Errors, and how steeply
-the probability rises, are those with which the real places are likeliest (joint estimation of
+the probability rises, are those with the largest likelihood of the real places (joint estimation of
 execution and decision skill: Archibald and Nieves-Rivera 2019). Errors follow Student's t.
 """
 
@@ -118,7 +118,8 @@ class Execution:
     Parameters
     ----------
     shots : number of shots
-    speed, line : standard deviations with which all shots of the table are likeliest [m/s, rad]
+    speed, line : standard deviations for all shots of the table, as often as each is thrown [m/s,
+        rad]
     tails : degrees of freedom of Student's t
     tasks : the errors of each task
     by_handle : errors with the counter-clockwise handle over those with the clockwise one
@@ -351,7 +352,7 @@ def _kernel(places: Floats, scale: float) -> Floats:
 
 
 class _Fit(NamedTuple):
-    """The likeliest errors.
+    """The errors with the largest likelihood.
 
     Parameters
     ----------

@@ -58,7 +58,7 @@ class WinProbability:
     def power_play_gain(self, lead: int, ends_left: int, *, opponent: bool) -> float:
         """Return the gain of a power play in the next end over one in a later end.
 
-        Both teams choose the ends of their power plays well; there is none in extra ends.
+        Both teams choose the ends of their power plays well; extra ends have none.
 
         Parameters
         ----------
