@@ -1,4 +1,4 @@
-# Each verb works on a fresh clone and sets up what it needs.
+# Each target works on a fresh clone and sets up its requirements.
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
 
@@ -23,10 +23,10 @@ unexport PYTHONDONTWRITEBYTECODE
 .PHONY: help setup demo test browser lint format types arch bench figures figures-page docs docs-serve \
 	docs-test notebooks schemas soak fuzz faults mutants release-check sbom lock clean
 
-help:  ## this list
+help:  ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "  make %-13s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
 
-setup: $(STAMP)  ## the environment in .venv, with everything development needs (3 GB)
+setup: $(STAMP)  ## the development environment in .venv (3 GB)
 
 # Dependencies of the package alone, checked against their hashes.
 $(CORE): pyproject.toml constraints-core.txt
@@ -49,13 +49,13 @@ $(STAMP): $(CORE) constraints.txt
 demo: $(CORE)  ## film, track, estimate, plan and throw: the main job on films it renders, into runs/demo
 	$(BIN)/curling demo -o runs/demo
 
-test: setup browser docs  ## every test, with the browser and the site that some of them need
+test: setup browser docs  ## all tests, with the browser and the site that some need
 	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
 
 browser:  # Chromium, if this machine has none and lets us install it
 	@bash scripts/install_browser.sh
 
-lint: setup  ## style, wording, types and architecture
+lint: setup  ## wording, style, types and import rules
 	$(BIN)/python scripts/language.py
 	$(BIN)/ruff check
 	$(BIN)/ruff format --check
@@ -70,10 +70,10 @@ format: setup  ## format the code
 types: setup  ## strict for curling_env, standard for the rest
 	$(BIN)/basedpyright --warnings
 
-arch: setup  ## who may import whom
+arch: setup  ## import rules
 	$(BIN)/lint-imports --no-cache
 
-bench: setup  ## how fast it is, one line per measure
+bench: setup  ## speed, one line per measure
 	$(SINGLE) $(BIN)/curling bench
 
 figures: setup  ## measure the quick figures of figures.json again (GROUP=physics for one group) and compare
@@ -82,13 +82,13 @@ figures: setup  ## measure the quick figures of figures.json again (GROUP=physic
 figures-page: setup  ## docs/results.md, from figures.json
 	$(BIN)/python scripts/figures.py page
 
-docs: setup  ## the site, into site/: every warning and broken link is an error
+docs: setup  ## the site, into site/; warnings and broken links are errors
 	@cd scripts && $(SINGLE) ../$(BIN)/python -m website ../site
 
 docs-serve: docs  ## the site in the browser, at http://127.0.0.1:8000/
 	@$(BIN)/python -m http.server 8000 --bind 127.0.0.1 --directory site
 
-docs-test: docs  ## every example of every page is run, and the site is looked at in a browser
+docs-test: docs  ## run every example of every page, and check the site in a browser
 	CURLING_EXAMPLES=all $(SINGLE) $(BIN)/pytest -n $(JOBS) -q tests/test_examples.py tests/test_site.py
 
 notebooks: setup  ## every notebook executed, as a page with its outputs, into runs/notebooks
@@ -111,7 +111,7 @@ faults: setup  ## kills at any moment, full disks and odd environments, for ever
 	cd scripts && $(SINGLE) ../$(BIN)/python -m fuzz --inputs 300 --keep ../runs/faults \
 		--kinds killed 'full disk' surroundings variables
 
-mutants: setup  ## 300 small faults put into the code, and the share that the tests notice
+mutants: setup  ## 300 small faults in the code, and the share that the tests detect
 	@$(PYTHON) -m venv runs/tools
 	@runs/tools/bin/python -m pip install --quiet cosmic-ray
 	@runs/tools/bin/python -m pip install --quiet --no-deps --upgrade --target runs/tools/plugins \
@@ -143,6 +143,6 @@ lock:  ## constraints.txt and constraints-core.txt, with hashes (UPGRADE=--upgra
 	mv runs/lock/new constraints.txt
 	echo 'setuptools>=77' | $(LOCK) --output-file constraints-core.txt --constraint constraints.txt
 
-clean:  ## remove what can be made again (not the environment)
+clean:  ## remove generated files (not the environment)
 	rm -rf build dist *.egg-info .pytest_cache .ruff_cache .hypothesis .import_linter_cache runs site
 	find . -name __pycache__ -not -path './$(VENV)/*' -prune -exec rm -rf {} +

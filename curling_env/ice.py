@@ -357,7 +357,7 @@ def load_ice(source: str | Path | Ice | Mapping[str, Any]) -> Ice:
         return parse_ice(json.loads((_PRESETS / f"{source}.json").read_text(encoding="utf-8")))
     if not Path(source).exists():
         raise InputError(
-            f"no such ice file, and not one of the presets {', '.join(presets)}", source=source
+            f"no such ice file; expected a file or one of {', '.join(presets)}", source=source
         )
     document = read_json(source)
     with placed(source=source):

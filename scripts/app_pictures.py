@@ -1,9 +1,9 @@
-"""The pictures of docs/app.md: every screen of the app on a made-up evening, as a browser shows it.
+"""Screenshots for docs/app.md: every screen of the app on a made-up evening.
 
     python scripts/app_pictures.py docs/pictures/app
 
-It fills a club in a temporary folder, serves it, and takes a picture of each screen on a laptop, in
-light, and of some on a phone, in dark. Needs Chromium or Chrome.
+Fills a club in a temporary folder, serves it, and takes a picture of each screen at laptop size in
+the light theme, and of some at phone size in the dark theme. Needs Chromium or Chrome.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from typing import Any
 
 LAPTOP, PHONE = (1366, 768), (390, 844)
 QUALITY = 65
-"""Of the pictures (JPEG)."""
+"""JPEG quality of the pictures."""
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable")
 SCREENS = {
     "practice": "practice",
@@ -31,10 +31,10 @@ SCREENS = {
     "athletes": "athletes",
     "stones": "stones",
 }
-"""The name of each picture and the address of what it shows."""
+"""Address of each picture's screen, by the name of the picture."""
 ON_A_PHONE = ("practice", "throw", "hand-or-ice")
 PATIENCE = 600_000
-"""For the made-up evening, and for a screen that is worked out first [ms]."""
+"""Timeouts for the made-up evening, and for a screen that is computed first [ms]."""
 
 
 def main() -> None:
@@ -60,7 +60,7 @@ def main() -> None:
 
 
 def take_all(program: str, address: str, folder: Path) -> None:
-    """A picture of every screen."""
+    """Take a picture of every screen."""
     from playwright.sync_api import sync_playwright
 
     with sync_playwright() as driver:
@@ -82,7 +82,7 @@ def take_all(program: str, address: str, folder: Path) -> None:
 
 
 def take(page: Any, address: str, picture: Path) -> None:
-    """A picture of what a screen shows first, once it is all there."""
+    """Take a picture of the top of a screen, once it has loaded."""
     page.goto(address, wait_until="load")
     page.locator("ul[data-jobs]").wait_for(state="detached")  # until it is worked out
     aim = page.get_by_role("button", name="Aim at the button")

@@ -1,13 +1,13 @@
-"""The columns of the benchmark by one protocol: docs/benchmark.md tells it, and shows the table.
+"""Columns of the benchmark by the protocol of docs/benchmark.md, which shows the table.
 
     python scripts/baselines.py constants                    # the best constant action of each task
     python scripts/baselines.py rows random constant planner rulebased
-    python scripts/baselines.py train ppo --workers 2        # five seeds of every task it can do
-    python scripts/baselines.py table                        # of all rows so far
+    python scripts/baselines.py train ppo --workers 2        # five seeds of every supported task
+    python scripts/baselines.py table                        # of all rows
 
-Everything lies in runs/baselines, and what is there is not made again: a run that was stopped goes
-on with the next training. A training leaves its configuration, its curve, its weights and what
-counted in every episode; a row leaves `ALGORITHM.json`, which `curling benchmark` checks.
+Results are in runs/baselines. Completed trainings are not repeated: an interrupted run continues
+with the next one. A training writes its configuration, curve, weights and the metric of every
+episode; a row is written to `ALGORITHM.json`, which `curling benchmark` checks.
 """
 
 from __future__ import annotations
@@ -31,9 +31,9 @@ from curling_env.infrastructure.executor import executor
 
 FOLDER = Path("runs/baselines")
 EPISODES = 100
-"""Episodes of every task and run."""
+"""Number of episodes of every task and run."""
 SEEDS = 5
-"""Trainings of every task."""
+"""Seeds of the trainings of every task."""
 NUM_ENVS = 64
 ENDS = [name for name, task in TASKS.items() if task.headline and task.metric == "points"]
 THROWS = [name for name, task in TASKS.items() if task.headline and task.metric != "points"]
@@ -81,7 +81,7 @@ ALGORITHMS = {
 
 
 def training_options(task: BenchmarkTask, actions: str = "throws") -> dict[str, Any]:
-    """Options of a task's environment, with other ices of the same distribution."""
+    """Return the options of a task's environment, with other ices of the same distribution."""
     options = dict(task.options)
     if "ices" in options:
         options["ices"] = {**asdict(DISTRIBUTION), "knows": KNOWS.get(task.name, "map")}
@@ -101,7 +101,7 @@ def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> An
 
 
 def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
-    """What counts in an episode of each environment, in which an action is always the same.
+    """Return the metric of an episode of each environment that repeats one action.
 
     Parameters
     ----------
@@ -119,7 +119,7 @@ def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
 
 
 def best_constant(task: BenchmarkTask, *, many: int = 2048, rounds: int = 6) -> Any:
-    """The best constant action by random search and the cross-entropy method, (3,)."""
+    """Find the best constant action by random search and the cross-entropy method, (3,)."""
     n, rng = 256, np.random.default_rng(0)
     envs, tried = environments(task, n), rng.uniform(-1, 1, (many, 3))
     scores = np.concatenate(
@@ -148,7 +148,7 @@ def constants() -> None:
 
 
 def train(job: tuple[str, str, int, float]) -> str:
-    """Train one model and measure it, unless that was done; the place of the run."""
+    """Train and measure one model, unless that was done; return the folder of the run."""
     name, task_name, seed, share = job
     folder, task = FOLDER / name / task_name / str(seed), TASKS[task_name]
     if (folder / "values.json").exists():
@@ -175,7 +175,7 @@ def train(job: tuple[str, str, int, float]) -> str:
 
 
 def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
-    """A model before its training; observations are normalised as they are at resets."""
+    """Return a model before its training; observations are normalised by those at resets."""
     import stable_baselines3
     import torch
 
@@ -205,7 +205,7 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
 
 
 def Curve(path: Path) -> Any:
-    """A callback that writes the mean reward of the last hundred episodes, step by step."""
+    """Callback that writes the mean reward of the last hundred episodes, step by step."""
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Written(BaseCallback):
@@ -241,7 +241,7 @@ def clone(model: Any, task: BenchmarkTask, seed: int, steps: int) -> None:
 
 
 def demonstrations(task: BenchmarkTask, seed: int, steps: int) -> tuple[Any, Any]:
-    """Observations and actions of the planner, or in ends of `learned`."""
+    """Return observations and actions of the planner, or in ends of `learned`."""
     env: Any = gymnasium.make(task.environment, **training_options(task)).unwrapped
     who = contestant("learned" if task.metric == "points" else "planner")
     seen, done, episode = list[Any](), list[Any](), 0
@@ -256,7 +256,7 @@ def demonstrations(task: BenchmarkTask, seed: int, steps: int) -> tuple[Any, Any
 
 
 def train_all(names: list[str], tasks: list[str] | None, share: float, workers: str) -> None:
-    """Train what is not there yet, seed by seed, and write the rows."""
+    """Train the missing models, seed by seed, and write the rows."""
     jobs = [
         (name, task, seed, share)
         for seed in range(SEEDS)
@@ -280,7 +280,7 @@ def train_all(names: list[str], tasks: list[str] | None, share: float, workers: 
 
 
 def rows(names: list[str]) -> None:
-    """Measure those who need no training, on all tasks that they can do."""
+    """Measure policies without training, on all tasks that they support."""
     for name in names:
         path = FOLDER / f"{name.replace(':', '-')}.json"
         if path.exists():

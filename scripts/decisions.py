@@ -1,9 +1,9 @@
-"""Calls of teams in real positions beside those of `search`, and how often a difference paid.
+"""Calls of teams in real positions compared with those of `search`, and their outcomes.
 
 python scripts/decisions.py Stones.csv                                 150 positions of a table
 python scripts/decisions.py Stones.csv --hands hands/all.skill.json --shots 1000 --json
 
-docs/championships.md says what the columns mean.
+docs/championships.md explains the columns.
 """
 
 from __future__ import annotations

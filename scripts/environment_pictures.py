@@ -1,4 +1,4 @@
-"""The pictures of the environments' pages: what `render()` shows of each, and the slides as films.
+"""Pictures and films for the environments' pages, by `render()`.
 
 python scripts/environment_pictures.py docs
 """
@@ -28,11 +28,11 @@ from curling_env.typing import Image
 QUALITY = 82
 FILM_SIZE, FILM_QUALITY = (800, 450), 50
 SPEED, HELD = 7.0, 2000
-"""A film shows a slide so many times faster, and its last picture for so many milliseconds."""
+"""Factor by which a film is faster than life, and duration of its last picture [ms]."""
 
 
 def keen_and_heavy() -> Ice:
-    """Standard ice with areas that differ by some percent."""
+    """Return standard ice with areas that differ by some percent."""
     ice = load_ice("standard")
     rough = gaussian_filter(np.random.default_rng(3).standard_normal(ice.sheet.shape), 3)
     mu = ice.friction.mu * (1 + 0.04 * rough / rough.std())
@@ -40,7 +40,7 @@ def keen_and_heavy() -> Ice:
 
 
 def sheet() -> Any:
-    """A draw that comes off a stone in the house."""
+    """Render a draw that comes off a stone in the house."""
     ice = keen_and_heavy()
     stones = np.array([[0.3, 0.1], [-0.9, -0.6], [0.8, -3.0], [-1.2, 0.9]])
     env = gymnasium.make("CurlingSheet-v0", ice=ice, stones=stones, render_mode="rgb_array")
@@ -52,7 +52,7 @@ def sheet() -> Any:
 
 
 def end() -> Any:
-    """The middle of an end between two rule-based players."""
+    """Render the middle of an end between two rule-based players."""
     player = player_named("rulebased")
     env = gymnasium.make(
         "CurlingEnd-v0",
@@ -69,7 +69,7 @@ def end() -> Any:
 
 
 def match() -> Any:
-    """The first stones of mixed doubles after a power play."""
+    """Render the first stones of mixed doubles after a power play."""
     player = player_named("rulebased")
     env = curling_env.curling_v0.env(
         rules="mixed_doubles_2024", ice=keen_and_heavy(), render_mode="rgb_array"
@@ -86,7 +86,7 @@ PICTURES = {"curling-sheet": sheet, "curling-end": end, "curling-v0": match}
 
 
 def main(folder: Path) -> None:
-    """Write all of them: pictures/NAME.webp, and of some the last picture, NAME.jpg."""
+    """Write all films as pictures/NAME.webp, and the last picture of some as NAME.jpg."""
     for name, played in PICTURES.items():
         env = played()
         if name in STILLS:

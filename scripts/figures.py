@@ -42,30 +42,30 @@ GROUPS = {
     "learning": "Learning",
     "app": "App and coaching",
 }
-"""Group -> heading on the results page."""
+"""Heading on the results page, by group."""
 
 
 class Figure(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
-    """One measured number, and how to measure it again."""
+    """Measured number, with the command that measures it."""
 
     name: str
-    """GROUP.MEASURE.KEY; the key is the one that the command prints."""
+    """Name, as GROUP.MEASURE.KEY; the command prints the key."""
     question: str
-    """Title of the table that the figure stands in; the same for all figures of a command."""
+    """Title of the figure's table; the same for all figures of a command."""
     label: str
     value: float
     tolerance: float
-    """Largest change that is not reported, in the figure's own unit."""
+    """Maximum change that is not reported, in the figure's unit."""
     unit: str
     direction: Literal["higher", "lower", "either"]
-    """Which way is better; with `either` every change beyond the tolerance counts as worse."""
+    """Better direction; with `either` every change beyond the tolerance counts as worse."""
     command: str
     seconds: float
     """Time the command takes on one core [s]."""
     long: bool = False
-    """Whether the command is left out of the quick set."""
+    """True if the quick set excludes the command."""
     alone: bool = False
-    """Whether nothing else may run beside the command, because it times something."""
+    """True if the command measures time, so that nothing else may run beside it."""
     needs: str = ""
     """Path, from the root, that the command needs and the repository does not hold."""
     date: str
@@ -91,7 +91,7 @@ class Figure(msgspec.Struct, kw_only=True, forbid_unknown_fields=True):
 
 
 class FigureError(Exception):
-    """A fault in figures.json, or a command that did not give its figures."""
+    """Fault in figures.json, or command that did not print its figures."""
 
 
 def load(path: Path | None = None) -> list[Figure]:
@@ -140,7 +140,7 @@ def _by_command(figures: Iterable[Figure]) -> dict[str, list[Figure]]:
 
 
 class Measured(msgspec.Struct, kw_only=True):
-    """What a command gave: values by key, or the reason why there are none."""
+    """Result of a command: values by key, or the reason for their absence."""
 
     values: dict[str, float] = {}
     seconds: float = 0.0
@@ -192,7 +192,7 @@ def run(figures: Sequence[Figure], workers: int) -> dict[str, Measured]:
 def compare(
     figures: Sequence[Figure], found: Mapping[str, Measured]
 ) -> tuple[list[str], dict[str, int]]:
-    """Lines about the figures that moved or failed, and how many there are of each kind."""
+    """Return lines on figures that moved or failed, and the number of each kind."""
     lines: list[str] = []
     counts: dict[str, int] = dict.fromkeys(("same", "better", "worse", "failed"), 0)
     for figure in figures:
@@ -231,7 +231,7 @@ other programs made; they are not part of the repository."""
 
 
 def page(figures: Sequence[Figure]) -> str:
-    """The text of docs/results.md."""
+    """Return the text of docs/results.md."""
     lines = [INTRODUCTION]
     for group, heading in GROUPS.items():
         own = [figure for figure in figures if figure.group == group]
@@ -250,7 +250,7 @@ def page(figures: Sequence[Figure]) -> str:
 
 
 def _how(figure: Figure) -> str:
-    """A figure's command, how long it takes, and when it was run on which commit."""
+    """Return a figure's command, its duration, and the date and commit of its last run."""
     notes = [_duration(figure.seconds), figure.date, figure.commit]
     notes += ["long"] * figure.long + [f"needs {figure.needs}"] * bool(figure.needs)
     return f"`{figure.command}` ({', '.join(notes)})"

@@ -1,8 +1,8 @@
 """Check of the wording: docstrings, comments, messages, pages and commit subjects.
 
 ``python scripts/language.py`` counts each pattern of ``language.toml`` in everything that git
-tracks, and each word that ``docs/glossary.md`` replaces, and fails where one is there more often
-than recorded. ``--list NAME`` prints where it is. ``--commit-message FILE`` checks a message.
+tracks, and each word that ``docs/glossary.md`` replaces, and fails if a count exceeds its limit.
+``--list NAME`` prints the places of a pattern. ``--commit-message FILE`` checks a message.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ WORD_LISTS = ("docs/glossary.md", "scripts/language.py", "tests/scripts/test_lan
 
 @dataclass(frozen=True, kw_only=True)
 class Place:
-    """A place where a rule is broken."""
+    """Violation of a rule."""
 
     file: str
     line: int
@@ -54,7 +54,7 @@ def long_helps(file: str, source: str) -> Iterator[Place]:
 
 
 def replaced_words(glossary: str) -> dict[str, str]:
-    """Words that the glossary's last column replaces, each with the term that replaces it."""
+    """Return the words of the glossary's last column, each with its replacement."""
     words: dict[str, str] = {}
     for line in glossary.splitlines():
         cells = [cell.strip() for cell in line.strip().strip("|").split("|")]
@@ -64,7 +64,7 @@ def replaced_words(glossary: str) -> dict[str, str]:
 
 
 def broken(rules: list[dict[str, Any]], root: Path = ROOT) -> dict[str, list[Place]]:
-    """Places where each rule is broken, by its name."""
+    """Return the violations of each rule, by its name."""
     patterns = {
         rule["name"]: re.compile(rule["pattern"], FLAGS) for rule in rules if "pattern" in rule
     }
@@ -85,7 +85,7 @@ def broken(rules: list[dict[str, Any]], root: Path = ROOT) -> dict[str, list[Pla
 
 
 def tracked(root: Path) -> list[str]:
-    """Files with prose that git tracks, except the list of words itself."""
+    """Return tracked files with prose, except the word lists."""
     command = ["git", "ls-files", *(f"*{suffix}" for suffix in SUFFIXES)]
     listed = subprocess.run(command, cwd=root, capture_output=True, text=True, check=True)
     files = [file for file in listed.stdout.split() if (root / file).is_file()]
@@ -93,7 +93,7 @@ def tracked(root: Path) -> list[str]:
 
 
 def subject_faults(message: str) -> list[str]:
-    """Faults of a commit message's first line."""
+    """Return the faults of a commit message's first line."""
     subject = message.splitlines()[0] if message.strip() else ""
     words = subject.split()
     if not words:
@@ -112,7 +112,7 @@ def subject_faults(message: str) -> list[str]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the check; 1 where the wording got worse."""
+    """Run the check; return 1 if a count exceeds its limit."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
     parser.add_argument("--list", metavar="NAME", help="print where one pattern is")
     parser.add_argument("--commit-message", type=Path, metavar="FILE", help="check a message")

@@ -7,16 +7,16 @@
     curling tournament runs/ends.npz greedy --games 60 --ends 4
     curling benchmark runs/ends.npz
 
-`clone` copies a search: in each position of a Minari dataset every shot of the list is simulated
-with the errors of the hand, and the network learns to call those that are worth most from what one
-throw of each without error shows.
+`clone` clones a search: in each position of a Minari dataset every shot of the list is simulated
+with the errors of the hand, and the network learns to call the most valuable ones from one
+simulation of each without error.
 
 `play` learns by proximal policy optimisation (Schulman et al. 2017) with masks, through the public
-environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, the rise of the
-value network as reward on the way, and a pool of opponents in which past selves join two of the
-package's. It begins with nothing, or with a network.
+environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, reward shaping by
+the value network, and a pool of opponents: two of the package's, and earlier versions of the
+network. It begins with a random network, or with a given one.
 
-Neither looks at the benchmark's episodes.
+Neither uses the benchmark's episodes.
 """
 
 # Minari is optional.
@@ -45,13 +45,13 @@ from curling_env.errors import CurlingError
 
 DATASET = "curling/ends-v0"
 ENVS, ROLLOUT = 32, 16
-"""Environments, and deliveries of each between updates: two ends."""
+"""Number of environments, and of deliveries of each between updates: two ends."""
 EPOCHS, MINIBATCH, LEARNING_RATE = 3, 256, 1e-3
-"""Passes through what was played, positions of a step, and its size, which falls to zero."""
+"""Passes through the deliveries, positions per step, and learning rate, which falls to zero."""
 GAE_LAMBDA, CLIP, ENTROPY = 0.8, 0.2, 0.003
 """Weight of later advantages, bound on the change of a probability, weight of the entropy."""
 PAST = 30
-"""Updates after which the network joins its opponents."""
+"""Number of updates after which the network joins its opponents."""
 
 
 # --- learning from recorded games -----------------------------------------------------------------
@@ -80,7 +80,7 @@ def learn_from(data: Path, output: Path) -> None:
 
 
 def advantages(rewards: Any, values: Any, over: Any, weight: float) -> Any:
-    """Generalised advantages without discount, (steps, n); `values` has one row more."""
+    """Return generalised advantages without discount, (steps, n); `values` has one row more."""
     found, following = np.zeros_like(rewards), np.zeros(rewards.shape[1])
     for t in reversed(range(len(rewards))):
         goes_on = 1.0 - over[t]
@@ -91,12 +91,12 @@ def advantages(rewards: Any, values: Any, over: Any, weight: float) -> Any:
 
 
 def chances_of(worths: torch.Tensor, masks: torch.Tensor) -> torch.distributions.Categorical:
-    """The chances of the shots that there are."""
+    """Return the probabilities of the available shots."""
     return torch.distributions.Categorical(logits=worths.masked_fill(masks == 0, IMPOSSIBLE))
 
 
 def play(start: Path | None, output: Path, deliveries: int) -> None:
-    """Proximal policy optimisation from a network on; the output is written as it learns."""
+    """Train a network further by proximal policy optimisation, writing the output on the way."""
     torch.manual_seed(0)
     torch.set_num_threads(1)
     envs: Any = gymnasium.make_vec(
@@ -162,7 +162,7 @@ def learn(
     advantage: Any,
     values: Any,
 ) -> None:
-    """One update from what was played."""
+    """Run one update from the played deliveries."""
     parts = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*seen, strict=True))
     good = torch.from_numpy(advantage.astype(np.float32).ravel())
     target = good + torch.from_numpy(values.astype(np.float32).ravel())

@@ -1,4 +1,4 @@
-"""Measure something once, and print its figures as one line of JSON.
+"""Run one measure, and print its figures as one line of JSON.
 
     python scripts/measure.py physics.rests
 

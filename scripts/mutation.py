@@ -1,15 +1,15 @@
-"""Number of small faults in the code that the tests notice, by cosmic-ray and pytest-testmon.
+"""Share of small faults in the code that the tests detect, by cosmic-ray and pytest-testmon.
 
 cosmic-ray changes one operator, number or condition of the code. The tests that depend on the
-changed function, as pytest-testmon has recorded it, are run up to the first that fails; the
-module's own tests come first. Coverage does not see into compiled kernels: for a module that has
-some, and where no test depends on the change, the tests in the folder at the mirrored place follow.
+changed function, as recorded by pytest-testmon, are run up to the first failure; the
+module's own tests come first. Coverage does not see into compiled kernels: for modules with
+kernels, and for changes without a dependent test, the tests in the mirrored folder follow.
 
-`make mutants` installs the two tools and runs this with their Python. A run that was interrupted
-goes on; `runs/tools/bin/cr-report runs/mutants/session.sqlite` lists every mutant with its change.
+`make mutants` installs the two tools and runs this script with their Python. An interrupted run
+continues; `runs/tools/bin/cr-report runs/mutants/session.sqlite` lists every mutant.
 """
 
-# cosmic-ray is in an environment of its own.
+# cosmic-ray is in a separate environment.
 # pyright: reportMissingImports=false
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from typing import Any
 ROOT = Path(__file__).parents[1]
 PYTHON = ROOT / ".venv" / "bin" / "python"
 PLUGINS = ROOT / "runs" / "tools" / "plugins"
-"""Where pytest-testmon and pytest-timeout are installed."""
+"""Folder with pytest-testmon and pytest-timeout."""
 AREAS = {
     "law": ["curling_env/physics/law.py", "curling_env/physics/effects/*.py"],
     "rules": ["curling_env/game/rules/*.py"],
@@ -48,7 +48,7 @@ AREAS = {
         "friction_estimation/discovery/evidence/**/*.py",
     ],
 }
-"""Area -> patterns of its modules."""
+"""Patterns of the modules of each area."""
 TESTS = ("tests/curling_env", "tests/friction_estimation")
 OPERATORS = re.compile(
     r"core/(AddNot|NumberReplacer|ExceptionReplacer|ZeroIterationForLoop|Replace(AndWithOr|OrWithAnd"
@@ -64,7 +64,7 @@ FAILING = "failing.txt"
 NOTHING_RUN = 5
 """Exit status of pytest without a test."""
 TEST_LIMIT, SESSION_LIMIT = 180, 300
-"""Longest time of one test, which is then taken for hanging, and of all tests of a mutant [s]."""
+"""Timeouts of one test, and of all tests of a mutant [s]."""
 
 
 def modules(root: Path, area: str) -> list[Path]:
@@ -133,7 +133,7 @@ def tree(folder: Path, workers: int, folders: Sequence[str]) -> Path:
 
 
 def environment(folder: Path) -> dict[str, str]:
-    """Return the environment of tests in a copy of the tree, with a kernel cache of its own."""
+    """Return the environment of tests in a copy of the tree, with a separate kernel cache."""
     single = {f"{name}_NUM_THREADS": "1" for name in ("OMP", "OPENBLAS", "MKL", "NUMBA")}
     own = {"PYTHONPATH": f"{folder}:{PLUGINS}", "NUMBA_CACHE_DIR": str(folder / ".kernels")}
     return os.environ | single | own

@@ -1,11 +1,11 @@
-"""PPO in one file, in the manner of CleanRL: learn to draw anywhere in the house, as a club player.
+"""PPO in one file, in the style of CleanRL: learn to draw anywhere in the house, as a club player.
 
     python scripts/ppo.py                                       # five minutes of one core
     python scripts/ppo.py --env CurlingEnd-v0 --options '{"potential": "value-network"}'
     python scripts/ppo.py --options '{"task": "takeout", "target": "random"}'
 
-Everything is here: networks, rollouts in the vector environment, advantages, updates. Each line of
-the table that it prints is the mean of the episodes since the line before.
+The file contains networks, rollouts in the vector environment, advantages and updates. Each line of
+the printed table is the mean of the episodes since the previous line.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ import curling_env  # noqa: F401  (registers the environments)
 
 @dataclass
 class Settings:
-    """What may be set on the command line."""
+    """Options of the command line."""
 
     env: str = "CurlingSheet-v0"
     options: str = '{"target": "random", "skill": "club"}'
@@ -54,7 +54,7 @@ class Settings:
 
 
 class Agent(nn.Module):
-    """A policy and a value, each two layers; observations are normalised as they come in."""
+    """Policy and value networks, each of two layers; observations are normalised online."""
 
     def __init__(self, seen: int, acts: int, settings: Settings) -> None:
         super().__init__()
@@ -79,7 +79,7 @@ class Agent(nn.Module):
         self.count: torch.Tensor
 
     def notice(self, observations: torch.Tensor) -> None:
-        """Take observations into the mean and the variance by which they are normalised."""
+        """Update the running mean and variance of observations."""
         n = observations.shape[0]
         share = n / (self.count + n)
         change = observations.mean(0) - self.mean
@@ -89,12 +89,12 @@ class Agent(nn.Module):
         self.count += n
 
     def forward(self, observations: torch.Tensor) -> tuple[Normal, torch.Tensor]:
-        """The distribution of the action, and the value."""
+        """Return the distribution of the action, and the value."""
         x = ((observations - self.mean) / torch.sqrt(self.square + 1e-6)).clamp(-5, 5)
         return Normal(self.policy(x), self.log_deviation.exp()), self.critic(x)[..., 0]
 
     def predict(self, observation: Any) -> np.ndarray:
-        """The best action for an observation, or for many."""
+        """Return the best action for one or many observations."""
         with torch.no_grad():
             action, _ = self(torch.as_tensor(np.asarray(observation), dtype=torch.float32))
         return action.mean.clamp(-1, 1).numpy()
@@ -194,7 +194,7 @@ def train(settings: Settings) -> Agent:
 
 
 def draw(rows: list[dict[str, float]], path: Path) -> None:
-    """The learning curve: the miss of throws, or the return where there is no target."""
+    """Draw the learning curve: the miss of throws, or the return without a target."""
     name, label = ("miss", "mean miss [m]") if rows[0]["miss"] > 0 else ("return", "mean return")
     figure, axes = plt.subplots(figsize=(6, 3.2), layout="constrained")
     axes.plot([row["steps"] / 1000 for row in rows], [row[name] for row in rows], color="#b3342d")
@@ -207,7 +207,7 @@ def draw(rows: list[dict[str, float]], path: Path) -> None:
 def evaluate(
     predict: Callable[[Any], Any], settings: Settings, episodes: int = 1000
 ) -> tuple[float, float]:
-    """Return the mean return and the mean miss [m] in episodes that were not learnt from."""
+    """Return the mean return and the mean miss [m] in unseen episodes."""
     envs = gymnasium.make_vec(
         settings.env, num_envs=episodes, autoreset_mode="NextStep", **json.loads(settings.options)
     )

@@ -1,7 +1,7 @@
 """JSON Schemas of the files that the program reads, in docs/schemas; `make schemas` writes them.
 
-They are made by msgspec from the structs with which the readers check. Schemas of files that the
-program only writes stand in docs/schemas themselves, and the tests hold what is written to them.
+msgspec makes them from the structs of the readers. Schemas of files that the program only writes
+are edited in docs/schemas, and tests check written files against them.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ class JsonFile:
 
     Parameters
     ----------
-    title : what it is called
+    title : its title
     forms : what its document may be; each line has one of them in a file of JSON lines
     format : its numbered format; None where a file does not say it
     listed : the most documents of a list; None where there is one document
@@ -81,7 +81,7 @@ FILES = {
     ),
     "session-1": JsonFile(title="Donated session", forms=[SessionDocument], format=SESSION_FORMAT),
 }  # fmt: skip
-"""Schema -> the file that it describes."""
+"""File described by each schema."""
 
 
 def main() -> None:

@@ -1,7 +1,7 @@
-"""A made-up club evening whose truth is known: athletes, stones, ice, and why each throw missed.
+"""Simulated club evening with known truth: athletes, stones, ice, and the causes of misses.
 
-Its stones slide by the formulas of `simulated_ice.py` alone, so that what the coaching functions
-find can be held against it.
+Its stones slide by the formulas of `simulated_ice.py` alone, so that results of the coaching
+functions can be compared with it.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ CAUSES = ("weight", "line", "rotation", "ice")
 
 @dataclass(frozen=True, kw_only=True)
 class Athlete:
-    """Who throws, and how.
+    """An athlete's bias and spread at the release.
 
     Parameters
     ----------
@@ -50,17 +50,17 @@ class Athlete:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Evening:
-    """What was seen of an evening, and the truth behind it.
+    """Measurements of an evening, and the truth behind them.
 
     Parameters
     ----------
     tracks, notes : as a club has them
-    ice, believed : what was there, and what the team took it for
+    ice, believed : the true ice, and the ice that the team assumed
     intended, thrown : (n, 4) speed, angle, spin, x
     targets : (n, 2) right, past [m]
     rests : (n, 2) the same
     parts : for each cause (n, 2), which add up to the misses [m]
-    own : what was particular to each throw
+    own : deviations of each throw
     """
 
     tracks: list[Trajectory]
@@ -86,13 +86,13 @@ def evening(
     off: float = 0.04,
     ice: TrueIce | None = None,
 ) -> Evening:
-    """Draws and guards of some athletes on one ice.
+    """Simulate draws and guards of some athletes on one ice.
 
     Parameters
     ----------
     rng : source of all randomness
-    athletes : who throw in turn
-    throws : how many each of them makes
+    athletes : the throwers, in turn
+    throws : number of throws of each athlete
     stones : factors of friction and of curl of each stone, thrown in turn; None for one stone
     own : spread of ln friction from throw to throw; that of the curl is five times as large
     hairs : share of throws that pick something up on their way
@@ -165,7 +165,7 @@ def true_parts(
     targets: Floats,
     rests: Floats,
 ) -> dict[str, Floats]:
-    """What each cause did to the rest, averaged over all orders in which they may have come."""
+    """Return each cause's part of the miss, averaged over all orders of the causes."""
     known: dict[frozenset[str], Floats] = {}
     hands = [frozenset(some) for n in range(4) for some in combinations(CAUSES[:3], n)]
     mixed = np.concatenate(

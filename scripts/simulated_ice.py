@@ -1,7 +1,6 @@
-"""Ice known by its formulas, and stones that are points on it: friction μ(x, y)·v^(−p), and a spin
-that fades by itself.
+"""Ice defined by formulas, with stones as points: friction μ(x, y)·v^(−p), constant spin decay.
 
-Nothing here is the package's, so that what it finds can be held against it.
+Independent of the package, so that the package's results can be compared with it.
 """
 
 from __future__ import annotations
@@ -21,15 +20,15 @@ HOG, TEE = 10.9725, 17.3735
 STEP = 1 / 30
 """Step of the integration [s]."""
 MAP_LENGTH = 2.0
-"""Length over which errors of a map are alike [m], as `curling_env.physics.tuning` has it."""
+"""Correlation length of the errors of a map [m], as in `curling_env.analysis.tuning`."""
 GRID = 0.1
-"""Distance of the entries of a table of friction [m]."""
+"""Spacing of a table of friction [m]."""
 POINT_STONE = Stone(band_radius=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class TrueIce:
-    """An ice by its formulas.
+    """Ice by its formulas.
 
     Parameters
     ----------
@@ -51,21 +50,21 @@ class TrueIce:
 
     @cached_property
     def table(self) -> Floats | None:
-        """ln μ every `GRID` metres, by y and x; None for ice without a pattern."""
+        """Return ln μ every `GRID` metres, by y and x; None for ice without a pattern."""
         if not len(self.waves):
             return None
         x, y = np.arange(-3.0, 3.0, GRID), np.arange(-25.0, 30.0, GRID)
         return self.ln_mu(*np.meshgrid(x, y))
 
     def ln_mu_on_the_way(self, x: Floats, y: Floats) -> Floats | float:
-        """ln μ at places, between the entries of the table."""
+        """Return ln μ at points, interpolated in the table."""
         if self.table is None:
             return float(np.log(self.mu))
         at = np.stack([(y + 25.0) / GRID, (x + 3.0) / GRID])
         return map_coordinates(self.table, at, order=1, mode="nearest")
 
     def ln_mu(self, x: Floats, y: Floats) -> Floats:
-        """ln μ at places."""
+        """Return ln μ at points."""
         total = np.full(np.shape(x), np.log(self.mu))
         for size, along_x, along_y, phase in self.waves:
             total = total + size * np.cos(along_x * x + along_y * y + phase)
@@ -83,7 +82,7 @@ class TrueIce:
         Parameters
         ----------
         rng : source of its errors; None for none
-        sigma : standard error of ln μ, alike over two metres as ice files take it
+        sigma : standard error of ln μ, correlated over two metres as assumed for ice files
         curl_sigma : standard error of the curl, in parts of it
         """
         sheet = replace(PAPER_SHEET, cell_size=0.5)
@@ -120,7 +119,7 @@ class TrueIce:
 
 
 def random_waves(rng: np.random.Generator, size: float, *, length: float) -> TrueIce:
-    """An ice of μ 1 whose ln μ varies by `size` over a length [m]."""
+    """Return an ice of μ 1 whose ln μ varies by `size` over a length [m]."""
     count = 40
     numbers = rng.standard_normal((count, 2)) / length
     waves = np.column_stack(
@@ -130,7 +129,7 @@ def random_waves(rng: np.random.Generator, size: float, *, length: float) -> Tru
 
 
 def random_ice(rng: np.random.Generator, *, patterned: float = 0.03) -> TrueIce:
-    """Ice as it may be found in a hall.
+    """Return a random realistic ice.
 
     Parameters
     ----------
@@ -145,11 +144,11 @@ def random_ice(rng: np.random.Generator, *, patterned: float = 0.03) -> TrueIce:
 
 
 def believed_of(rng: np.random.Generator, ice: TrueIce, *, off: float = 0.04) -> TrueIce:
-    """What a team believes of an ice: no pattern, and another level and curl.
+    """Return the ice that a team assumes: without a pattern, and with another level and curl.
 
     Parameters
     ----------
-    off : how far the level may be off, in ln; the curl is off by three times that
+    off : standard deviation of the level's error, in ln; that of the curl is three times as large
     """
     return replace(
         ice,
@@ -161,7 +160,7 @@ def believed_of(rng: np.random.Generator, ice: TrueIce, *, off: float = 0.04) ->
 
 @dataclass(frozen=True, kw_only=True)
 class Own:
-    """What is particular to n throws, each (n,).
+    """Deviations of n throws from the ice, each (n,).
 
     Parameters
     ----------
@@ -176,18 +175,18 @@ class Own:
 
 
 def plain(n: int) -> Own:
-    """Throws with nothing of their own."""
+    """Return deviations of n throws that have none."""
     return Own(friction=np.ones(n), curl=np.ones(n), later=np.ones(n), since=np.zeros(n))
 
 
 def slide(ice: TrueIce, throws: Floats, own: Own | None = None) -> tuple[Floats, list[Floats]]:
-    """Where throws rest, and their states at every step.
+    """Return the resting places of throws, and their states at every step.
 
     Parameters
     ----------
     ice : the ice
     throws : (n, 4) speed, angle, spin and x on the hog line; they run along +y
-    own : what is particular to them
+    own : their deviations
 
     Returns
     -------
@@ -243,12 +242,12 @@ def _rates(ice: TrueIce, state: Floats, own: Own, t: float) -> Floats:
 
 
 def seen_rests(ice: TrueIce, throws: Floats, own: Own | None = None) -> Floats:
-    """Where throws come to rest, right of the centre line and past the tee, (n, 2) [m]."""
+    """Return resting places, right of the centre line and past the tee, (n, 2) [m]."""
     return slide(ice, throws, own)[0] - [0.0, TEE]
 
 
 def aimed(ice: TrueIce, targets: Floats, spins: Floats, x: Floats) -> Floats:
-    """The throws (n, 4) that rest at targets (n, 2) on an ice, by Newton's method."""
+    """Return throws (n, 4) that rest at targets (n, 2) on an ice, by Newton's method."""
     throws = np.column_stack([np.full(len(x), 2.2), np.zeros(len(x)), spins, x])
     for _ in range(12):
         steps = np.diag([0.01, 0.002, 0.0, 0.0])

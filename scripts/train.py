@@ -1,4 +1,4 @@
-"""A training run from beginning to end: train a policy to draw, evaluate it, throw with it.
+"""Complete training run: train a policy to draw, evaluate it, throw with it.
 
     python scripts/train.py --config button-one-ice -o runs/button
 

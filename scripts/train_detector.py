@@ -3,9 +3,9 @@
     python scripts/train_detector.py -o runs/detector            # about an hour of one core
     python scripts/train_detector.py -o runs/detector --keep     # and put it into the package
 
-It learns from drawn pictures alone (`learn.rink_patches`), whose seeds are fixed. The patches are
-kept in the folder, so that a run that was stopped need not draw them again. After each stage the
-network is tried on patches that it has not seen, and written as `stones.onnx` for `cv2.dnn`.
+It learns from drawn pictures alone (`learn.rink_patches`), with fixed seeds. The patches are
+kept in the folder, so that a repeated run need not draw them again. After each stage the
+network is tested on unseen patches, and written as `stones.onnx` for `cv2.dnn`.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from torch import nn
 from torch.nn import functional
 from tqdm import tqdm
 
-from friction_estimation.tracking.detector import NETWORK_FILE, SURE, Detector
+from friction_estimation.tracking.detection.detector import NETWORK_FILE, SURE, Detector
 
 WIDTHS = (12, 24, 48, 64)
 """Channels at full, half, quarter and eighth size."""
@@ -37,7 +37,7 @@ CHUNK, HELD_OUT, BATCH = 500, 1_000, 32
 
 
 class Stage(NamedTuple):
-    """Patches that are drawn for a stage of the training, and the steps on all patches so far."""
+    """Patches drawn for a stage of the training, and steps on all patches drawn until then."""
 
     patches: int
     harder: bool
@@ -143,7 +143,7 @@ def train(network: Any, patches: dict[str, np.ndarray], stage: Stage, seed: int)
 def _batch(
     patches: dict[str, np.ndarray], chosen: np.ndarray, rng: np.random.Generator
 ) -> tuple[torch.Tensor, torch.Tensor, torch.Tensor]:
-    """Pictures, heat maps of stones and masks of people; mirrored and recoloured at random."""
+    """Return random pictures, mirrored and recoloured, with heat maps and masks of people."""
     picture = patches["pictures"][chosen].astype(np.float32) / 255 - 0.5
     people = patches["people"][chosen].astype(np.float32) / 255
     stones = patches["stones"][chosen].copy()
@@ -160,7 +160,7 @@ def _batch(
 
 
 def _loss(out: torch.Tensor, spots: torch.Tensor, people: torch.Tensor) -> torch.Tensor:
-    """Focal loss of the heat map (Zhou et al., Objects as Points, 2019), entropy of people."""
+    """Focal loss of the heat map (Zhou et al., Objects as Points, 2019) plus entropy of people."""
     score, centre = torch.sigmoid(out[:, 0]), (spots > 0.95).float()
     hit = centre * (1 - score) ** 2 * functional.logsigmoid(out[:, 0])
     miss = (1 - centre) * (1 - spots) ** 4 * score**2 * functional.logsigmoid(-out[:, 0])
@@ -227,7 +227,7 @@ def write_onnx(network: StoneNetwork, path: Path) -> None:
 
 
 def try_out(detector: Detector, patches: dict[str, np.ndarray]) -> dict[str, float]:
-    """Stones found and invented in the held-out patches, and how far off they are."""
+    """Report found stones, false positives and position errors in the held-out patches."""
     found, invented, total, off = 0, 0, 0, []
     for k in range(len(patches["pictures"]) - HELD_OUT, len(patches["pictures"])):
         picture = cv2.cvtColor(patches["pictures"][k], cv2.COLOR_RGB2BGR)

@@ -1,23 +1,22 @@
-"""Teach the player `search` the value of positions, from ends that it plays against itself.
+"""Train the position values of the player `search` on ends of self-play.
 
     python scripts/train_value_network.py digital_curling
 
-NAME is one of `agents.playing.search.networks.NETWORKS`, which says for which ice, rules, delivery
-and players it is learnt; `--ice`, `--rules`, `--delivery` and `--skill` take others.
+NAME is one of `agents.playing.search.networks.NETWORKS`, which defines the ice, rules, delivery
+and players of the training; `--ice`, `--rules`, `--delivery` and `--skill` set others.
 
-In each round, ends are played with the network of the round before. The first round begins with the
-package's network `standard`, or with a heuristic where that one itself is learnt. Each team aims
-for the win probabilities of some score in a game. The network of
-`agents.playing.search.value_network` is then fitted to the ends of the rounds so far: it predicts
-how an end is scored. One in twelve batches of ends is held out: on these the network is compared
-with the one to begin with, and with
-the shares of the scores alone.
+In each round, ends are played with the network of the previous round. The first round begins with
+the package's network `standard`, or with a heuristic when training that one. Each team maximises
+the win probability from a random score of a game. The network of
+`agents.playing.search.value_network` is then fitted to the ends of all rounds played: it predicts
+the score of an end. One in twelve batches of ends is held out to compare the network with the
+initial one, and with the shares of the scores alone.
 
-Last, the positions of the last round's ends are learnt backwards, from the last stone of an end to
-its first, by what a good next stone leads to (`learn.backwards`).
+Last, the positions of the last round's ends are learned backwards, from the last stone of an end to
+its first, from the value after a good next stone (`learn.backwards`).
 
-Every batch of ends and every part of these positions is kept in the folder, and a run that was
-stopped goes on from there. `--keep` puts the network into the package in the end.
+Every batch of ends and every part of these positions is kept in the folder, and an interrupted run
+continues from there. `--keep` puts the final network into the package.
 """
 
 from __future__ import annotations
@@ -55,7 +54,7 @@ from agents.playing.league.tuning import (
     PARALLEL_ENDS,
 )
 from agents.playing.search import networks
-from agents.playing.search.networks import NETWORKS, LearntFor, network_named
+from agents.playing.search.networks import NETWORKS, TrainingConditions, network_named
 from agents.playing.search.positions import SCORES
 from agents.playing.search.value_network import (
     ValueNetwork,
@@ -70,15 +69,15 @@ from curling_env.infrastructure.files.writing import make_directory
 from curling_env.throw import skill_named
 
 HELD_OUT = 12
-"""One batch of ends in this many is held out, to show what was learnt."""
+"""Interval of held-out batches of ends."""
 EPOCHS = 8
 """Passes through all ends."""
 
 
 class Batch(NamedTuple):
-    """A batch of ends to be played, and the file that keeps it."""
+    """Batch of ends to play, and its file."""
 
-    learnt_for: LearntFor
+    learnt_for: TrainingConditions
     seed: tuple[int, int, int]
     path: Path
 
@@ -115,7 +114,7 @@ def main() -> None:
 
 
 def learn(
-    learnt_for: LearntFor,
+    learnt_for: TrainingConditions,
     folder: Path,
     *,
     begin: ValueNetwork | None,
@@ -128,7 +127,7 @@ def learn(
 
     Parameters
     ----------
-    learnt_for : what it is learnt for
+    learnt_for : conditions of the training
     folder : keeps the ends and the networks
     begin : network to begin with; None for a heuristic
     rounds : number of ends in each round
@@ -136,7 +135,7 @@ def learn(
 
     Raises
     ------
-    InputError : the folder holds ends that were learnt for something else
+    InputError : the folder holds ends of another training
     """
     torch.set_num_threads(1)
     network = begin
@@ -181,7 +180,7 @@ def learn(
 
 
 def learn_backwards(
-    learnt_for: LearntFor,
+    learnt_for: TrainingConditions,
     folder: Path,
     begin: ValueNetwork,
     *,
@@ -194,7 +193,7 @@ def learn_backwards(
 
     Parameters
     ----------
-    learnt_for, folder : what it is learnt for, and the folder of `learn`
+    learnt_for, folder : conditions of the training, and the folder of `learn`
     begin : network to begin with
     round_number : the round whose ends are taken
     epochs, workers, seed : passes through all positions, processes, seed of everything random
@@ -240,9 +239,9 @@ def learn_backwards(
 
 
 class Part(NamedTuple):
-    """Positions of a batch of ends with so many stones to come, and the file that keeps them."""
+    """Positions of a batch of ends with `left` stones to come, and the file that keeps them."""
 
-    learnt_for: LearntFor
+    learnt_for: TrainingConditions
     batch: Path
     left: int
     seed: tuple[int, int, int]
@@ -250,7 +249,7 @@ class Part(NamedTuple):
 
 
 def learn_part(network: ValueNetwork, part: Part) -> None:
-    """Keep what positions are worth, in the part's file."""
+    """Compute the values of positions into the part's file."""
     learnt_for = part.learnt_for
     simulator = end_simulator(learnt_for.ice, learnt_for.rules, learnt_for.delivery)
     lesson = lesson_before(
@@ -272,7 +271,7 @@ def _read_lesson(part: Part) -> Lesson:
 def _report_errors(
     lines: Lines, held_out: list[PlayedEnds], network: ValueNetwork, begin: ValueNetwork | None
 ) -> None:
-    """Negative log-likelihood of held-out ends: of the networks, and of the shares alone."""
+    """Report the negative log-likelihood of held-out ends: networks, and shares alone."""
     scores = np.concatenate([played.score for played in held_out])
     entropy = shares_error(scores)
     ours = np.array([negative_log_likelihood(network, lines, played) for played in held_out])
@@ -295,7 +294,7 @@ def play_batch(network: ValueNetwork | None, batch: Batch) -> None:
 
 
 def played_ends(
-    network: ValueNetwork | None, learnt_for: LearntFor, seed: tuple[int, int, int]
+    network: ValueNetwork | None, learnt_for: TrainingConditions, seed: tuple[int, int, int]
 ) -> PlayedEnds:
     """Play ends with players of many skills.
 

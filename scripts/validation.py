@@ -1,7 +1,7 @@
-"""The table of published measurements: real ice, real stones and real play beside ours.
+"""Table of published measurements of ice, stones and play, compared with ours.
 
 python scripts/validation.py                  the table as text
-python scripts/validation.py --json           JSON list of rows, each with `ice` (null: of no ice)
+python scripts/validation.py --json           JSON list of rows, each with `ice` (null: any)
 python scripts/validation.py --pictures docs/pictures/validation
 python scripts/validation.py --shots Stones.csv --hands all.skill.json    with rows of mixed doubles
 
@@ -21,7 +21,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
-from curling_env.commands.cli import print_json, say
+from curling_env.commands.cli import print_json, print_remark
 from curling_env.errors import CurlingError
 from curling_env.ice import load_ice
 from curling_env.infrastructure.files.writing import make_directory
@@ -35,12 +35,12 @@ HANDS = Path(__file__).parent / "measures" / "hands.json"
 """Ends of `search` against itself beside those of championships; docs/validation-hands.md."""
 
 GRADE_ERROR = 3.0
-"""Tasks whose shares of grades are known worse than this are ignored [percentage points]."""
+"""Maximum standard error of the shares of grades of a task that is used [percentage points]."""
 
 
 @cache
 def _paper_errors() -> dict[int, float]:
-    """Mean error of μ in the paper's experiment by the number of pitches [%]."""
+    """Return the mean error of μ in the paper's experiment by the number of pitches [%]."""
     from measures.inference import paper
 
     found = paper()
@@ -64,7 +64,7 @@ PAPER_ROWS: tuple[Row, ...] = (
         Row(
             name=f"mean error of μ, {pitches} pitch{'' if pitches == 1 else 'es'} of 1.6 m/s",
             part="the paper",
-            said=f"{printed} %",
+            published=f"{printed} %",
             low=0.0,
             high=printed,
             unit="%",
@@ -79,7 +79,7 @@ PAPER_ROWS: tuple[Row, ...] = (
     Row(
         name="before mid-sheet, miss of pyramidal flow over that of plain flow",
         part="the paper",
-        said="about 1",
+        published="about 1",
         low=0.8,
         high=1.25,
         unit="1",
@@ -90,7 +90,7 @@ PAPER_ROWS: tuple[Row, ...] = (
     Row(
         name="after mid-sheet, miss of pyramidal flow over that of plain flow",
         part="the paper",
-        said="below 1",
+        published="below 1",
         low=0.0,
         high=1.0,
         unit="1",
@@ -102,7 +102,7 @@ PAPER_ROWS: tuple[Row, ...] = (
 
 
 def _hands_rows() -> Iterator[Row]:
-    """Rows of hands and strategy, whose values are the kept results of 1,066 games."""
+    """Return rows of hands and strategy, with the stored results of 1,066 games."""
     for row in json.loads(HANDS.read_text(encoding="utf-8")):
         value, why = row.pop("value"), row.pop("why")
         yield Row(
@@ -114,7 +114,7 @@ def _hands_rows() -> Iterator[Row]:
 
 
 ROWS_OF_NO_ICE: tuple[Row, ...] = (*OTHER_ROWS, *PAPER_ROWS, *_hands_rows())
-"""Rows that are the same on every ice."""
+"""Rows that do not depend on the ice."""
 
 
 def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
@@ -142,11 +142,11 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
         held = held_out_score(table.games)
         return max(off for off, error in held.off_by_task.values() if error < GRADE_ERROR)
 
-    def row(name: str, low: float, high: float, unit: str, value: Any, said: str) -> Row:
+    def row(name: str, low: float, high: float, unit: str, value: Any, published: str) -> Row:
         return Row(
             name=name,
             part="mixed doubles",
-            said=said,
+            published=published,
             low=low,
             high=high,
             unit=unit,
@@ -170,7 +170,7 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
             1.0,
             "1",
             lambda _: beside().chi_squared[2],
-            "not told apart",
+            "not distinguishable",
         ),
         row(
             "grades by task on held-out games, worst share",
@@ -186,7 +186,7 @@ def doubles_rows(shots: Path, hands: str, ends: int) -> tuple[Row, ...]:
 def tables(
     ices: Iterable[str] = ICES, more: Iterable[Row] = ()
 ) -> dict[str | None, list[Comparison]]:
-    """The rows of each ice by its name, and under None those that no ice changes, with `more`."""
+    """Return the rows of each ice by name, under None those independent of the ice, with `more`."""
     found: dict[str | None, list[Comparison]] = {
         name: compare(load_ice(name), preset_of(name), ICE_ROWS) for name in ices
     }
@@ -195,7 +195,7 @@ def tables(
 
 
 def as_documents(found: dict[str | None, list[Comparison]]) -> list[dict[str, Any]]:
-    """The rows as one list, each with the ice that it is of."""
+    """Return the rows as one list, each with its ice."""
     return [{"ice": ice, **row.as_dict()} for ice, rows in found.items() for row in rows]
 
 
@@ -220,7 +220,7 @@ def main(
         from validation_figures import draw_all
 
         draw_all(make_directory(pictures))
-        say(f"figures in {pictures}")
+        print_remark(f"figures in {pictures}")
         return
     found = tables(ice or ICES, () if shots is None else doubles_rows(shots, hands, ends))
     if as_json:

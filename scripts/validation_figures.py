@@ -1,4 +1,4 @@
-"""The figures of docs/validation.md."""
+"""Figures of docs/validation.md."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from curling_env.validation.shots import HOG_TO_FAR_TEE
 COLOURS = {"standard": "#123a63", "fitted": "#0d7a3f", "club": "#a38414", "fcv1": "#c8332b"}
 BIN = 0.1
 FARTHEST = 6.0
-"""Where residuals are cut off, in halves of a row's bounds."""
+"""Maximum residual drawn, in half-widths of a row's bounds."""
 
 
 def draw_all(folder: Path) -> None:
@@ -28,7 +28,7 @@ def draw_all(folder: Path) -> None:
 
 
 def draw_friction(path: Path) -> None:
-    """Friction against speed: the presets, and what was measured."""
+    """Draw friction against speed: presets and measurements."""
     figure = new_figure(8, 4.6)
     ax = figure.subplots()
     low = np.arange(0.1, 2.2, BIN)
@@ -51,7 +51,7 @@ def draw_friction(path: Path) -> None:
 
 
 def draw_rows(path: Path) -> None:
-    """Every row with bounds: how far each preset is from its middle, in halves of its width."""
+    """Draw the residual of each preset in every row with bounds, in half-widths."""
     rows: list[Row] = [row for row in ICE_ROWS if row.low is not None and row.low != row.high]
     figure = new_figure(9.5, 0.3 * len(rows) + 1.2)
     ax = figure.subplots()
@@ -70,7 +70,7 @@ def draw_rows(path: Path) -> None:
             )  # fmt: skip
     plain_axes(ax)
     ax.set_yticks(range(len(rows)))
-    ax.set_yticklabels([f"{row.name}  ({row.said})" for row in rows], fontsize=8)
+    ax.set_yticklabels([f"{row.name}  ({row.published})" for row in rows], fontsize=8)
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_xlim(-FARTHEST, FARTHEST)
     ax.set_xlabel("distance from what is published, in its own uncertainty", color=INK, fontsize=9)
@@ -79,7 +79,7 @@ def draw_rows(path: Path) -> None:
 
 
 def draw_weights(path: Path) -> None:
-    """Where stones of a hog-to-hog time stop on 14.5 s ice, and where coaches say."""
+    """Draw the rest of stones by hog-to-hog time on 14.5 s ice, beside coaches' values."""
     figure = new_figure(8, 4.4)
     ax = figure.subplots()
     times = np.linspace(11.0, 17.0, 61)
@@ -90,8 +90,8 @@ def draw_weights(path: Path) -> None:
         carried = [np.nan if s is None else scaled.carry(s) - HOG_TO_FAR_TEE for s in speeds]
         ax.plot(times, carried, color=COLOURS[name], lw=1.8, label=f"{name}, scaled to {KEEN} s")
     ax.plot(times, 1.8288 * (KEEN - times), color=FAINT, ls="--", lw=1.2, label="six feet a second")
-    said = {"a guard": 15.2, "the hack": 12.5, "the backboard": 11.2}
-    for place, time in said.items():
+    coaches = {"a guard": 15.2, "the hack": 12.5, "the backboard": 11.2}
+    for place, time in coaches.items():
         at = PLACES[place] - HOG_TO_FAR_TEE
         ax.plot(time, at, "o", color="black", ms=5, zorder=5)
         ax.annotate(place, (time, at), (-6, -14), textcoords="offset points", fontsize=9, color=INK)

@@ -18,17 +18,17 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS"):
 # Pictures are drawn to files only, and a window never opens.
 os.environ.setdefault("MPLBACKEND", "Agg")
 os.environ.setdefault("SDL_VIDEODRIVER", "dummy")
-# A mistake of the program fails a test with its place, instead of becoming one line.
+# An internal error fails a test with its traceback, instead of becoming one line.
 os.environ.setdefault("CURLING_TRACEBACK", "1")
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
-# `make test` tries the same examples in every run; `make soak` looks for new ones, as many and as
-# varied as its seed leads to. No profile has a deadline: a busy machine must not fail a property.
+# `make test` tries the same examples in every run; `make soak` draws new ones from its seed. No
+# profile has a deadline: a busy machine must not fail a property.
 settings.register_profile("repeatable", deadline=None, derandomize=True, max_examples=50)
-# Both say whether they are derandomised, because Hypothesis's own default differs where CI is set.
+# Both set `derandomize`, because Hypothesis's default differs where the variable CI is set.
 settings.register_profile(
     "soak", deadline=None, derandomize=False, max_examples=1000, print_blob=True
 )

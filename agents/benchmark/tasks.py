@@ -159,7 +159,7 @@ def task_of(name: str) -> BenchmarkTask:
     """
     if name not in TASKS:
         raise InputError(
-            f"no task of the benchmark is named {name!r}; there are {', '.join(TASKS)}"
+            f"unknown task {name!r} of the benchmark; expected one of {', '.join(TASKS)}"
         )
     return TASKS[name]
 

@@ -70,12 +70,12 @@ def _maps(figure: Figure, found: Findings) -> None:
             ax.plot(*figures.lengthwise(track.xy).T, color=figures.INK, lw=0.9, alpha=0.55)
     for ax, ice in zip(axes, (found.true_ice, found.estimated_ice), strict=False):
         path = figures.lengthwise(_path(ice, found, found.plan.best.throw))
-        ax.plot(*path.T, color=figures.TARGET_COLOUR, lw=2.2, label="the draw that tests it")
+        ax.plot(*path.T, color=figures.TARGET_COLOUR, lw=2.2, label="a test draw")
     _outline_areas(axes[1], found)
     titles = (
-        "The hidden ice: heavy and keen areas, unknown to everything below",
-        f"The ice read from {len(found.tracks)} filmed throws (thin lines); dashed: areas that it "
-        "finds heavy or keen",
+        "The hidden ice with its heavy and keen areas",
+        f"The ice estimated from {len(found.tracks)} filmed throws (thin lines); dashed: areas "
+        "found heavy or keen",
         "Uncertainty of the estimate: dark where no stone ran",
     )
     for ax, title in zip(axes, titles, strict=True):
@@ -128,7 +128,7 @@ def _house(ax: Axes, found: Findings) -> None:
     rests = (
         (found.tested.rest, ON_TRUE, found.tested.miss, "thrown on the hidden ice"),
         (found.on_estimated, ON_ESTIMATED, found.miss_on_estimated,
-         "thrown on the ice read from film"),
+         "thrown on the estimated ice"),
         (found.tested.other, BY_AVERAGE, found.tested.other_miss,
          "thrown on the hidden ice, planned on its average friction"),
     )  # fmt: skip
@@ -140,7 +140,7 @@ def _house(ax: Axes, found: Findings) -> None:
     past = float(np.clip(max(heights) + 0.6, 2.2, 2.8))
     figures.show_house(ax, ice.sheet, short=short, past=past)
     ax.set_title(
-        "The draw that tests it, from the thrower's view",
+        "The test draw, from the thrower's view",
         fontsize=11,
         loc="left",
         color=figures.INK,
@@ -169,7 +169,7 @@ def _more_draws(ax: Axes, found: Findings) -> None:
         [
             (colour, f"{text}: {found.in_units(miss)} off on average")
             for colour, text, miss in (
-                (ON_TRUE, "planned on the ice read from film", found.mean_miss),
+                (ON_TRUE, "planned on the estimated ice", found.mean_miss),
                 (BY_AVERAGE, "planned on its average friction", found.mean_other_miss),
             )
         ],

@@ -125,8 +125,7 @@ class Findings:
         """Return the result in one sentence."""
         if self.mean_miss < self.mean_other_miss:
             return (
-                f"Draws planned on the ice read from film stop {self.in_units(self.mean_miss)} "
-                "from "
+                f"Draws planned on the estimated ice stop {self.in_units(self.mean_miss)} from "
                 "their targets; planned on its average friction only, "
                 f"{self.in_units(self.mean_other_miss)}."
             )

@@ -32,7 +32,7 @@ def write_demo_page(found: Findings, directory: Path, *, film_still: Path | None
         [
             (
                 found.in_units(found.mean_miss),
-                f"average miss of {draws} draws, planned on the ice read from film",
+                f"average miss of {draws} draws, planned on the estimated ice",
             ),
             (
                 found.in_units(found.mean_other_miss),
@@ -52,11 +52,11 @@ def write_demo_page(found: Findings, directory: Path, *, film_still: Path | None
     areas = "".join(f"<li>{escape(text)}</li>" for text in found.area_sentences())
     sections = [
         f"<h1>{escape(found.headline())}</h1>{numbers}",
-        f"<h2>The ice according to the film</h2><ul>{areas}</ul>"
-        + image("maps.png", "hidden ice, found ice and its uncertainty"),
-        "<h2>The throws that test it</h2>"
+        f"<h2>The estimated ice</h2><ul>{areas}</ul>"
+        + image("maps.png", "hidden ice, estimated ice and its uncertainty"),
+        "<h2>Test throws</h2>"
         f"<p>{escape(' '.join(found.draw_sentences()))}</p><div class=side>"
-        + image("house.png", "places of rest of the tested draw")
+        + image("house.png", "final places of the test draw")
         + image("draws.png", "more draws")
         + "</div>",
         "<h2>The effect that the model lacked</h2><div class=side><div style='flex:1 1 20rem'>"

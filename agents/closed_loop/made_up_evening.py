@@ -28,18 +28,18 @@ from friction_estimation.synthetic import FilmSpec, render_film, scene_of
 SCENE = "gantry.scene.json"
 THROWS, FILMED, STONES = 40, 3, 8
 BETWEEN = 75.0
-"""From one throw to the next [s]."""
+"""Time from one throw to the next [s]."""
 FPS, CAMERA_NOISE = 15.0, 0.004
-"""Of the tracks: frames a second, and standard deviation of a coordinate [m]."""
+"""Frame rate of the tracks [1/s], and standard deviation of their coordinates [m]."""
 SEEN_BEFORE = 4.2
-"""How long before the hog line the camera sees a stone [s]."""
+"""Time before the hog line from which the camera sees a stone [s]."""
 FILM = FilmSpec(
     camera="gantry", size=(800, 450), fps=10.0, noise=1.0, people=False, lead_in=0.5, tail=0.5
 )
 ODD = {2: (1.03, 1.0), 5: (1.0, 0.88)}
-"""Two stones that a set should not have: one is heavy, one curls less; factors of both."""
+"""Factors of friction and curl of the set's two odd stones: one is heavy, one curls less."""
 OWN_FRICTION, OWN_CURL = 0.006, 0.03
-"""By how much throws of one stone differ, as parts: frost, hair, dust."""
+"""Relative spread of friction and curl among throws of one stone: frost, hair, dust."""
 CALLS = (
     ("draw button", 0.0, 0.0),
     ("draw top four", 0.0, -0.38),
@@ -47,12 +47,12 @@ CALLS = (
     ("draw 0.6,0.3", 0.6, 0.3),
     ("draw -0.6,0.3", -0.6, 0.3),
 )
-"""What was called, and where that is: right and past the tee [m]."""
+"""Calls, and their targets: right of the centre line and past the tee [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class MadeUp:
-    """An athlete's hand.
+class AthleteHand:
+    """Execution error of an athlete.
 
     Parameters
     ----------
@@ -67,9 +67,13 @@ class MadeUp:
 
 
 ATHLETES = (
-    MadeUp(name="Anna", hand="right", speed=(0.012, 0.02), angle=(0, 0.004), spin=(0, 0.12)),
-    MadeUp(name="Ben", hand="left", speed=(-0.02, 0.03), angle=(0.005, 0.006), spin=(0.1, 0.2)),
-    MadeUp(name="Clara", hand="right", speed=(0, 0.035), angle=(-0.004, 0.007), spin=(0, 0.15)),
+    AthleteHand(name="Anna", hand="right", speed=(0.012, 0.02), angle=(0, 0.004), spin=(0, 0.12)),
+    AthleteHand(
+        name="Ben", hand="left", speed=(-0.02, 0.03), angle=(0.005, 0.006), spin=(0.1, 0.2)
+    ),
+    AthleteHand(
+        name="Clara", hand="right", speed=(0, 0.035), angle=(-0.004, 0.007), spin=(0, 0.15)
+    ),
 )
 
 
@@ -95,7 +99,7 @@ def write_evening(folder: Path, *, seed: int = 0, progress: Progress = no_progre
     columns: dict[str, list[str]] = {"throw": [], "athlete": [], "stone": [], "called": []}
     for k in range(THROWS):
         athlete = ATHLETES[k % len(ATHLETES)]
-        path, called = _throw(_as_met(truth, k % STONES, rng), believed, k, athlete, rng)
+        path, called = _throw(_ice_of_throw(truth, k % STONES, rng), believed, k, athlete, rng)
         paths.append(path)
         noted = (str(k), athlete.name, f"red {path.stone + 1}", called)
         for column, value in zip(columns.values(), noted, strict=True):
@@ -124,8 +128,8 @@ def write_evening(folder: Path, *, seed: int = 0, progress: Progress = no_progre
     return believed
 
 
-def _as_met(ice: Ice, stone: int, rng: np.random.Generator) -> Ice:
-    """The ice as one throw of a stone meets it: with what is the stone's and the throw's own."""
+def _ice_of_throw(ice: Ice, stone: int, rng: np.random.Generator) -> Ice:
+    """Return the ice of one throw, with the deviations of its stone and of the throw."""
     friction, curl = ODD.get(stone, (1.0, 1.0))
     own = {
         "stone": float(stone),
@@ -153,9 +157,9 @@ def _film(job: _Job) -> Trajectory:
 
 
 def _throw(
-    truth: Ice, believed: Ice, k: int, athlete: MadeUp, rng: np.random.Generator
+    truth: Ice, believed: Ice, k: int, athlete: AthleteHand, rng: np.random.Generator
 ) -> tuple[Trajectory, str]:
-    """The true path of a throw, and what was called: by what the skip believes of the ice."""
+    """Return the true path of a throw, and its call, planned on the believed ice."""
     direction = Direction.AWAY if k // STONES % 2 == 0 else Direction.HOME
     what, right, past = CALLS[int(rng.integers(len(CALLS)))]
     inward = bool(rng.random() < 0.5)
@@ -185,7 +189,7 @@ def _throw(
 
 
 def _before(path: Trajectory) -> Trajectory:
-    """A path with what a camera sees before the hog line: a stone in a sliding hand."""
+    """Return a path with the delivery before the hog line, in a sliding hand."""
     steps = np.arange(-round(SEEN_BEFORE * 60), 0) / 60.0
     v = (path.xy[1] - path.xy[0]) / (path.t[1] - path.t[0])
     turned = path.theta[0] if path.theta.size else 0.0
@@ -197,7 +201,7 @@ def _before(path: Trajectory) -> Trajectory:
 
 
 def _seen(path: Trajectory, rng: np.random.Generator) -> Trajectory:
-    """What a camera measures of a path: at its rate, with its errors and what it says of them."""
+    """Return a path as a camera measures it: at its frame rate, with errors and their sigma."""
     t = np.arange(path.t[0], path.t[-1], 1 / FPS)
     columns = [np.interp(t, path.t, column) for column in (*path.xy.T, path.theta)]
     xy = np.column_stack(columns[:2]) + rng.normal(0.0, CAMERA_NOISE, (len(t), 2))

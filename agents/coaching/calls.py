@@ -211,7 +211,7 @@ def read_call(text: str) -> Call | None:
         return None
 
 
-def why_no_call(text: str) -> str:
+def call_error(text: str) -> str:
     """Return why a text is no call, naming the word that is not known; empty for a call."""
     try:
         _Words(text).read()

@@ -14,7 +14,7 @@ CAUSE_WORDS: dict[Cause, str] = {
     "weight": "weight",
     "line": "line",
     "rotation": "rotation",
-    "ice": "ice read wrong",
+    "ice": "misread ice",
     "sweeping": "sweeping",
     "neither": "unexplained",
 }

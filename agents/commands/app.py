@@ -8,7 +8,7 @@ from typing import Annotated
 
 from typer import Argument, Option
 
-from curling_env.commands.terminal import say
+from curling_env.commands.terminal import print_remark
 
 
 def app(
@@ -28,7 +28,7 @@ def app(
     browser: Annotated[bool, Option(help="Open the page in the browser.")] = True,
     share: Annotated[bool, Option("--share", help="Open the page to the local network.")] = False,
 ) -> None:
-    """Open the page for athletes and coaches: film, ice, throw and athlete, in the browser.
+    """Open the app for athletes and coaches in the browser.
 
     \b
     Examples:
@@ -57,11 +57,13 @@ def app(
     def show(address: str, shared: str | None) -> None:
         print(address, flush=True)
         if shared is not None:
-            say(f"anyone in this network with this address can see everything: {shared}", now=True)
+            print_remark(
+                f"anyone in this network with this address can see everything: {shared}", now=True
+            )
             if sys.stderr.isatty():
                 from curling_env.infrastructure.qr_code import qr_code
 
-                say(qr_code(shared))
+                print_remark(qr_code(shared))
         if browser:
             webbrowser.open(address)
 
@@ -74,7 +76,7 @@ def app(
                 port=port,
                 share=share,
                 opened=show,
-                begin=lambda: begin_sessions(club, folders, demo=demo, remark=say),
+                begin=lambda: begin_sessions(club, folders, demo=demo, remark=print_remark),
             )
 
     try:
@@ -82,4 +84,4 @@ def app(
         # its inputs does not apply here.
         Context().run(run)
     except KeyboardInterrupt:
-        say(f"closed; everything is kept in {folder}")
+        print_remark(f"closed; everything is kept in {folder}")

@@ -20,8 +20,7 @@ def benchmark(
         list[str],
         Argument(
             metavar="POLICY...",
-            help="random; constant; planner (throws); draw, rulebased, greedy, search (ends); "
-            "learned; models' files, of several trainings; module:object; or a row (.json).",
+            help="random, constant, planner, learned, a player, models, module:object, or a row.",
         ),
     ],
     task: Annotated[list[str] | None, Option(help="Task; may be repeated. All by default.")] = None,
@@ -31,7 +30,7 @@ def benchmark(
     ] = None,
     output: Annotated[
         Path | None,
-        output_to("ROW.json", "Also write a row, with what counted in every episode."),
+        output_to("ROW.json", "Also write a row with the metric of every episode."),
         Writes(suffixes=(".json",)),
     ] = None,
     *,
@@ -50,9 +49,10 @@ def benchmark(
 
     Seven tasks are single throws of a club player on held-out ices: draw, draw-mean, draw-blind,
     guard, takeout, hit-and-stay and freeze. Three are ends against rulebased, greedy and learned;
-    end-draw and end-doubles are for practice. Seeds and ices are fixed, so that the same policy has
-    the same score everywhere. Of several trainings the interquartile mean counts. A row is checked
-    and shown. See docs/benchmark.md.
+    end-draw and end-doubles are for practice. The planner plays single throws, players play ends.
+    Seeds and ices are fixed, so that the same policy has the same score everywhere. The score of
+    several trainings is their interquartile mean. A row (.json) is checked and shown. See
+    docs/benchmark.md.
     """
     from agents.benchmark import TASKS, difference_of, played
     from agents.benchmark.contestants import can_do, contestant
@@ -112,6 +112,6 @@ def _show_rows(paths: list[str], as_json: bool) -> None:
             for score in scores_of(row):
                 print(f"  {score.task:14} {score.in_words()}")
             for one in shortcomings(row):
-                print(f"  not to be published yet: {one}")
+                print(f"  cannot be published yet: {one}")
     if as_json:
         print_json(documents)

@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import Results, grouped, numbers, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 from friction_estimation.tracks.importers import Along
 from friction_estimation.tracks.tuning import GATE_TIME_SIGMA
@@ -61,13 +61,14 @@ def convert(
         curling convert game.dcl2 -o game.jsonl
 
     Exports of Kinovea ("Trajectories to CSV", or its text for gnuplot) and of Tracker ("Export data
-    file") are recognised by their first rows; every tracked point becomes a throw. Place the other
-    program's axes on the ice, the second to the left of the first, and scale them. An ice file
+    file") are recognised by their first rows; every tracked point becomes a throw. --origin and
+    --along place the other program's axes on the ice, --unit scales them; the second axis must lie
+    to the left of the first. An ice file
     becomes a table of its cells. An output .parquet is written as Parquet, any other as CSV.
 
-    A log of light gates has the columns Sensor, Start and End [s]: when the beam of T-Line 1,
-    Hog-Line 1 (home end), Hog-Line 2 or T-Line 2 was broken and free again. Its throws become
-    tracks of a few times (sigma_t) without x; faulty rows are reported by number.
+    A log of light gates has the columns Sensor, Start and End [s]: the times when the beam of
+    T-Line 1, Hog-Line 1 (home end), Hog-Line 2 or T-Line 2 was broken and free again. Its throws
+    become tracks of a few times (sigma_t) without x; faulty rows are reported by number.
 
     A table of championship shots (Stones.csv beside Ends.csv and Games.csv) becomes a folder of
     recorded games and a report of its faults by row; a log of Digital Curling (.dcl, .dcl2) becomes
@@ -102,8 +103,10 @@ def convert(
         log = read_gates(table, sigma_t)
         tracks = log.tracks
         for fault in log.faults:
-            say(f"dropped: {fault}")
-        say(f"{len(log.unused)} rows ignored: not from a throw, but from people or pushed stones")
+            print_remark(f"dropped: {fault}")
+        print_remark(
+            f"{len(log.unused)} rows ignored: not from a throw, but from people or pushed stones"
+        )
         extra = {"faulty_rows": log.faults, "unused_rows": log.unused}
     else:
         places = {"middle": (0.0, 0.0), **keypoints_of(PAPER_SHEET)}
@@ -117,7 +120,7 @@ def convert(
                 problem += " with this --unit, --origin and --along"
                 raise InputError(problem, source=table)
         for i, k in enumerate(series):
-            say(f"throw {i}: {k.name}, {len(k.t)} rows")
+            print_remark(f"throw {i}: {k.name}, {len(k.t)} rows")
     write_tracks(output, tracks)
     rows, throws = sum(map(len, tracks)), len({track.throw for track in tracks})
     results.show(
@@ -138,7 +141,7 @@ def _is_game(table: Path, output: Path, games: list[str] | None, results: Result
         log = read_log(table)
         write_lines(output, log.lines)
         for fault in log.faults:
-            say(f"{table}: {fault}")
+            print_remark(f"{table}: {fault}")
         shots = len(log.lines) - 2
         document = {"written": str(output), "shots": shots, "faults": log.faults}
         results.show(document, f"a game of {shots} shots: {output}")
@@ -156,13 +159,13 @@ def _is_game(table: Path, output: Path, games: list[str] | None, results: Result
         folder = make_directory(output)
         report = write_records(folder, shots_table, chosen, progress=progress)
     for fault in shots_table.faults[:FAULTS_SHOWN]:
-        say(str(fault))
+        print_remark(str(fault))
     hidden = len(shots_table.faults) - FAULTS_SHOWN
     if hidden > 0:
-        say(f"and {hidden} more faults: {folder / REPORT}")
+        print_remark(f"and {hidden} more faults: {folder / REPORT}")
     results.show(
         {"written": str(folder), "games_written": len(chosen), **report},
         f"{len(chosen)} games: {folder}; {report['ends_as_written']} of {report['ends']} ends "
-        "count as written",
+        "have the written score",
     )
     return True

@@ -8,7 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from curling_env.commands.options import OutputDirectory, SeedOption, UnitsOption
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.units import Units
 
 
@@ -19,7 +19,7 @@ def demo(
     workers: Annotated[int, Option(min=1, max=64, help="Number of processes.")] = 2,
     units: UnitsOption = Units.METRES,
 ) -> None:
-    """Run the whole loop from film to throw, in about three minutes.
+    """Run the whole loop from film to throw, in about two minutes.
 
     \b
     Examples:
@@ -40,4 +40,4 @@ def demo(
         )
     for sentence in found.sentences():
         print(sentence)
-    say(f"{found.seconds:.0f} s; the page: {output / 'index.html'}")
+    print_remark(f"{found.seconds:.0f} s; the page: {output / 'index.html'}")

@@ -9,7 +9,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import IceOption, Results, SeedOption, grouped, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 
 
 @grouped
@@ -54,5 +54,5 @@ def hands(
         )
     if output is not None:
         files = write_hands(output, found, table, seed=seed)
-        say(f"{len(files)} files: {output}")
+        print_remark(f"{len(files)} files: {output}")
     results.show(found.as_dict(), *in_words(found))

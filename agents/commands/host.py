@@ -10,7 +10,7 @@ from typer import Option
 
 from curling_env.commands.options import IceOption, Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import say, shortened, warn_about
+from curling_env.commands.terminal import print_remark, shortened, warn_about
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ class Match:
     ends: int = option(8, "Number of ends.", min=1, max=20)
     time: float = option(600.0, "Thinking time of each team [s].", min=1, max=1e5)
     extra_time: float = option(60.0, "Thinking time for an extra end [s].", min=1, max=1e5)
-    evolve: bool = option(False, "Let the ice wear and frost over, and stones differ.", "--evolve")
-    sweep: bool = option(False, "Sweep stones that are light.", "--sweep")
+    evolve: bool = option(False, "Let the ice wear and frost, and stones differ.", "--evolve")
+    sweep: bool = option(False, "Sweep light stones.", "--sweep")
     announce: str | None = option(None, "Physics reported to clients, e.g. fcv1.", metavar="NAME")
 
     def setting(self, teams: Teams, seed: int) -> HostSetting:
@@ -161,10 +161,10 @@ def host(
         if folder is not None and hosting.game is not None:
             hosting.write(folder, results.units)
     if folder is not None:
-        say(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
+        print_remark(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
     results.show(hosting.summary(), *hosting.sentences())
 
 
 def _report(text: str) -> None:
     """Report to the host's user immediately; a client may have any name."""
-    say(shortened(text), now=True)
+    print_remark(shortened(text), now=True)

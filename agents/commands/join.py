@@ -14,7 +14,7 @@ from typer import Argument, Option
 from agents.commands.games.play import PlayerOption
 from curling_env.commands.options import Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class Version4:
     """Servers of version 4"""
 
     match: str | None = option(None, "Match ID returned at its creation.", metavar="ID")
-    team: Literal["team0", "team1"] = option("team0", "Team wanted; team0 throws first.")
+    team: Literal["team0", "team1"] = option("team0", "Team to play for; team0 throws first.")
     user: str | None = option(None, f"User; the password is {PASSWORD}.", metavar="NAME")
     certificate: Path | None = option(None, "Further certificate to trust.", metavar="FILE.pem")
 
@@ -58,7 +58,7 @@ class Version4:
             certificate=self.certificate,
         )
         if place.is_open:
-            say("http:// sends the password unencrypted; use https://")
+            print_remark("http:// sends the password unencrypted; use https://")
         return place
 
 
@@ -67,9 +67,7 @@ def join(
     server: Annotated[str, Argument(metavar="HOST:PORT|URL", help="Server of version 3, or 4.")],
     player: PlayerOption = "search",
     name: Annotated[str | None, Option(metavar="NAME", help="Name of the team.")] = None,
-    ice: Annotated[
-        str | None, Option(metavar="ICE", help="Ice that the player believes in.")
-    ] = None,
+    ice: Annotated[str | None, Option(metavar="ICE", help="Ice as the player knows it.")] = None,
     *,
     version4: Version4,
     output: Annotated[
@@ -80,7 +78,7 @@ def join(
     results: Measured,
     seed: SeedOption = 0,
 ) -> None:
-    """Play a game on a Digital Curling server: version 3 (over TCP) or version 4 (a URL).
+    """Play a game on a Digital Curling server, version 3 (TCP) or 4 (HTTP).
 
     \b
     Examples:
@@ -111,7 +109,7 @@ def join(
     else:
         rules, play = "digital_curling", partial[Any](play_on_server, *address_of(server))
     client = Client(
-        player_from(player), name=name, seed=seed, ice=known, remark=say, rule_name=rules
+        player_from(player), name=name, seed=seed, ice=known, remark=print_remark, rule_name=rules
     )
     folder = None if output is None else make_directory(output)
     log = WireLog()
@@ -127,5 +125,5 @@ def join(
         if folder is not None and log.lines:
             write_game(folder, client, log, ice=ice or "fcv1", units=results.units)
     if folder is not None and client.seen:
-        say(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
+        print_remark(f"recorded in {folder}; open {folder / 'game.html'} to watch the game")
     results.show(*summary_of(client))

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from curling_env.commands.options import IceOption, Measured, OutputDirectory, grouped, option
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError, placed
 
 
@@ -61,16 +61,14 @@ def train(
         document = read_configuration(run.config)
         if isinstance(document, dict) and document.get("algorithm") == "league":
             if rllib_workers:
-                raise InputError(
-                    "RLlib cannot train a league; leave --workers out", source=run.config
-                )
+                raise InputError("RLlib cannot train a league; omit --workers", source=run.config)
             with placed(source=run.config):
                 league = league_settings(
                     document, **({} if run.seed is None else {"seed": run.seed})
                 )
             with progress_bar("batch") as progress:
-                run_league(output, league, progress=progress, report=say)
-            say(f"the agent: {output / 'model.npz'}")
+                run_league(output, league, progress=progress, report=print_remark)
+            print_remark(f"the agent: {output / 'model.npz'}")
             return
         checkpoint, settings = None, load_settings(run.config)
     elif rllib_workers:
@@ -91,11 +89,11 @@ def train(
         else:
             if not training.has_tensorboard():
                 missing = "tensorboard is not installed: logs are CSV only"
-                say(f"{missing} (pip install 'curling-sheet[train]')")
+                print_remark(f"{missing} (pip install 'curling-sheet[train]')")
             policy = training.train(
                 settings, output, thrown_on, resume=checkpoint, progress=progress
             )
-    say(f"the agent: {output / 'model.npz'}")
+    print_remark(f"the agent: {output / 'model.npz'}")
     if not evaluation.is_draw(settings):
         document = {"model": str(output / "model.npz"), "settings": settings.as_dict()}
         results.show(document, "measure it with `curling benchmark`")

@@ -47,6 +47,6 @@ __getattr__, __dir__ = lazy_names(
             "ShotMessage",
             "StateMessage",
         ),
-        "pace": ("BUDGETS", "CLOCK_BUDGET", "Pace", "stones_to_come"),
+        "time_manager": ("BUDGETS", "CLOCK_BUDGET", "TimeManager", "stones_to_come"),
     },
 )

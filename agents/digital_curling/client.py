@@ -28,7 +28,7 @@ from agents.digital_curling.messages import (
     ResultMessage,
     ShotMessage,
 )
-from agents.digital_curling.pace import Pace
+from agents.digital_curling.time_manager import TimeManager
 from agents.digital_curling.transition import fcv1_ice
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
@@ -90,7 +90,7 @@ class Client:
     ) -> None:
         self.name = (name or player.name)[:200]
         self.player, self.seed, self.remark = player, seed, remark
-        self.pace = Pace(player)
+        self.time_manager = TimeManager(player)
         self.team = Team.HOME
         self.names: tuple[str, str] = ("team0", "team1")
         self.game_id = ""
@@ -201,8 +201,8 @@ class Client:
         self._ice_changes = game.simulator_type != "fcv1"
         if self._ice is None and self._ice_changes:
             self.remark(
-                f"the server plays on {game.simulator_type[:40]!r}, but plans are for fcv1; give "
-                "--ice for another"
+                f"the server simulates {game.simulator_type[:40]!r}, but plans assume fcv1; give "
+                "--ice to plan for another ice"
             )
         players = game.players_of(line.team)
         order = [players[k] if k < len(players) else None for k in PLAYER_ORDER]
@@ -213,7 +213,7 @@ class Client:
             else replace(FROM_HACK, max_speed=min(player.max_speed, MAX_SPEED))
             for player in order
         ]
-        self.pace.prepare([self._view(example) for example in self._examples()])
+        self.time_manager.prepare([self._view(example) for example in self._examples()])
         return ReadyOk(player_order=PLAYER_ORDER)
 
     def see(self, line: Update) -> None:
@@ -258,7 +258,7 @@ class Client:
         if self.player.concedes(view):
             return MoveLine(move=ConcedeMessage())
         left = state.thinking_time_remaining.get(TEAMS[self.team], NO_CLOCK)
-        self._called = self.pace.call(view, left)
+        self._called = self.time_manager.call(view, left)
         return MoveLine(move=move_of(self._called.throw))
 
     # --- what the player sees ---------------------------------------------------------------------

@@ -140,7 +140,7 @@ def _delivery(simulator: GameSimulator, seen: SeenMove, number: int, seed: int) 
     """Return one delivery, with the positions from the server and the paths of the engine."""
     assert isinstance(seen.move, ShotMessage)
     state = GameState(game=seen.before, seed=seed, throws=number)
-    thrown = throw_of(seen.move) or hardly_thrown(seen.move)
+    thrown = throw_of(seen.move) or substitute_throw(seen.move)
     shot_name = "" if seen.call is None else seen.call.shot
     _, shot = simulator.play(state, Call(throw=thrown, shot=shot_name), paths=True)
     ruling = shot.ruling
@@ -160,7 +160,7 @@ def _fault(seen: SeenMove, ours: Fault | None) -> Fault | None:
     return None if ours is Fault.FREE_GUARD_ZONE else ours
 
 
-def hardly_thrown(move: ShotMessage) -> Throw:
+def substitute_throw(move: ShotMessage) -> Throw:
     """Return a substitute for a stone that goes backwards and is removed: one that stays at the
     hack.
     """

@@ -95,10 +95,10 @@ def play_on_server(
                 if client.is_over:
                     return
         except (ConnectionError, TimeoutError) as error:
-            raise _hung_up(client, f"{host}:{port}") from error
+            raise _connection_closed(client, f"{host}:{port}") from error
     # The server may close immediately after sending the result.
     if client.result is None:
-        raise _hung_up(client, f"{host}:{port}")
+        raise _connection_closed(client, f"{host}:{port}")
 
 
 @contextmanager
@@ -130,7 +130,7 @@ def _lines(connection: socket.socket, source: str) -> Iterator[bytes]:
                 yield line
 
 
-def _hung_up(client: Client, source: str) -> InputError:
+def _connection_closed(client: Client, source: str) -> InputError:
     return InputError(
         f"the server closed the connection before the game was over ({client.place()})",
         source=source,

@@ -241,7 +241,8 @@ def read_configuration(name: str | Path) -> Any:
         where = files("agents.learning").joinpath("configurations", f"{name}.yml")
     elif not where.exists():
         raise InputError(
-            f"no such configuration file, and not one of {', '.join(configurations())}", source=name
+            f"no such configuration file; expected a file or one of {', '.join(configurations())}",
+            source=name,
         )
     return read_yaml(where)
 

@@ -1,4 +1,4 @@
-"""Trained models that come with the package; docs/models.md says what each has learnt, and how.
+"""Trained models of the package; docs/models.md describes their training and scores.
 
 - `draw`: draws anywhere in the house, on any ice whose map is known
 - `takeout`: puts a stone out of play, on any ice whose map is known
@@ -17,11 +17,11 @@ if TYPE_CHECKING:
     from agents.playing.learned.network import ShotNetwork
 
 LEARNT = ("draw", "takeout", "ends")
-"""Names of the models, each what it has learnt."""
+"""Names of the models, after their tasks."""
 
 
 def load(name: str) -> TrainedPolicy | ShotNetwork:
-    """A model, which has ``predict(observation)``.
+    """Load a model, which has ``predict(observation)``.
 
     Parameters
     ----------
@@ -29,12 +29,13 @@ def load(name: str) -> TrainedPolicy | ShotNetwork:
 
     Raises
     ------
-    InputError : an unknown name
+    InputError : unknown name
     """
     from agents.learning.policy import TrainedPolicy
     from agents.playing.learned.network import ShotNetwork
 
     if name not in LEARNT:
-        raise InputError(f"the models are {', '.join(LEARNT)}, got {str(name)[:40]!r}")
+        known = ", ".join(LEARNT)
+        raise InputError(f"unknown model {str(name)[:40]!r}; expected one of {known}")
     with as_file(files(__name__).joinpath(f"{name}.npz")) as path:
         return (ShotNetwork if name == "ends" else TrainedPolicy).load(path)

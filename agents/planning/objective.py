@@ -219,7 +219,7 @@ class TaskDone:
 
 @dataclass(frozen=True, kw_only=True)
 class MostPoints:
-    """Objective of as many points as possible: the score, if this is the last stone.
+    """Objective of the most points: the score, if this is the last stone.
 
     Parameters
     ----------

@@ -11,7 +11,7 @@ import numpy as np
 from agents.planning.description import Description
 from agents.planning.monte_carlo import Trials
 from agents.planning.objective import Objective
-from curling_env.analysis.ice_remarks import NO_CURL, UNKNOWN, belief_in_words
+from curling_env.analysis.ice_remarks import NO_CURL, UNKNOWN, assumption_remark
 from curling_env.physics.slides import SlideEnd
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import Delivery, Skill, Throw
@@ -151,7 +151,7 @@ class Plan:
         if self.objective.name == "score":
             share = f"{100 * trials.success.mean():.0f} %"
             means = self.objective.success_means
-            return f"expect {trials.expected_value:+.1f} points; in {share} of the trials {means}"
+            return f"expected points {trials.expected_value:+.1f}; in {share} of the trials {means}"
         parts: list[str] = []
         if self.objective.name != "rest":
             parts.append(
@@ -159,7 +159,7 @@ class Plan:
             )
         if self.objective.miss_means is not None:
             miss = short_length(trials.expected_miss, units)
-            parts.append(f"expect to miss by {miss} ({self.objective.miss_means})")
+            parts.append(f"expected miss {miss} ({self.objective.miss_means})")
         return "; ".join(parts)
 
     @property
@@ -169,7 +169,7 @@ class Plan:
             *self._about_the_target(),
             *([UNKNOWN] if self.lacks_something else []),
             *([NO_CURL] if self.lacks_curl else []),
-            *(belief_in_words(name) for name in self.believed),
+            *(assumption_remark(name) for name in self.believed),
         ]
 
     def _about_the_target(self) -> list[str]:

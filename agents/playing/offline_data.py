@@ -111,7 +111,7 @@ def write_dataset(
         with their number
     by, what : name of the player, and a description
     seed : seed of the first episode, if the others count up
-    references : mean returns that count as 0 and 1; None where there are none
+    references : mean returns that count as 0 and 1; None without any
 
     Returns
     -------

@@ -79,7 +79,7 @@ def stable_baselines_policy(path: str | Path) -> Any:
 
 
 def _space(entry: Mapping[str, Any]) -> Space[Any]:
-    """The space of a file's readable entries: a box from -1 to 1, or a number of choices."""
+    """Return the space of a file's readable entries: a box from -1 to 1, or a number of choices."""
     if "discrete" in str(entry[":type:"]):
         return Discrete(int(entry["n"]))
     shape = tuple(int(size) for size in entry["_shape"])
@@ -89,7 +89,7 @@ def _space(entry: Mapping[str, Any]) -> Space[Any]:
 
 
 def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
-    """Options of a policy from the readable entries of a file."""
+    """Return the options of a policy from the readable entries of a file."""
     options: dict[str, Any] = {}
     for name, value in entry.items():
         if name.startswith(":") or name.startswith("optimizer"):

@@ -30,7 +30,7 @@ def lacks_curl(ice: Ice) -> bool:
     return not felt and not ice.friction.observed.all()
 
 
-def what_is_lacking(ice: Ice) -> list[str]:
+def missing_effect_remarks(ice: Ice) -> list[str]:
     """Return remarks on effects that an ice lacks although its tracks show them."""
     said = [UNKNOWN] if is_marked_unknown(ice) else []
     return said + ([NO_CURL] if lacks_curl(ice) else [])
@@ -46,7 +46,7 @@ def believed_effects(ice: Ice) -> dict[str, tuple[str, ...]]:
     }
 
 
-def belief_in_words(name: str) -> str:
+def assumption_remark(name: str) -> str:
     """Note that an effect was assumed rather than measured, and how to measure it."""
     card = catalogue()[name]
     return f"{card.words} is assumed, not measured: {card.measured_by} to measure it"

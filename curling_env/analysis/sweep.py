@@ -53,7 +53,7 @@ def executed(releases: NDArray[Any], skill: Skill, rng: np.random.Generator) -> 
     """Return releases of RELEASE_DTYPE as executed by a player, each with its own error."""
     if skill.is_exact:
         return releases
-    # Errors come in opposite pairs; half of twice as many are independent.
+    # Errors come in opposite pairs: draw 2 n, of which the first n are independent.
     error = skill.errors(2 * len(releases), rng)[: len(releases)]
     speed = np.hypot(releases["vx"], releases["vy"])
     turn = np.arctan2(releases["vy"], releases["vx"]) + error[:, 1]

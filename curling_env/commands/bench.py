@@ -12,7 +12,7 @@ from curling_env.commands.terminal import print_json, progress_bar
 def bench(
     json: Annotated[bool, Option("--json", help="Print JSON: {name, value, unit}.")] = False,
 ) -> None:
-    """Measure the number of throws and film frames per second on this machine.
+    """Measure the speed of this machine: throws and film frames per second.
 
     \b
     Examples:

@@ -32,9 +32,9 @@ from curling_env.commands.outputs import Writes, guarded
 from curling_env.commands.terminal import (
     conclude,
     print_json,
+    print_remark,
     progress_bar,
     remarks_at_the_end,
-    say,
     shortened,
 )
 from curling_env.errors import CurlingError
@@ -53,8 +53,8 @@ __all__ = [
     "conclude",
     "main",
     "print_json",
+    "print_remark",
     "progress_bar",
-    "say",
 ]
 
 COMMAND_GROUP = "curling.commands"
@@ -160,7 +160,7 @@ def _run(arguments: list[str], files: CommandFiles) -> int:
                 raise KeyboardInterrupt
             cache: Any = sys.modules.get("curling_env.infrastructure.kernel_cache")
             for text in () if cache is None else cache.remarks():
-                say(text)
+                print_remark(text)
             return status if isinstance(status, int) else 0
     except typer.TyperException as error:
         context = getattr(error, "ctx", None)

@@ -123,7 +123,7 @@ def numbers(
 class Results:
     """Output"""
 
-    as_json: bool = option(False, "Print JSON, as in a pipe.", "--json")
+    as_json: bool = option(False, "Print JSON, the default in a pipe.", "--json")
 
     def show(self, document: Any, *sentences: str) -> None:
         """Print the result of a command: sentences on a terminal, JSON for programs."""
@@ -170,8 +170,7 @@ SkillOption = Annotated[
     str,
     Option(
         metavar="SKILL",
-        help="Execution error: none, elite, digital-curling, champion, championship, club, or an "
-        "athlete's file from `curling athletes`.",
+        help="Skill: none, elite, champion, championship, club, digital-curling, or its file.",
     ),
 ]
 WorkersOption = Annotated[

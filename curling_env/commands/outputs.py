@@ -15,7 +15,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, cast, get_type_hints
 
-from curling_env.commands.terminal import say
+from curling_env.commands.terminal import print_remark
 from curling_env.errors import InputError, OutputError
 from curling_env.infrastructure.files.kinds import kind_of
 from curling_env.infrastructure.files.writing import (
@@ -82,7 +82,7 @@ def guarded(command: Command) -> Command:
         except EOFError as error:  # Typer would take it for an interrupt
             raise InputError("a file ends before it is complete") from error
         for path in earlier:
-            say(f"{path}: the earlier file of this name was replaced")
+            print_remark(f"{path}: the earlier file of this name was replaced")
         return result
 
     return run

@@ -8,7 +8,7 @@ from typing import Annotated
 from typer import Option
 
 from curling_env.commands.options import IceOption, TracksFile
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 
 ReleasesOption = Annotated[
     Path,
@@ -47,4 +47,4 @@ def simulate(
         with placed(source=releases), progress_bar("throw") as progress:
             tracks = session.simulate(surface, thrown, fps=fps, progress=progress)
         write_tracks(draft, tracks)
-    say(f"{len(tracks)} throws: {output}")
+    print_remark(f"{len(tracks)} throws: {output}")

@@ -8,7 +8,7 @@ from typer import Option
 
 from curling_env.commands.options import OutputFile, SeedOption, SkillOption, WorkersOption
 from curling_env.commands.simulate import ReleasesOption
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 
 MAX_ENDS = 10**8
@@ -26,7 +26,7 @@ def sweep(
     skill: SkillOption = "none",
     workers: WorkersOption = "1",
 ) -> None:
-    """Make every throw many times on every ice, and write the places of rest.
+    """Simulate every throw many times on every ice, and write the resting places.
 
     \b
     Examples:
@@ -59,4 +59,4 @@ def sweep(
         with executor(workers) as work, progress_bar("piece") as progress:
             ends = run(plan, work, progress=progress)
         write_table(draft, plan.table(ends))
-    say(f"{ends.x.size} throws: {output}")
+    print_remark(f"{ends.x.size} throws: {output}")

@@ -23,7 +23,7 @@ SHARE_BAR = "{desc}: {percentage:3.0f}%|{bar}| {elapsed}"
 _HELD: ContextVar[list[str] | None] = ContextVar("_HELD", default=None)
 
 
-def say(text: str, *, now: bool = False) -> None:
+def print_remark(text: str, *, now: bool = False) -> None:
     """Print a remark for the person at the terminal on stderr; stdout is for results.
 
     If stderr is no terminal, remarks are held until the command has succeeded; a command that fails
@@ -54,7 +54,7 @@ def conclude(document: Any, *sentences: str, as_json: bool = False) -> None:
     """
     terminal = sys.stdout.isatty()
     for sentence in () if as_json else sentences:
-        (print if terminal else say)(sentence)
+        (print if terminal else print_remark)(sentence)
     if as_json or not terminal:
         print_json(document)
 
@@ -71,10 +71,10 @@ def print_json(document: Any) -> None:
 
 def warn_about(*ices: Ice) -> None:
     """Warn on stderr, once for all ices, about effects that their tracks show and they lack."""
-    from curling_env.analysis.ice_remarks import what_is_lacking
+    from curling_env.analysis.ice_remarks import missing_effect_remarks
 
-    for remark in dict.fromkeys(remark for ice in ices for remark in what_is_lacking(ice)):
-        say(remark)
+    for remark in dict.fromkeys(remark for ice in ices for remark in missing_effect_remarks(ice)):
+        print_remark(remark)
 
 
 @contextmanager
@@ -111,7 +111,7 @@ def remarks_at_the_end() -> Generator[None]:
     finally:
         _HELD.reset(token)
     for text in held:
-        say(text)
+        print_remark(text)
 
 
 def shortened(text: str) -> str:

@@ -28,7 +28,7 @@ def throw(
     spin: Annotated[float, Option(help="Spin, counter-clockwise positive [rad/s].")] = 0.0,
     x: Annotated[float, Option(help="Offset to the right at the release [m].")] = 0.0,
     delivery: DeliveryOption = "hog-line",
-    direction: Annotated[PlayedEnd, Option(help="End that is played to.")] = PlayedEnd.AWAY,
+    direction: Annotated[PlayedEnd, Option(help="End to play to.")] = PlayedEnd.AWAY,
     *,
     results: Measured,
 ) -> None:

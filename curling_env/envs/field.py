@@ -18,7 +18,7 @@ from curling_env.physics.batch import (
     Positions,
     throw_batch,
 )
-from curling_env.physics.engine import Status, is_hogged, left_by_the_side
+from curling_env.physics.engine import Status, is_hogged, left_over_side_line
 from curling_env.physics.slides import SlideEnd, play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
@@ -114,7 +114,7 @@ class Field:
         direction : the end played to
         """
         x, y = after.last[..., 0], after.last[..., 1]
-        by_side = left_by_the_side(x, y, self._bounds[direction])
+        by_side = left_over_side_line(x, y, self._bounds[direction])
         out = np.where(by_side, Status.OUT_SIDE.value, Status.OUT_BACK.value)
         status = np.where(np.isnan(after.xy[..., 0]), out, Status.REST.value)
         hogged = is_hogged(y[:, -1], direction, self.ice.stone.radius) & (after.collisions == 0)

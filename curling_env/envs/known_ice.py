@@ -35,7 +35,7 @@ LINEAR = 0.5
 """Numbers up to this are kept as they are; larger ones approach ±1, so that none is cut off."""
 
 
-def told(value: ArrayLike) -> Floats:
+def squash(value: ArrayLike) -> Floats:
     """Numbers on the scale of an observation: within ±1, and different for different numbers."""
     value = np.asarray(value, dtype=np.float64)
     size = np.abs(value)
@@ -43,8 +43,8 @@ def told(value: ArrayLike) -> Floats:
     return np.where(size <= LINEAR, value, np.copysign(beyond, value))
 
 
-def untold(value: ArrayLike) -> Floats:
-    """Invert `told`."""
+def unsquash(value: ArrayLike) -> Floats:
+    """Invert `squash`."""
     value = np.asarray(value, dtype=np.float64)
     room = np.maximum(1.0 - np.abs(value), np.finfo(np.float32).eps)
     return np.where(room >= LINEAR, value, np.copysign(LINEAR**2 / room, value))
@@ -55,7 +55,7 @@ def mean_friction(value: ArrayLike) -> Floats:
 
     Beyond e² times more or less than `MU_SCALE`, as on no curling ice, it is taken for that.
     """
-    return MU_SCALE * np.exp(2 * np.clip(untold(value), -1.0, 1.0))
+    return MU_SCALE * np.exp(2 * np.clip(unsquash(value), -1.0, 1.0))
 
 
 def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
@@ -70,7 +70,7 @@ def observed_parameters() -> list[tuple[EffectCard, Parameter, float]]:
         (card, parameter, _scale(card, parameter))
         for card in _cards(of_stones=False)
         for _ in range(card.observed_times)
-        for parameter in card.told
+        for parameter in card.observed_parameters
     ]
 
 
@@ -80,7 +80,7 @@ def ice_names() -> tuple[str, ...]:
     for card in _cards(of_stones=False):
         for number in range(card.observed_times):
             name = card.name if number == 0 else f"{card.name} {number + 1}"
-            effects += [f"{name}.{parameter.name}" for parameter in card.told]
+            effects += [f"{name}.{parameter.name}" for parameter in card.observed_parameters]
     bands = (f"friction of band {i + 1}, {lane}" for i in range(BANDS) for lane in LANES)
     return ("mean friction", *bands, *effects)
 
@@ -101,20 +101,20 @@ class KnownIce:
     Parameters
     ----------
     ice : the ice as it is known
-    told : the ice with what else is observed, such as how it will change; by default the same
+    observed : the ice with what else is observed, such as how it will change; by default the same
     """
 
-    def __init__(self, ice: Ice, told: Ice | None = None) -> None:
+    def __init__(self, ice: Ice, observed: Ice | None = None) -> None:
         self.ice = ice
-        self._told = told or ice
+        self._observed = observed or ice
         self._features: dict[Direction, Singles] = {}
-        self._of_stones = _own_numbers(self._told)
+        self._of_stones = _own_numbers(self._observed)
         self._numbers_of_a_stone = len(stone_names())
 
     def features(self, direction: Direction) -> Singles:
         """Return the ice features along a direction of play, in the order of `ice_names`."""
         if direction not in self._features:
-            features = ice_features(self._told, direction)
+            features = ice_features(self._observed, direction)
             features.setflags(write=False)
             self._features[direction] = features
         return self._features[direction]
@@ -125,7 +125,7 @@ class KnownIce:
         if self._of_stones:
             for row, identifier in enumerate(identifiers):
                 if identifier in self._of_stones:
-                    numbers[row] = told(self._of_stones[identifier])
+                    numbers[row] = squash(self._of_stones[identifier])
         return numbers
 
     def wear(self, wear: Floats | None, direction: Direction) -> Singles:
@@ -139,7 +139,7 @@ class KnownIce:
         if wear is None:
             return np.zeros(BANDS * len(LANES), dtype=np.float32)
         worn = wear[self.ice.sheet.cell_of(_points(self.ice.sheet, direction))]
-        return told(_band_means(worn).ravel() / WEAR_SCALE).astype(np.float32)
+        return squash(_band_means(worn).ravel() / WEAR_SCALE).astype(np.float32)
 
 
 def ice_features(ice: Ice, direction: Direction) -> Singles:
@@ -169,7 +169,7 @@ def features_of_maps(ice: Ice, mu: Floats, effects: Floats, direction: Direction
     effects : (n, k) numbers of their effects, from `effect_numbers`
     direction : the end played to
     """
-    return told(np.hstack([_map_numbers(ice, mu, direction), effects])).astype(np.float32)
+    return squash(np.hstack([_map_numbers(ice, mu, direction), effects])).astype(np.float32)
 
 
 def _map_numbers(ice: Ice, mu: Floats, direction: Direction) -> Floats:
@@ -215,13 +215,13 @@ def _cards(*, of_stones: bool) -> list[EffectCard]:
 
 def _numbers(card: EffectCard, effects: list[ActiveEffect], direction: Direction) -> list[float]:
     """The parameters of the effects of one name; more than there are places for add to the last."""
-    rows = np.zeros((card.observed_times, len(card.told)))
+    rows = np.zeros((card.observed_times, len(card.observed_parameters)))
     for number, effect in enumerate(effects):
         given = _values(card, effect)
         if direction is Direction.HOME:
-            given = card.seen_from_the_other_end(given)
+            given = card.from_other_end(given)
         rows[min(number, len(rows) - 1)] += [
-            (given[p.name] - (p.neutral or 0.0)) / _scale(card, p) for p in card.told
+            (given[p.name] - (p.neutral or 0.0)) / _scale(card, p) for p in card.observed_parameters
         ]
     return rows.ravel().tolist()
 
@@ -231,8 +231,8 @@ def _values(card: EffectCard, effect: ActiveEffect) -> Values:
     names = (parameter.name for parameter in card.parameters)
     given = dict(zip(names, card.theta(effect.parameters), strict=True))
     for parameter in card.parameters:
-        if parameter.told_with:
-            given[parameter.told_with] += given[parameter.name]
+        if parameter.observed_with:
+            given[parameter.observed_with] += given[parameter.name]
     return given
 
 
@@ -249,7 +249,7 @@ def _stone_parameters() -> list[tuple[EffectCard, Parameter]]:
     return [
         (card, parameter)
         for card in _cards(of_stones=True)
-        for parameter in card.told
+        for parameter in card.observed_parameters
         if parameter.name != card.search.stone
     ]
 

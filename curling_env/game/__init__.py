@@ -62,6 +62,6 @@ __getattr__, __dir__ = lazy_names(
         "simulator": ("direction_of",),
         "state": ("ThrowRng",),
         "skill_file": ("load_skill", "save_skill"),
-        "team_judgement": ("NEVER_WRONG", "TeamJudgement", "sweep_for"),
+        "team_judgement": ("PERFECT_JUDGEMENT", "TeamJudgement", "sweep_for"),
     },
 )

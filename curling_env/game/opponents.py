@@ -127,7 +127,7 @@ CORNER_GUARD = (1.2, -3.0)
 """Place of a corner guard, on either side [m]."""
 COMFORTABLE_LEAD = 2
 """Lead from which the house is kept clean."""
-WORTH_THE_HAMMER = 2
+MIN_POINTS_FOR_HAMMER = 2
 """Minimum points for giving up the hammer while ends remain; for fewer the end is blanked."""
 HALF_HIT = 0.12
 """Offset from the centre at which a half-hidden stone is hit [m]."""
@@ -226,7 +226,7 @@ class RuleBasedPlayer(AimingPlayer):
             yield from self._hits(view, house, (), "takeout for the end")
             yield self.hit(view, house[0], "raise", weight=PEEL_WEIGHT, clear=False)
             return
-        if points + 1 < WORTH_THE_HAMMER and more_to_play and game.lead(team) >= -2:
+        if points + 1 < MIN_POINTS_FOR_HAMMER and more_to_play and game.lead(team) >= -2:
             yield self.through(view)  # a blank keeps the hammer
         yield from self._draws(view, (*BUTTON, *SPREAD), "draw for another")
 

@@ -16,7 +16,7 @@ from curling_env.game.rules.game import End, Game, begin_end, deliver, new_game
 from curling_env.game.rules.rulesets import RuleSet, Side, rule_set
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
 from curling_env.game.state import GameState, ThrowRng
-from curling_env.game.team_judgement import NEVER_WRONG, TeamJudgement, sweep_for
+from curling_env.game.team_judgement import PERFECT_JUDGEMENT, TeamJudgement, sweep_for
 from curling_env.ice import Ice, load_ice
 from curling_env.physics.engine import Engine, Outcome, Status, StoneState
 from curling_env.physics.tuning import FINE_TOLERANCE
@@ -134,7 +134,7 @@ class GameSimulator:
         delivery: Delivery = FROM_HOG_LINE,
         throwers: tuple[Sequence[Skill], Sequence[Skill]] | None = None,
         tolerance: float = FINE_TOLERANCE,
-        judgement: TeamJudgement = NEVER_WRONG,
+        judgement: TeamJudgement = PERFECT_JUDGEMENT,
     ) -> None:
         self.ice = load_ice(ice)
         self.known_ice = self.ice if known_ice is None else load_ice(known_ice)
@@ -154,7 +154,7 @@ class GameSimulator:
         self.ice_wears = wear_along_path(self._initial_ice) != 0.0
         """True if stones change the ice along their paths."""
         self.judgement = judgement
-        self._ice_changes = ice_evolution != NO_EVOLUTION or judgement != NEVER_WRONG
+        self._ice_changes = ice_evolution != NO_EVOLUTION or judgement != PERFECT_JUDGEMENT
         self._read: dict[tuple[int, Team, int], Ice] = {}
         self._tolerance = tolerance
         self._rng = ThrowRng()

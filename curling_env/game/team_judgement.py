@@ -72,7 +72,7 @@ class TeamJudgement:
         return self.sweep * float(np.random.default_rng((seed, throw, _SWEEP)).standard_normal())
 
 
-NEVER_WRONG = TeamJudgement()
+PERFECT_JUDGEMENT = TeamJudgement()
 """Judgement of teams that know the ice as well as their file of it, with perfect sweepers."""
 
 
@@ -87,7 +87,7 @@ def _curling(effect: ActiveEffect, factor: float) -> ActiveEffect:
 # Chosen, not measured.
 SWEEP_START = 4.0
 """Time after release from which sweepers can see that a stone is light, and sweep [s]."""
-WORTH_SWEEPING = 0.15
+MIN_SHORTFALL = 0.15
 """Minimum shortfall for which they sweep [m]."""
 BISECTIONS = 6
 """Number of bisections of the sweep's end, to a fraction of a second."""
@@ -133,7 +133,7 @@ def sweep_for(
     wanted -= misjudged
     unswept, time = distance_and_time(ice, thrown, 0.0)
     longest = 1.2 * time
-    if wanted - unswept < WORTH_SWEEPING or longest <= SWEEP_START:
+    if wanted - unswept < MIN_SHORTFALL or longest <= SWEEP_START:
         return (0.0, 0.0)
     low, high = SWEEP_START, longest
     for _ in range(BISECTIONS):

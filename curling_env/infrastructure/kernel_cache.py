@@ -29,7 +29,7 @@ FIRST_COMPILATION = (
 )
 """Message on stderr if nothing is cached yet."""
 _printed: list[str] = []
-_why_not_kept: list[str] = []
+_uncached_reason: list[str] = []
 
 
 class KernelCacheWarning(UserWarning):
@@ -38,13 +38,13 @@ class KernelCacheWarning(UserWarning):
 
 def remarks() -> list[str]:
     """Return remarks on the cache of this process."""
-    return _why_not_kept[:1]
+    return _uncached_reason[:1]
 
 
 def _warn_once(why: str) -> None:
-    if not _why_not_kept:
+    if not _uncached_reason:
         remark = f"compiled code is not cached, so every start compiles again: {why}"
-        _why_not_kept.append(remark)
+        _uncached_reason.append(remark)
         warnings.warn(remark, KernelCacheWarning, stacklevel=3)
 
 

@@ -31,7 +31,7 @@ def rejects_unknown_keywords(name: str) -> Callable[[Called], Called]:
             unknown = [option for option in options if option not in known]
             if unknown:
                 raise UnknownOptionError(
-                    f"{name} has no option {unknown[0]!r}; it has {', '.join(known)} "
+                    f"unknown option {unknown[0]!r} of {name}; expected one of {', '.join(known)} "
                     f"(unexpected keyword argument {unknown[0]!r})"
                 )
             return plain(*args, **options)

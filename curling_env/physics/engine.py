@@ -314,7 +314,7 @@ class Engine:
         """Return the status of each stone; `struck`: true if the delivered one touched another."""
         status = [Status.REST] * len(stones)
         for k in np.flatnonzero(phases == GONE).tolist():
-            by_side = left_by_the_side(stones[k].x, stones[k].y, self._bounds[direction])
+            by_side = left_over_side_line(stones[k].x, stones[k].y, self._bounds[direction])
             status[k] = Status.OUT_SIDE if by_side else Status.OUT_BACK
         short = is_hogged(stones[-1].y, direction, self.ice.stone.radius)
         if status[-1] is Status.REST and short and not struck:
@@ -322,7 +322,7 @@ class Engine:
         return tuple(status)
 
 
-def left_by_the_side(x: Any, y: Any, bounds: Any) -> Any:
+def left_over_side_line(x: Any, y: Any, bounds: Any) -> Any:
     """Return true for stones that left play over a side line.
 
     Parameters

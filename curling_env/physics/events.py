@@ -35,7 +35,7 @@ from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, STONE
 from curling_env.physics.state import NODE_SIZE, Node, State
 from curling_env.physics.step import Workspace, new_workspace
-from curling_env.physics.surroundings import Limits, free_time, greatest_acceleration
+from curling_env.physics.surroundings import Limits, free_time, max_acceleration
 from curling_env.physics.tuning import (
     APPROACH,
     CREEP,
@@ -266,7 +266,7 @@ def advance(
         ends[s] = end
         lengths[s] = length
         if moving > 1:
-            position.accelerations[s] = greatest_acceleration(paths[s], length)
+            position.accelerations[s] = max_acceleration(paths[s], length)
         latest = max(latest, at)
         if end == SlideEnd.CONTACT:
             until = min(until, at)

@@ -112,14 +112,14 @@ def _predict(work: Workspace, ratio: float, patterned: bool) -> None:
     b1 = velocity[1, 0] * tx + velocity[1, 1] * ty
     b2 = velocity[2, 0] * tx + velocity[2, 1] * ty
     # Dependence of P and Q on the speed late in the step before; it grows as the stone slows.
-    slowing = b1 + 1.5 * b2
+    speed_rate = b1 + 1.5 * b2
     then = b0 + 0.75 * (b1 + 0.75 * b2)
     u = 1.0 + 0.5 * ratio
     now = b0 + u * (b1 + u * b2)
     gain = 0.0
     s0 = max(b0 + b1 + b2, MIN_SPEED)
-    if patterned and slowing < -MIN_SPEED_LOSS * then:
-        gain = min(max(then / max(now, MIN_SPEED), 1.0), 2.0) / slowing
+    if patterned and speed_rate < -MIN_SPEED_LOSS * then:
+        gain = min(max(then / max(now, MIN_SPEED), 1.0), 2.0) / speed_rate
     for k in range(6):
         c0, c1, c2 = last[0, k], last[1, k], last[2, k]
         follow = 0.0

@@ -54,7 +54,7 @@ def room(s: Any, bounds: Any) -> float:
 
 
 @inlined
-def greatest_acceleration(nodes: Any, n: int) -> float:
+def max_acceleration(nodes: Any, n: int) -> float:
     """Return a bound of the acceleration on a path of n nodes [m/s²]."""
     most = 0.0
     for k in range(n):
@@ -185,7 +185,7 @@ def first_touch(nodes: Any, n: int, probe: Any, limits: Limits, near: int) -> An
     node, tau : a time tau after that node, or -1 if nothing is touched; the state is in probe
     contact : true if it is an obstacle
     """
-    most = greatest_acceleration(nodes, n)
+    most = max_acceleration(nodes, n)
     t = nodes[0, Node.T]
     for k in range(n - 1):
         while t < nodes[k + 1, Node.T]:

@@ -30,7 +30,7 @@ class Row:
     ----------
     name : measured quantity, unique in the table
     part : section of the table
-    said : value in the source's own words
+    published : value in the source's own words
     low, high : bounds of the source's own uncertainty; both None if not measured
     unit : of low, high and the value
     source : source of the measurement, and the quoting source if not read directly
@@ -47,7 +47,7 @@ class Row:
 
     name: str
     part: str
-    said: str
+    published: str
     low: float | None
     high: float | None
     unit: str
@@ -120,7 +120,7 @@ class Comparison:
             "part": row.part,
             "name": row.name,
             "unit": row.unit,
-            "published": row.said,
+            "published": row.published,
             "low": row.low,
             "high": row.high,
             "value": self.value,

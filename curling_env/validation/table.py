@@ -48,7 +48,7 @@ WIDTH = 100
 
 IN_WORDS = {
     Verdict.AGREES: "agree with published values",
-    Verdict.EXPLAINED: "do not, for a known reason",
+    Verdict.EXPLAINED: "differ, for a known reason",
     Verdict.DIFFERS: "do not",
     Verdict.NOT_MEASURED: "were never measured",
     Verdict.NOT_COMPUTED: "cannot be computed on this ice",
@@ -80,7 +80,7 @@ def as_text(found: Sequence[Comparison]) -> str:
     """
     lines: list[str] = []
     wide = max((len(c.row.name) for c in found), default=0)
-    said = max((len(c.row.said) for c in found), default=0)
+    published = max((len(c.row.published) for c in found), default=0)
     part = ""
     for c in found:
         if c.row.part != part:
@@ -88,7 +88,9 @@ def as_text(found: Sequence[Comparison]) -> str:
             lines += ["", part]
         unit = "" if c.row.unit == "1" else f" {c.row.unit}"
         value = "–" if c.value is None else f"{c.value:.4g}{unit}"
-        lines.append(f"  {c.row.name:{wide}}  {c.row.said:{said}}  {value:>11}  {c.verdict.value}")
+        lines.append(
+            f"  {c.row.name:{wide}}  {c.row.published:{published}}  {value:>11}  {c.verdict.value}"
+        )
     reasons: dict[str, list[str]] = {}
     for c in found:
         if c.why:

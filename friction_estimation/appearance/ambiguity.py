@@ -20,8 +20,8 @@ from friction_estimation.appearance.fit import Appearance, ShapeDoubt
 from friction_estimation.appearance.prior import ShapePrior
 from friction_estimation.appearance.profile import ProfileFit, fit_profile, shape_doubt
 from friction_estimation.appearance.tuning import (
-    FEWEST_RAISED,
     PLACED_ROUNDS,
+    RAISED,
     RISE_SIGMA,
     RISES,
     UNLIKELY_RISE,
@@ -61,8 +61,7 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
     ----------
     crops, look, prior : see `sight_doubt`
     """
-    # Every second crop will do: neighbours repeat each other's faults.
-    crops = crops[::2] if len(crops) > FEWEST_RAISED else crops
+    crops = crops[:: max(1, len(crops) // RAISED)]
     found: dict[float, float] = {}
     middle = look
     for way in ((0.0, *RISES), [-rise for rise in RISES]):

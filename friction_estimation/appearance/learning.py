@@ -43,6 +43,7 @@ from friction_estimation.appearance.tuning import (
     MIN_NOISE,
     OTHER_HANDLE,
     REFINED_AGAIN,
+    REFINED_WITH,
     REFINEMENTS,
     TRIAL_SHADOW,
     UNLIKELY_KIND,
@@ -84,9 +85,10 @@ def learn_appearance(
     ordered = sorted(crops, key=lambda crop: crop.t)
     pixels = sum(len(crop.pixels) for crop in crops)
     spare = max(1, min(pixels // ENOUGH_PIXELS, len(crops) // ENOUGH_CROPS))
+    least = max(spare, len(crops) // REFINED_WITH)
     prior = ShapePrior(typical=model)
     for every, rounds in REFINEMENTS:
-        look = _refined(ordered, max(every, spare), look, prior, rounds)
+        look = _refined(ordered, max(every, least), look, prior, rounds)
     if not doubted:
         return look
     again = _handle_sought_again(ordered, max(REFINED_AGAIN[0], spare), look, prior)

@@ -50,7 +50,7 @@ FILL_ROUNDS = 3
 
 # --- crops of a film ------------------------------------------------------------------------------
 
-CROPS_TO_LEARN_FROM = 20
+CROPS_TO_LEARN_FROM = 30
 """Frames that a look is learnt from; more only take time."""
 MIN_NOISE = 1.0
 """Residuals are never trusted better than one grey level, which is how films are stored."""
@@ -101,6 +101,8 @@ TRIAL_SHADOW = 0.1
 REFINEMENTS = ((3, 8), (2, 8), (1, 20))
 """Stages of the fit: the step between the crops that are used, and the maximum number of rounds.
 Noise and headings are found again from all crops after each."""
+REFINED_WITH = 15
+"""Of twice as many crops or more, about this many are used in the last stage."""
 REFINED_AGAIN = (3, 5)
 """The same for the look whose handle is sought again."""
 OTHER_HANDLE = 0.85
@@ -125,8 +127,8 @@ RISES = (0.002, 0.004, 0.006, 0.01, 0.014)
 """Heights by which stones are raised and lowered along the line of sight until unlikely [m]."""
 RISE_SIGMA = 0.0015
 """Standard error of the height at which a look shows a stone, before others are asked [m]."""
-FEWEST_RAISED = 8
-"""Of more crops, only every second one is raised."""
+RAISED = 10
+"""Of more crops, about this many are raised: neighbours repeat each other's faults."""
 PLACED_ROUNDS = 8
 """Greatest number of rounds in which a look is fitted to raised stones."""
 UNLIKELY_RISE = 12.0

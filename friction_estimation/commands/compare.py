@@ -11,7 +11,7 @@ from typer import Argument
 
 from curling_env.commands.options import IceOption, Measured, grouped, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import say, warn_about
+from curling_env.commands.terminal import print_remark, warn_about
 from curling_env.errors import InputError
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ def compare(
     *,
     results: Measured,
 ) -> None:
-    """Repeat every measured throw on an ice, and compare prediction and measurement.
+    """Compare measured throws with their simulation on an ice.
 
     \b
     Example:
@@ -64,9 +64,9 @@ def compare(
         with together():
             write_comparison(comparison, folder, noted)
             save_comparison(comparison, known, folder / "comparison.png", results.units)
-        say(f"{folder}: throws.csv, paths.csv, comparison.png")
+        print_remark(f"{folder}: throws.csv, paths.csv, comparison.png")
     for reason in comparison.skipped:
-        say(f"dropped: {reason}")
+        print_remark(f"dropped: {reason}")
     warn_about(known)
     summary = comparison.summary()
     summary["each"] = [{**each, **noted.get(each["throw"], {})} for each in summary["each"]]
@@ -88,8 +88,8 @@ def _compare_gate_times(
         folder = make_directory(output)
         with together():
             write_gate_comparison(comparison, folder)
-        say(f"{folder}: throws.csv")
+        print_remark(f"{folder}: throws.csv")
     for reason in comparison.skipped:
-        say(f"dropped: {reason}")
+        print_remark(f"dropped: {reason}")
     warn_about(ice)
     results.show(comparison.summary(), comparison.in_words())

@@ -39,7 +39,7 @@ def design(
     ] = None,
     results: Measured,
 ) -> None:
-    """Choose the throws that measure a friction map with a wanted detail and error.
+    """Choose throws that measure a friction map with a given detail and error.
 
     \b
     Examples:
@@ -47,8 +47,8 @@ def design(
         curling design --precision 1.5 --noise 0.002 --fps 60
         curling design --speeds 1.8,2.0,2.4 -o releases.csv
 
-    The command chooses the fewest throws that reach the error, by the Cramér-Rao limit that no
-    method of estimation can beat; make some more. The error is that of a cell between the tees and
+    The command chooses the fewest throws that reach the error at the Cramér-Rao bound, which no
+    estimator can beat; make some more. The error is that of a cell between the tees and
     within 1.5 m of the centre line; the JSON also has the error after every throw.
     """
     from curling_env.ice import load_ice

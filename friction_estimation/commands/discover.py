@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Argument, Option
 
 from curling_env.commands.options import Measured, OutputDirectory, SeedOption, grouped
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 
 if TYPE_CHECKING:
     from friction_estimation.discovery.data.references import QuantityError
@@ -29,7 +29,7 @@ def discover(
     *,
     results: Measured,
 ) -> None:
-    """Find, name and add the effects that a model of the ice lacks, and show the gap shrink.
+    """Find and name the effects that a model of the ice lacks, and add them.
 
     \b
     Examples:
@@ -90,9 +90,9 @@ def discover(
         if write_posterior_of(found.final, path, seed=seed, provenance=origin):
             names.append(path.name)
         else:
-            say("no posterior.nc: it needs pip install 'curling-sheet[science]'")
+            print_remark("no posterior.nc: it needs pip install 'curling-sheet[science]'")
     for reason in found.session.left_out:
-        say(f"dropped: {reason}")
-    say(f"{folder}: {', '.join(names)}")
+        print_remark(f"dropped: {reason}")
+    print_remark(f"{folder}: {', '.join(names)}")
     keys = ("verdict", "doubts", "remarks", "effects", "gap", "next_throws")
     results.show({key: report[key] for key in keys if key in report}, spoken(report))

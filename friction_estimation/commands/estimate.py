@@ -10,7 +10,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import OUTPUT, Measured, SeedOption, grouped, option, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 from friction_estimation.commands.film_options import SCENE, Tracking
 
@@ -90,7 +90,7 @@ def estimate(
     results: Measured,
     seed: SeedOption = 0,
 ) -> None:
-    """Estimate the ice from measured throws: friction cell by cell, curl, and the rest.
+    """Estimate the ice from throws: friction cell by cell, curl and other effects.
 
     \b
     Examples:
@@ -116,7 +116,7 @@ def estimate(
     from friction_estimation.estimation.whole_ice import estimate_ice
     from friction_estimation.reports.estimate_page import headline, write_report
     from friction_estimation.tracking.films.resume import Checkpoints
-    from friction_estimation.tracks.plausible_friction import question_about
+    from friction_estimation.tracks.plausible_friction import friction_question
     from friction_estimation.tracks.throw_list import NO_NOTES, load_tracks, throws_beside
 
     choices, earlier = model.choices()
@@ -147,7 +147,7 @@ def estimate(
     if earlier:
         tracks, remarks = with_later_throws(earlier, tracks)
         for remark in remarks:
-            say(remark)
+            print_remark(remark)
     with progress_bar() as bar:
         if model.method == "paper":
             found = estimate_by_paper(tracks, start=choices.start, uniform=model.uniform)
@@ -165,14 +165,14 @@ def estimate(
             names = write_report(
                 found, folder, stills, provenance=origin, units=results.units, notes=notes
             )
-            say(f"{report}: {', '.join(names)}")
+            print_remark(f"{report}: {', '.join(names)}")
     if not is_table:
         Checkpoints(output).delete()
-    bias, question = found.camera_bias, question_about(found.mu)
+    bias, question = found.camera_bias, friction_question(found.mu)
     remarks = [bias.words] if bias is not None and bias.found else []
     remarks += [*found.remarks, *(f"dropped: {reason}" for reason in found.skipped)]
     for remark in [*remarks, *([] if question is None else [question])]:
-        say(remark)
+        print_remark(remark)
     numbers = {
         **found.summary(),
         **({"throws_before": len(earlier)} if earlier else {}),

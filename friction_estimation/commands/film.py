@@ -43,7 +43,7 @@ def film(
     view: View,
     results: Results,
 ) -> None:
-    """Render films of throws on known ice, as a camera beside the sheet would see them.
+    """Render films of throws on known ice.
 
     \b
     Example, and throws.csv with a draw from the home hog line:

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated
 from typer import Option
 
 from curling_env.commands.options import option
-from curling_env.commands.terminal import say
+from curling_env.commands.terminal import print_remark
 from curling_env.typing import Progress
 from friction_estimation.camera.scene import CAMERA_HEIGHTS
 
@@ -101,8 +101,8 @@ class Tracking(Viewing):
             checkpoints=Checkpoints(output),
             cameras=SharedCameras(keep=True),
             always_track=always_track,
-            left_out=lambda why: say(f"dropped: {why}"),
+            left_out=lambda why: print_remark(f"dropped: {why}"),
             progress=progress,
         ):
-            say(f"{one.name}: {film_in_words(one)}")
+            print_remark(f"{one.name}: {film_in_words(one)}")
             yield one

@@ -10,14 +10,14 @@ from typer import Argument, Option
 
 from curling_env.commands.options import OUTPUT, Measured, TracksFile, grouped
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import say
+from curling_env.commands.terminal import print_remark
 from curling_env.errors import InputError
 from friction_estimation.commands.film_options import SCENE, Viewing
 
 if TYPE_CHECKING:
     from curling_env.trajectory import Trajectory
 
-report_now = partial(say, now=True)
+report_now = partial(print_remark, now=True)
 """Report each throw immediately, for people who watch the game."""
 
 
@@ -35,9 +35,7 @@ def live(
         ),
         Writes(folder=True),
     ] = None,
-    throws: Annotated[
-        int | None, Option(min=1, help="Number of throws after which to end.")
-    ] = None,
+    throws: Annotated[int | None, Option(min=1, help="Number of throws to record.")] = None,
     keep: Annotated[
         Path | None,
         Option(

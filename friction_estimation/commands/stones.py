@@ -26,7 +26,7 @@ def stones(
     *,
     results: Results,
 ) -> None:
-    """Find the stones in play in a picture; players, letters and logos are ignored.
+    """Find the stones in play in a picture.
 
     \b
     Example:
@@ -34,8 +34,8 @@ def stones(
         curling stones now.png --scene scene.json --own red --picture drawn.png
         curling plan --ice ice.json --task score --stones stones.json
 
-    A candidate that may not be a stone is doubtful: amber in the picture, "doubtful" in the stones
-    file, and ignored by `curling plan`. With --empty, doubtful paint is recognised.
+    Players, letters and logos are ignored. A doubtful candidate is amber in the picture, "doubtful"
+    in the stones file, and ignored by `curling plan`. With --empty, doubtful paint is recognised.
 
     The stones file lists x and y in metres, standard error, pixel, score and colours of each stone,
     and with --own its team, which `curling plan --task score` needs. See
@@ -50,7 +50,7 @@ def stones(
     from friction_estimation.camera.pose import camera_from_scene
     from friction_estimation.camera.scene import load_scene
     from friction_estimation.film.pictures import write_picture
-    from friction_estimation.tracking.single_image import (
+    from friction_estimation.tracking.detection.single_image import (
         DetectedStone,
         draw_stones,
         find_stones_in_image,

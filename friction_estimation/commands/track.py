@@ -11,7 +11,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import OUTPUT, Measured, TracksFile, grouped
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.kinds import FILM_SUFFIXES
 from friction_estimation.commands.film_options import SCENE, Tracking
@@ -65,7 +65,7 @@ def track(
     from curling_env.trajectory import read_tracks, write_tracks
     from friction_estimation.film.video import films_in
     from friction_estimation.tracking.films.resume import Checkpoints
-    from friction_estimation.tracks.plausible_friction import question_about, rough_friction
+    from friction_estimation.tracks.plausible_friction import friction_question, rough_friction
     from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
     within = [films_in([film]) for film in films]
@@ -86,9 +86,9 @@ def track(
     always = 0 if overlay is None else sys.maxsize
     with together(), progress_bar("frame") as bar:
         for one in tracking.throws_in(paths, scenes, output, always_track=always, progress=bar):
-            asked = question_about(rough_friction(one.thrown))
+            asked = friction_question(rough_friction(one.thrown))
             if asked is not None:
-                say(f"{one.name}: {asked}")
+                print_remark(f"{one.name}: {asked}")
                 one = replace(one, summary={**one.summary, "question": asked})
             if overlay is not None:
                 _draw(one, scenes[0], overlay, results.units, bar)
@@ -131,5 +131,5 @@ def _draw(one: TrackedFilm, scene: Scene, overlay: Path, units: Units, progress:
     drawn = overlay.with_name(numbered) if number else overlay
     check_writable(drawn, kinds=("made film",))
     if number and drawn.exists():
-        say(f"{drawn}: the earlier file of this name was replaced")
+        print_remark(f"{drawn}: the earlier file of this name was replaced")
     write_overlay(one.shown or one.film, scene, one.found, drawn, units=units, progress=progress)

@@ -7,7 +7,11 @@ from typing import Any, Literal
 
 import numpy as np
 
-from curling_env.analysis.ice_remarks import belief_in_words, believed_effects, what_is_lacking
+from curling_env.analysis.ice_remarks import (
+    assumption_remark,
+    believed_effects,
+    missing_effect_remarks,
+)
 from curling_env.ice import Ice
 from curling_env.physics.state import State
 from curling_env.trajectory import Trajectory
@@ -125,8 +129,8 @@ class Estimate:
     @property
     def remarks(self) -> list[str]:
         """Remarks on effects: lacking in the ice, assumed, or not shown by the session."""
-        said = what_is_lacking(self.ice)
-        said += [belief_in_words(name) for name in believed_effects(self.ice)]
+        said = missing_effect_remarks(self.ice)
+        said += [assumption_remark(name) for name in believed_effects(self.ice)]
         remarks = [f"{words[0].upper()}{words[1:]}." for words in said]
         if self.fit is not None and self.fit.session.gates is not None:
             remarks.append(GATES_SHOW)

@@ -193,10 +193,10 @@ def _timetable_of(path: Path, changed: int) -> Timetable:
             if packet.size and not packet.is_discard
         ]
         tick = unit(stream)
-    said = sorted((moment, key) for moment, key in found if moment is not None)
-    if len(said) < len(found):
+    timed = sorted((moment, key) for moment, key in found if moment is not None)
+    if len(timed) < len(found):
         return Timetable((), (), tick)
-    return Timetable(tuple(m for m, _ in said), tuple(m for m, key in said if key), tick)
+    return Timetable(tuple(m for m, _ in timed), tuple(m for m, key in timed if key), tick)
 
 
 def timestamp_of(stored: VideoFrame | Packet[VideoStream]) -> int | None:

@@ -33,8 +33,8 @@ MIN_MOTION_CORNERS = 6
 """Minimum number of corners that move together in a motion of the camera."""
 IN_PLACE_PX = 0.5
 IN_PLACE_SHARE = 0.4
-"""Ratio of fixed corners to corners that move together above which the camera held still: people
-who cross a bare sheet may carry more corners than the sheet has.
+"""Ratio of fixed corners to corners that move together above which the camera held still.
+People crossing a bare sheet may carry more corners than the sheet has.
 """
 TOLERANCE_PX = 1.0
 """Maximum deviation of a corner from the common motion."""

@@ -113,21 +113,21 @@ class Film:
             if first is None:
                 raise InputError("cannot be decoded; expected a film", source=path)
             height, width, _ = LazyFrame(first).shape
-            said = rate(stream)
+            nominal = rate(stream)
             length = (container.duration or 0) / av.time_base
-            frame_count = stream.frames or round(length * (said or DEFAULT_FPS))
+            frame_count = stream.frames or round(length * (nominal or DEFAULT_FPS))
             if frame_count == 0:
                 frame_count = 1 + sum(packet.size > 0 for packet in packets(container, stream))
             noted = slow_motion(container, stream)
-        usable = 1 <= said <= 1000
-        times = () if fps is not None else _times_beside(path)
+        usable = 1 <= nominal <= 1000
+        times = () if fps is not None else _times_table(path)
         if fps is not None or times:
             noted = 1.0  # these times are real times already
         slow = noted if slow is None else slow
         return cls(
             path=path,
             size=(width, height),
-            fps=(fps or (said if usable else DEFAULT_FPS)) * slow,
+            fps=(fps or (nominal if usable else DEFAULT_FPS)) * slow,
             frame_count=min(max(frame_count, 1), limits.MAX_FRAMES),
             fps_given=fps is not None,
             times=tuple(t / slow for t in times),
@@ -270,10 +270,10 @@ class Film:
         frames: list[tuple[float, Image]] = []
         with opened(self.path) as (container, stream):
             begin = start(stream) if self._begin is None else self._begin
-            said = rate(stream) or DEFAULT_FPS
+            nominal = rate(stream) or DEFAULT_FPS
             until = None
             if not self.whole:
-                last = begin + round((self.frame_count - 0.5) / said / unit(stream))
+                last = begin + round((self.frame_count - 0.5) / nominal / unit(stream))
                 until = self._moments[-1] if self._moments else last
             if self.first:
                 seek_before(container, stream, begin)
@@ -281,18 +281,18 @@ class Film:
             def is_due(packet: Packet[VideoStream]) -> bool:
                 nonlocal due
                 t = stamp(packet, stream, begin)
-                early = np.isnan(t) or round(t * said) + 0.5 < due
+                early = np.isnan(t) or round(t * nominal) + 0.5 < due
                 if not packet.is_keyframe or early:
                     # the last one, which flushes the frames still held back
                     return packet.size == 0
-                due = step * ((round(t * said) + 0.5) // step + 1)
+                due = step * ((round(t * nominal) + 0.5) // step + 1)
                 return True
 
             for frame, damaged in decoded(container, stream, is_due, until):
                 t = stamp(frame, stream, begin)
                 raw = LazyFrame(frame)
                 if not damaged and np.isfinite(t) and (raw.shape[1], raw.shape[0]) == self.size:
-                    frames.append((self._time_of(round(t * said), t), raw.whole()))
+                    frames.append((self._time_of(round(t * nominal), t), raw.whole()))
         return frames
 
     def _near_key_frames(self, count: int) -> list[int]:
@@ -383,7 +383,7 @@ class Film:
                     yield self._time_of(index, stamp(frame, stream, begin)), raw.whole()
 
 
-def _times_beside(film: Path) -> tuple[float, ...]:
+def _times_table(film: Path) -> tuple[float, ...]:
     path = film.with_name(fitted(film.name, TIMES_SUFFIX))
     if not os.path.lexists(path):
         return ()

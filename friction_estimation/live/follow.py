@@ -29,7 +29,7 @@ from friction_estimation.live.recorder import Clip, Recorder
 from friction_estimation.reports.estimate_page import Still, write_report
 from friction_estimation.reports.throws_section import throw_in_words
 from friction_estimation.tracking import TrackedFilm, Tracker, track_each, track_film
-from friction_estimation.tracking.cutting.motion import MotionDetector
+from friction_estimation.tracking.films.motion_detector import MotionDetector
 from friction_estimation.tracking.overlay.film import draw_stills
 from friction_estimation.tracking.stone_numbers import StoneNumbers
 from friction_estimation.tracks.throw_table import throw_table

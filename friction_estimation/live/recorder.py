@@ -12,7 +12,7 @@ import numpy as np
 from curling_env.infrastructure.files.writing import atomic_path
 from friction_estimation.live import tuning
 from friction_estimation.live.feed import Feed, LiveFrame, Packet
-from friction_estimation.tracking.cutting.motion import MotionDetector
+from friction_estimation.tracking.films.motion_detector import MotionDetector
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,7 +1,7 @@
-"""Film in, track out: background, detection, a fit in every frame, and a smoother over all."""
+"""Film in, track out: detections, their association, a fit in every frame, and a smoother."""
 
 from curling_env.infrastructure.lazy_names import lazy_names
-from friction_estimation.tracking.default import track_film
+from friction_estimation.tracking.built_in import track_film
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.run import track_each, track_films
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
@@ -21,14 +21,14 @@ __all__ = [
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "cutting.motion": ("MotionDetector",),
-        "cutting.tuning": ("COMPARED_AFTER",),
-        "single_image": ("find_stones_in_image",),
+        "detection.single_image": ("find_stones_in_image",),
+        "films.motion_detector": ("MotionDetector",),
+        "numbers": ("COMPARED_AFTER",),
         "films.resume": ("Checkpoints",),
         "films.shared_cameras": ("SharedCameras", "camera_from"),
         "overlay.numbers": ("RunningNumbers",),
-        "path.optical_flow": ("lucas_kanade",),
-        "joint.uncertainty": ("camera_variance",),
+        "optical_flow": ("lucas_kanade",),
+        "smoothing.uncertainty": ("camera_variance",),
         "stone_numbers": ("StoneNumbers",),
     },
 )

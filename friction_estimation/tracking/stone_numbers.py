@@ -15,7 +15,7 @@ import numpy as np
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
-from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking import numbers
 
 
 @dataclass(eq=False)

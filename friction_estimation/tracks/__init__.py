@@ -12,7 +12,7 @@ __getattr__, __dir__ = lazy_names(
         "importers": ("Along", "on_sheet", "read_export"),
         "measured": ("Measured",),
         "outliers": ("wild_rows",),
-        "plausible_friction": ("question_about", "rough_friction"),
+        "plausible_friction": ("friction_question", "rough_friction"),
         "session_pairs": ("same_throws",),
         "smoothing": ("local_fit", "smooth_motion"),
         "spin": ("fit_spin", "has_heading"),

@@ -153,7 +153,7 @@ def _check_agreement(chain: Sequence[Trajectory], path: JointPath, order: tuple[
             raise InputError(
                 f"track {order[k] + 1} does not fit the others: it is "
                 f"{100 * max(float(np.median(residual)), shift):.0f} cm off; "
-                "are these films of one throw, and the scenes right?"
+                "are these films of one throw, and the scenes correct?"
             )
 
 

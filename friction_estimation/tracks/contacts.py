@@ -154,8 +154,8 @@ class _Jumps:
         self._speed = motion.speed
         shortest = max(JUMP_WINDOWS[0], JUMP_ROWS * float(np.median(np.diff(t))))
         self._windows = [shortest, *(w for w in JUMP_WINDOWS if w > shortest)]
-        slowing = float(np.median(-motion.acceleration[moving])) if moving.any() else 0.0
-        self._usual = max(slowing, 0.01)
+        deceleration = float(np.median(-motion.acceleration[moving])) if moving.any() else 0.0
+        self._usual = max(deceleration, 0.01)
         self._excess: list[Floats] = []
         for window in self._windows:
             times = np.arange(t[0], t[-1], window / 8)

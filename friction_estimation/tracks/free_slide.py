@@ -254,8 +254,8 @@ def _end_of_slide(t: Floats, motion: SmoothedMotion, begin: int, end: int) -> tu
         last = t >= t[-1] - 2.0
         if last.sum() < 8:
             return end, False
-        slowing = np.polynomial.polynomial.polyfit(t[last] - t[-1], motion.distance[last], 2)
-        return end, bool(slowing[1] < MIN_MOVING_SPEED)
+        slide = np.polynomial.polynomial.polyfit(t[last] - t[-1], motion.distance[last], 2)
+        return end, bool(slide[1] < MIN_MOVING_SPEED)
     # The last centimetres belong to the slide; they take speed/deceleration.
     until = t[end - 1] + 1.2 * motion.speed[end - 1] / usual
     return int(np.searchsorted(t, until, side="right")), True

@@ -252,8 +252,8 @@ class _Passages:
         for misfit, first, second in sorted(pairs, key=lambda pair: pair[0]):
             if misfit > SPEED_TOLERANCE or used & {first.row, second.row}:
                 continue
-            slowing = (first.speed - second.speed) / (second.middle - first.middle)
-            tees = [*self._near_tee(first), first, second, *self._far_tee(second, slowing)]
+            deceleration = (first.speed - second.speed) / (second.middle - first.middle)
+            tees = [*self._near_tee(first), first, second, *self._far_tee(second, deceleration)]
             throw = [passage for passage in tees if passage.row not in used]
             used |= {passage.row for passage in throw}
             yield throw
@@ -264,14 +264,14 @@ class _Passages:
         found = self.between(first.start - high, first.start - low, hog=False, at=first.end)
         return [passage for passage in found if passage.speed < MAX_GATE_SPEED][-1:]
 
-    def _far_tee(self, second: Passage, slowing: float) -> list[Passage]:
+    def _far_tee(self, second: Passage, deceleration: float) -> list[Passage]:
         """Return the passage of the far tee line with the expected time and speed.
 
         Parameters
         ----------
-        slowing : deceleration between the hog lines [m/s²]
+        deceleration : deceleration between the hog lines [m/s²]
         """
-        squared = second.speed**2 - 2 * slowing * _HOG_TO_TEE
+        squared = second.speed**2 - 2 * deceleration * _HOG_TO_TEE
         if squared <= 0:
             return []
         speed = float(np.sqrt(squared))

@@ -19,7 +19,7 @@ MIN_SLIDE = 3.0
 """Minimum slide for an estimate of the friction [m]."""
 
 
-def question_about(mu: float) -> str | None:
+def friction_question(mu: float) -> str | None:
     """Return the question about a coefficient of friction; None if it is plausible, or for NaN."""
     least, most = FRICTION_OF_ICE
     if np.isnan(mu) or least <= mu <= most:
@@ -28,10 +28,10 @@ def question_about(mu: float) -> str | None:
     likely = [n for n in SLOW_MOTIONS if low <= mu * n**2 <= high]
     asked = f"μ = {mu:.4f} is {'below' if mu < least else 'above'} that of curling ice"
     if likely:
-        pace = "slower" if likely[0] > 1 else "faster"
+        slower = "slower" if likely[0] > 1 else "faster"
         factor = likely[0] if likely[0] > 1 else 1 / likely[0]
         return (
-            f"{asked}: does the film play {factor:g} times {pace} than life? "
+            f"{asked}: does the film play {factor:g} times {slower} than life? "
             f"--slow {likely[0]:g} makes it {mu * likely[0] ** 2:.4f}"
         )
     return f"{asked}: are the times of the frames and the lengths in the scene correct?"

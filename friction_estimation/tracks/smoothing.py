@@ -1,7 +1,7 @@
 """Distance, speed and acceleration of a tracked stone, by local quadratic fits.
 
-Distance is measured along the path, not along the sheet: curl turns a stone without slowing it, so
-the speed along the path changes by friction alone.
+Distance is measured along the path, not along the sheet: curl turns a stone without braking it,
+so the speed along the path changes by friction alone.
 """
 
 from __future__ import annotations

@@ -117,8 +117,8 @@ def _scene(film: Path, camera: str, *, lens: bool) -> Scene:
 
 def _rest_of(truth: dict[str, Floats]) -> float:
     """Return the time from which the stone is at rest, or that of the last frame [s]."""
-    paces = np.hypot(np.diff(truth["x"]), np.diff(truth["y"])) / np.diff(truth["t"])
-    return float(truth["t"][1:][paces > RESTS].max(initial=truth["t"][0]))
+    speeds = np.hypot(np.diff(truth["x"]), np.diff(truth["y"])) / np.diff(truth["t"])
+    return float(truth["t"][1:][speeds > RESTS].max(initial=truth["t"][0]))
 
 
 # --- copies -------------------------------------------------------------------------------------

@@ -1,8 +1,8 @@
 """Practice in one film: rendered, tracked, and compared with the true throws.
 
 Four throws with a thrower, a skip and up to two sweepers at work, and scenes in which people cross,
-walk along, clean a house, or slide, push and carry a stone, are rendered once. Joined in random
-order, one throw a minute, they are the film; the picture jumps from one to the next. After a throw
+walk along, clean a house, or slide, push and carry a stone, are rendered once. The film joins them
+in random order, one throw a minute; the picture jumps from one to the next. After a throw
 its stone is pushed back, pushed aside, or left for a while.
 """
 
@@ -120,8 +120,8 @@ def clearing(
 def scenes() -> list[Clip]:
     """Return scenes between throws."""
 
-    def way_along(t: float, pace: float) -> float:
-        return pace * t + 0.04 * float(np.sin(2 * np.pi * 1.9 * t))
+    def way_along(t: float, speed: float) -> float:
+        return speed * t + 0.04 * float(np.sin(2 * np.pi * 1.9 * t))
 
     def pair(t: float) -> Shown:
         y = -19 + way_along(t, 1.45)

@@ -1,4 +1,4 @@
-"""Mutated and made-up inputs for every command and reader, and what became of them.
+"""Mutated and invented inputs for every command and reader, and their results.
 
-`make fuzz` runs it for ten minutes; docs/trust.md has what was found.
+`make fuzz` runs it for ten minutes; docs/trust.md lists the findings.
 """

@@ -1,8 +1,8 @@
 """Fuzz every command: `python -m fuzz --inputs 10000 --seed 0` (see `make fuzz`).
 
-Hypothesis draws the inputs in batches, each from a seed of its own. With a fixed seed they are the
-same every time, and a run that was interrupted goes on after its last batch, unless the code has
-changed. An input that ends uncleanly is kept, made as small as hypothesis can make it.
+Hypothesis draws the inputs in batches, each from a separate seed. With a fixed seed they are the
+same every time, and an interrupted run continues after its last batch, unless the code has
+changed. An input that ends uncleanly is kept, minimised by hypothesis.
 """
 
 from __future__ import annotations
@@ -189,7 +189,7 @@ class Fuzzer:
         return best
 
     def kept(self, number: int, one: Input, ended: Ended) -> dict[str, Any]:
-        """Keep an input so that it can be run again, and return what became of it."""
+        """Keep an input so that it can be run again, and return its result."""
         folder = self.chosen.keep / f"seed-{self.chosen.seed}" / f"{number:03d}"
         shutil.rmtree(folder, ignore_errors=True)
         folder.mkdir(parents=True)
@@ -201,7 +201,7 @@ class Fuzzer:
         return {
             "target": one.name,
             "faults": list(ended.faults),
-            "said": ended.said[-400:],
+            "stderr": ended.stderr[-400:],
             "command": [word[:80] for word in one.words],
             "folder": str(folder),
         }

@@ -92,7 +92,7 @@ def answered(club: Path, message: Path) -> None:
     Raises
     ------
     InputError : the request is refused
-    AssertionError : the app answers that it has made a mistake
+    AssertionError : the app answers with an internal error
     """
     from agents.app import Club, WorkQueue
     from agents.app.application import application

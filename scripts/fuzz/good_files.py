@@ -1,4 +1,4 @@
-"""The good files that the fuzzer damages: small, real, and made by the program itself."""
+"""Valid files for the fuzzer to damage: small, and made by the program itself."""
 
 from __future__ import annotations
 
@@ -41,14 +41,14 @@ SCENE = {
     "stone": {"radius": 0.145},
 }
 REQUEST = {"clicks": SCENE["corners_px"], "still": 0, "paint": True}
-"""What the page of `curling corners` sends."""
+"""Request of the page of `curling corners`."""
 EFFECTS = [
     {"name": "curl", "parameters": {"strength": 0.008}, "sigma": {"strength": 0.0005}},
     {"name": "air_drag", "parameters": {"coefficient": 0.00095}, "believed": []},
 ]
 SLIDING = "throw,x,y,vx,vy,theta,omega\n0,0.2,-2.0,0.0,1.7,0.0,1.2\n"
 FILM = "film --ice standard --releases @one.csv --fps 6 --noise 0.5 --size 384x216 --camera gantry"
-"""A throw of which a film of 126 small frames can be tracked."""
+"""Throw whose film of 126 small frames can be tracked."""
 TEXTS = {
     "one.csv": SLIDING,
     "k.csv": KINOVEA,
@@ -114,7 +114,7 @@ def _curling(folder: Path, line: str) -> None:
 
 
 def _ices_and_throws(folder: Path) -> None:
-    """An even ice, one with effects, releases, and tracks of them."""
+    """Make a uniform ice, one with effects, releases, and their tracks."""
     from curling_env.ice import Ice, save_ice
     from curling_env.throw import Throw, write_releases
 
@@ -139,7 +139,7 @@ def _game(folder: Path) -> None:
 
 
 def _pictures(folder: Path) -> None:
-    """A small picture of a house, and the same with a stone."""
+    """Make a small picture of a house, and the same with a stone."""
     import cv2
     import numpy as np
 
@@ -153,7 +153,7 @@ def _pictures(folder: Path) -> None:
 
 
 def _films(folder: Path) -> None:
-    """A film of a throw, twice, with its scene, its lens and the times of its frames."""
+    """Make a film of a throw, twice, with its scene, its lens and the times of its frames."""
     from friction_estimation.film.video import Film
 
     _curling(folder, f"{FILM} -o @films")
@@ -171,7 +171,7 @@ def _films(folder: Path) -> None:
 
 
 def _turned(film: Path) -> bytes:
-    """A film whose picture changes its size in the middle, as two films one after the other."""
+    """Make a film whose frames change their size in the middle, from two films."""
     import av
 
     with av.open(str(film)) as container:
@@ -192,7 +192,7 @@ def _turned(film: Path) -> bytes:
 
 
 def _models(folder: Path) -> None:
-    """A network that plays, and a checkpoint."""
+    """Make a network that plays, and a checkpoint."""
     import yaml
 
     from agents.learning.configuration import settings_from

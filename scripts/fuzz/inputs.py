@@ -22,11 +22,11 @@ FORMS = {
     "cam.json": "lens", "st.json": "stones", "skill.json": "skill", "session.json": "session",
     "g.jsonl": "game",
 }  # fmt: skip
-"""File -> its published schema."""
+"""Published schema of each file."""
 BESIDE = ("throws.csv", "athletes.csv", "f.mp4.times.csv", "hall.solved.json", "e.evidence.npz")
-"""Files that are read where they lie beside those that are named."""
+"""Files that are read from the folder of the named ones."""
 MOST_BYTES = 255
-"""Longest name of a file on most disks."""
+"""Maximum length of a file name on most disks [bytes]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +56,7 @@ class Input:
 
 
 Way = Callable[[Target, str, random.Random, st.DrawFn], Input | None]
-"""Makes an input with a fault of one kind; None where there is no such fault."""
+"""Maker of an input with a fault of one kind; returns None if the fault is impossible."""
 
 
 def inputs(
@@ -106,7 +106,7 @@ def _damage(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> I
 
 
 def _again(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input:
-    """After a damaged file the good ones, of which one may be written otherwise."""
+    """Run the good files after a damaged one; one of them may be written differently."""
     good = dict(target.files)
     other = rng.choice(sorted(good))
     if other.endswith(".json") and other != "q.json":
@@ -147,14 +147,14 @@ def _large(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> In
 
 
 def _killed(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input | None:
-    """Kill the command at any moment; then it must succeed as if nothing had happened."""
+    """Kill the command at any moment; it must succeed when repeated."""
     if not target.succeeds or target.arguments[0] == "read":
         return None
     return _input(target, kill=10 ** rng.uniform(-2.5, 0.7), again=dict(target.files))
 
 
 def _full(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input | None:
-    """Leave room for small files only, among them stderr; then there is room enough."""
+    """Leave disk space for small files only, such as stderr; then repeat with enough space."""
     if not target.succeeds or target.arguments[0] == "read":
         return None
     return _input(target, room=round(2 ** rng.uniform(10, 18)), again=dict(target.files))
@@ -167,7 +167,7 @@ def _options(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> 
 
 
 def _names(target: Target, name: str, rng: random.Random, draw: st.DrawFn) -> Input:
-    """Give a file, or the result, the longest name that there is."""
+    """Give a file, or the result, a name of maximum length."""
     results = [word for before, word in zip(target.arguments, target.arguments[1:], strict=False)
                if before == "-o"]  # fmt: skip
     old = rng.choice([name, *results])
@@ -195,11 +195,11 @@ KINDS: dict[str, tuple[int, Way]] = {
     "killed": (1, _killed),
     "full disk": (1, _full),
 }
-"""Kind of fault -> share of the inputs [%], and how it is made."""
+"""Share of the inputs [%] and maker of each kind of fault."""
 
 
 def damaged_message(message: bytes, rng: random.Random) -> bytes:
-    """Return a damaged message: its head or its body, which each have a form of their own."""
+    """Return a damaged message: either its head or its body, which differ in form."""
     mark = next((m for m in (b"\r\n\r\n", b"\r\ndata: ") if m in message), None)
     if mark is None or rng.random() < 0.1:
         return damaged(message, rng)

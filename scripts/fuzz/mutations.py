@@ -1,4 +1,4 @@
-"""Damaged files: bytes changed at random, and numbers, cells and members replaced on purpose."""
+"""Damaged files: random changes of bytes, and replaced numbers, cells and members."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ NASTY_NUMBERS = (
     "0", "-1", "1e308", "-1e308", "1e-320", "1e23", "nan", "inf", "-inf", "1_000", "٣", "4e9",
     "2147483648", "9007199254740993", "1" * 400, "1" * 5000, "0x10", "1,5", "", "- 1", "1e", "+-1",
 )  # fmt: skip
-"""Texts that stand where a number belongs."""
+"""Texts in place of a number."""
 NASTY_TEXTS = (
     "", " ", "\0", "\x1b[31m", "💥" * 50, "A" * 5000, "../../etc/passwd", "/dev/zero", "<script>",
     '"', "'", "\n", "\r", "\t", ",", ";", "#", "%s", "{}", "null", "\ufeff", "\udcff", "NaN",
@@ -29,7 +29,7 @@ NASTY_VALUES: tuple[Any, ...] = (
     float("inf"), "\ud800", "\x00", "\n" * 50, "A" * 5000, [0] * 3000, 2**53, 1e-12,
 )  # fmt: skip
 LARGE = 10 * 2**20
-"""About how large a file becomes that is made large [bytes]."""
+"""Approximate size of an enlarged file [bytes]."""
 NUMBER = re.compile(rb"-?\d+(\.\d+)?([eE][-+]?\d+)?")
 Way = Callable[[bytes, random.Random], bytes]
 
@@ -103,21 +103,21 @@ def _swapped(content: bytes, rng: random.Random) -> bytes:
 
 
 def _word(content: bytes, rng: random.Random) -> bytes:
-    """Replace four bytes, which may be a length, by an extreme."""
+    """Replace four bytes, which may be a length, by an extreme value."""
     at = rng.randrange(max(len(content) - 3, 1))
     extreme = rng.choice((0, 1, 0x7FFFFFFF, 0x80000000, 0xFFFFFFFF, 0x00FFFFFF))
     return content[:at] + extreme.to_bytes(4, rng.choice(("big", "little"))) + content[at + 4 :]
 
 
 def _claim(content: bytes, rng: random.Random) -> bytes:
-    """Return a PNG whose header is right and claims another size."""
+    """Return a PNG whose valid header states another size."""
     sides = [rng.choice((0, 1, 60, 6000, 65535, 100_000, 2**31 - 1)).to_bytes(4) for _ in "wh"]
     header = content[12:16] + b"".join(sides) + content[24:29]
     return content[:12] + header + zlib.crc32(header).to_bytes(4) + content[33:]
 
 
 def _packed(content: bytes, rng: random.Random) -> bytes:
-    """Return an archive whose checksums are right and one of whose arrays is not."""
+    """Return an archive with valid checksums and one invalid array."""
     try:
         with zipfile.ZipFile(io.BytesIO(content)) as archive:
             members = {name: archive.read(name) for name in archive.namelist()}
@@ -162,7 +162,7 @@ def _number(content: bytes, rng: random.Random) -> bytes:
 
 
 def _wide(content: bytes, rng: random.Random) -> bytes:
-    """Return a table of which one row, or every row, is far too wide."""
+    """Return a table in which one row, or every row, has far too many cells."""
     lines = content.split(b"\n")
     many = b",7" * rng.choice((1, 300, 20_000))
     k = rng.randrange(len(lines))
@@ -188,7 +188,7 @@ def _line(content: bytes, rng: random.Random) -> bytes:
 
 
 def _headings_alone(content: bytes, rng: random.Random) -> bytes:
-    """Keep only the first lines of a table: its headings, and hardly a row."""
+    """Keep only the first lines of a table: its header and at most a few rows."""
     return b"".join(content.splitlines(keepends=True)[: rng.randrange(1, 5)])
 
 
@@ -261,7 +261,7 @@ def _member(content: bytes, rng: random.Random) -> bytes:
 
 
 def _places(value: Any) -> Any:
-    """Every holder and key of a document; of a list, the first twenty."""
+    """Return every container and key of a document; of a list, the first twenty."""
     if isinstance(value, dict | list):
         keys: list[Any] = list(value) if isinstance(value, dict) else [*range(min(len(value), 20))]
         yield from ((value, key) for key in keys)

@@ -1,4 +1,4 @@
-"""The public readers by name: functions that programs in Python call with a stranger's file."""
+"""Public readers by name: Python functions that take an untrusted file."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
-"""One run of `curling` in a process of its own, and the verdict on its end.
+"""One run of `curling` in a separate process, and the verdict on its end.
 
 The process is forked from one that has loaded and compiled everything, so that a run takes
-milliseconds and a hanging or crashing one harms nobody.
+milliseconds and a hanging or crashing one does no harm.
 """
 
 from __future__ import annotations
@@ -27,42 +27,42 @@ from fuzz.surroundings import SURROUNDINGS
 PR_SET_PDEATHSIG = 1
 """Number of the option of Linux's prctl(2)."""
 MAX_SECONDS = 20.0
-"""Longest processor time of a run [s]."""
+"""Maximum processor time of a run [s]."""
 PATIENCE = 6.0
-"""Longest time on the clock, as a multiple of that, because a machine may be busy."""
+"""Maximum wall time, as a multiple of the processor time, because a machine may be busy."""
 ANSWER = 60.0
-"""Longest time until the local server answers on a busy machine [s]."""
+"""Timeout of the local server's answer on a busy machine [s]."""
 MAX_BYTES = 2**30
-"""Maximum memory of a run beyond what is loaded anyway [bytes]."""
+"""Maximum memory of a run above that at its start [bytes]."""
 MAX_LINE = 300
 KEPT = (".unfinished/",)
-"""Files that a refused command keeps of the films before the one that it refused, unnamed."""
+"""Unnamed files that a command keeps of the films before the one that it refused."""
 LARGE = 2**30
-"""Files of this size are made of zeros, on which no disk space is spent [bytes]."""
+"""Size from which files are sparse, without disk space for their zeros [bytes]."""
 UNHEARD = ("all streams closed", "stdout piped away", "stdout on a full disk")
-"""Surroundings in which a refusal, or the result, cannot be printed."""
+"""Environments in which an error, or the result, cannot be printed."""
 HERE = "{here}"
-"""Stands in arguments for the folder of the run."""
+"""Placeholder in arguments for the folder of the run."""
 Given = Mapping[str, Callable[[Path], object]]
-"""Functions of Python by name, which are given a file instead of a command."""
+"""Python functions by name, which get the file instead of a command."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Ended:
-    """The end of a run.
+    """End of a run.
 
     Parameters
     ----------
-    faults : what was unclean about it; empty for a clean end
+    faults : reasons why it is unclean; empty for a clean end
     status : exit status; negative for a signal
-    said : what it wrote to stderr
+    stderr : its output on stderr
     seconds : time on the clock [s]
     memory : largest resident memory beyond that of the process it was forked from [bytes]
     """
 
     faults: tuple[str, ...]
     status: int
-    said: str
+    stderr: str
     seconds: float
     memory: int
 
@@ -101,7 +101,7 @@ def run(
         _be_curling(arguments, folder, surroundings, variables, given or {})
     status, memory, worked, hung = _await(child, kill)
     seconds = time.monotonic() - begun
-    said = (folder.parent / "stderr").read_text(errors="replace")
+    stderr = (folder.parent / "stderr").read_text(errors="replace")
     memory = max(0, memory - loaded)
     after = _content(folder)
     faults: list[str] = []
@@ -112,22 +112,22 @@ def run(
         faults.append("too long")
     if status not in (0, 2) and not hung:
         faults.append(f"status {status}")
-    if "Traceback" in said or "internal error" in said:
+    if "Traceback" in stderr or "internal error" in stderr:
         faults.append("traceback")
     if status == 2 and surroundings not in UNHEARD:
-        lines = said.splitlines()
-        if len(lines) != 1 or not said.startswith("curling: "):
+        lines = stderr.splitlines()
+        if len(lines) != 1 or not stderr.startswith("curling: "):
             faults.append(f"{len(lines)} lines")
         if any(len(line) > MAX_LINE for line in lines):
             faults.append("long line")
         new = sorted(set(after) - set(before))
         kept = KEPT if room is None else (*KEPT, "films/", "runs/", "found/")
-        left = [name for name in new if name not in said and not any(k in name for k in kept)]
+        left = [name for name in new if name not in stderr and not any(k in name for k in kept)]
         if left:
             faults.append(f"left {left[:3]}")
     lost = [name for name, content in before.items() if after.get(name) != content]
     # An update replaces its own input on purpose; if it cannot print the result, it names the file.
-    updated = said.partition("already written:")[2]
+    updated = stderr.partition("already written:")[2]
     lost = [name for name in lost if name not in after or name not in updated]
     if lost and (status != 0 or "-o" not in arguments):
         faults.append(f"lost {lost[:3]}")
@@ -135,11 +135,11 @@ def run(
         faults.append("draft left")
     if memory > MAX_BYTES:
         faults.append(f"{memory / 2**20:.0f} MB")
-    return Ended(faults=tuple(faults), status=status, said=said, seconds=seconds, memory=memory)
+    return Ended(faults=tuple(faults), status=status, stderr=stderr, seconds=seconds, memory=memory)
 
 
 def _end_with(parent: int) -> None:
-    """Let Linux kill this process when the one that forked it ends, however that ends."""
+    """Let Linux kill this process when its parent ends for any reason."""
     if sys.platform == "linux":
         ctypes.CDLL(None).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
     if os.getppid() != parent:
@@ -153,7 +153,7 @@ def _be_curling(
     variables: Mapping[str, str] | None,
     given: Given,
 ) -> None:
-    """Be the command; never returns."""
+    """Run as the command; never returns."""
     status = 99
     try:
         os.setpgid(0, 0)
@@ -182,7 +182,7 @@ def _be_curling(
 
 
 def _called(words: Sequence[str], given: Given) -> int:
-    """Call the command, or the function that is given a file; returns a status."""
+    """Call the command or the function; return a status."""
     from curling_env.commands.cli import main
     from curling_env.errors import CurlingError
     from curling_env.infrastructure.streams import silenced_libraries
@@ -207,7 +207,7 @@ def _called(words: Sequence[str], given: Given) -> int:
 
 
 def _mark_as_asked() -> None:
-    """Let `curling corners` be answered by requests of the fuzzer instead of a browser."""
+    """Replace the browser of `curling corners` by requests of the fuzzer."""
     import http.client
     from urllib.parse import urlsplit
 
@@ -229,7 +229,7 @@ def _mark_as_asked() -> None:
 
 
 def _await(child: int, kill: float | None) -> tuple[int, int, float, bool]:
-    """Return status, peak memory and processor time of a child, and if it had to be killed."""
+    """Return status, peak memory and processor time of a child, and true if it was killed."""
     begun, wait, hung = time.monotonic(), 0.001, False
     deadline = begun + PATIENCE * MAX_SECONDS
     while True:
@@ -248,7 +248,7 @@ def _await(child: int, kill: float | None) -> tuple[int, int, float, bool]:
 
 
 def _ends(group: int) -> bool:
-    """Return whether the processes of a group, whose first was killed, end by themselves."""
+    """Return whether the processes of a group end after their first was killed."""
     deadline = time.monotonic() + MAX_SECONDS
     while time.monotonic() < deadline:
         try:
@@ -260,7 +260,7 @@ def _ends(group: int) -> bool:
 
 
 def _content(folder: Path) -> dict[str, str]:
-    """Ordinary files below a folder by name, with a digest of each."""
+    """Return the digest of each ordinary file below a folder, by name."""
     found = [p for p in sorted(folder.rglob("*")) if p.is_file() and not p.is_symlink()]
     return {str(path.relative_to(folder)): _digest(path) for path in found}
 
@@ -274,7 +274,7 @@ def _digest(path: Path) -> str:
 
 @cache
 def _loaded() -> int:
-    """Memory of a forked process that does nothing [bytes]."""
+    """Return the memory of a forked process that does nothing [bytes]."""
     child = os.fork()
     if child == 0:
         os._exit(0)

@@ -1,4 +1,4 @@
-"""Odd surroundings of a command: closed streams, odd variables, no home, and special files."""
+"""Unusual environments of a command: closed streams, odd variables, no home, special files."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def _spoken(encoding: str) -> Callable[[], None]:
 
 
 def _piped_away() -> None:
-    """A stdout without a reader, as behind `| head -1`."""
+    """Open a stdout without a reader, as behind `| head -1`."""
     reading, writing = os.pipe()
     os.close(reading)
     os.dup2(writing, 1)
@@ -56,7 +56,7 @@ SURROUNDINGS: dict[str, Callable[[], object]] = {
     "terminal of one column": _variables(COLUMNS="1", LINES="1"),
     "nothing set": os.environ.clear,
 }
-"""Changes of a process that is about to be `curling`, by a name that says what is odd."""
+"""Changes of the process before `curling` starts, by name."""
 
 ODD_VALUES = ("", "0", "-1", "x", "1e9", "99999999999", "/nonexistent", "/dev/full", "é", "none")
 VARIABLES = (
@@ -107,11 +107,11 @@ SPECIAL: dict[str, Callable[[Path], object]] = {
     "empty": Path.touch,
     "terabyte of zeros": _sparse,
 }
-"""Things under a file's name that are no files, by their kind."""
+"""Makers of special files, by their kind."""
 
 
 def put(path: Path, content: bytes | str) -> None:
-    """Write a file, or put the special one of a kind in its place."""
+    """Write a file, or a special one in its place."""
     path.unlink(missing_ok=True) if not path.is_dir() else path.rmdir()
     if isinstance(content, bytes):
         path.write_bytes(content)

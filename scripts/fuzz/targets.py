@@ -1,4 +1,4 @@
-"""The command lines that are fuzzed, and the files of each that are damaged."""
+"""Command lines to fuzz, and their files to damage."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ from typing import Any
 from fuzz.mutations import NASTY_NUMBERS, NASTY_TEXTS
 
 HEAVY = frozenset({"estimate", "discover", "train", "tournament", "design"})
-"""Commands that take seconds a run."""
+"""Commands that take seconds per run."""
 REFUSED = frozenset({"calibrate", "locate", "join", "demo", "live", "discover t.csv --scene"})
-"""Commands whose good files are refused here, or that are never run to their end."""
+"""Commands whose good files are refused here, or that are never run to the end."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,7 @@ class Target:
 
     @property
     def name(self) -> str:
-        """The command and the files that it is fuzzed with."""
+        """Name of the command and of its files."""
         return f"{self.arguments[0]} {','.join(self.damaged)}".strip()
 
     @property
@@ -172,7 +172,7 @@ def make_targets(good: Mapping[str, bytes], *, light: bool = False) -> list[Targ
 
 
 def _read_by(words: Sequence[str]) -> list[str]:
-    """Names of the files that a command reads, also of those that lie beside one it is given."""
+    """Return the names of the files that a command reads, named or found beside a named one."""
     named = list(words)
     for word in words:
         if word.endswith(".mp4"):
@@ -190,13 +190,13 @@ def _read_by(words: Sequence[str]) -> list[str]:
 # --- odd words ------------------------------------------------------------------------------------
 
 ODD_WORDS = (".", "/", "/dev/full", "f.mp4", "ice.json", "-o", "--", "-", "~", "o.csv", "s.json")
-"""Names where something else is meant."""
+"""Words in place of another kind of value."""
 MEANT = (
     *("0", "1", "2", "0.5", "-1", "3.7", "100", "1000", "0,17.4", "21.3,21.9", "44.5x4.5"),
     *("standard", "ice.json", "full.json", "t.csv", "s.json", "cam.json", "f.mp4", "e.png"),
     *("draw", "club", "feet", "none", "all", "away_tee=30,30", "curl", "found", "new.html"),
 )
-"""Values that some option takes."""
+"""Values that some options take."""
 
 
 def odd_command_line(words: Sequence[str], rng: random.Random) -> list[str]:

@@ -1,8 +1,8 @@
 """Conversations of Digital Curling, versions 3 and 4, with either side of it.
 
 A game is played once, and every message of its two sides is kept. Each may then be damaged and
-given to the side that it was for, as it stands in the middle of the game. Every message must be
-read or refused in a line; whatever else happens, such as an answer of 500, is unclean.
+sent to its recipient, at its point of the game. Every message must be
+read or refused in one line; any other result, such as an answer of 500, is unclean.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ NAMES = {"team0": "home", "team1": "away"}
 
 
 class Said(NamedTuple):
-    """A message, and the side that it is given to; each is given one message in a process."""
+    """Message and its recipient; each process sends one message."""
 
     message: bytes
     give: Callable[[bytes], object]
@@ -84,7 +84,7 @@ def played(rules: str) -> Iterator[HostedGame]:
 
 
 def client_of_version_3() -> list[Said]:
-    """Messages of a server to a client."""
+    """Return messages of a server to a client."""
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
     said: list[dict[str, Any]] = [
         hosting.greeting,
@@ -101,14 +101,14 @@ def client_of_version_3() -> list[Said]:
 
 
 def _answer(client: Client, line: bytes) -> None:
-    client.pace.prepare = lambda views: None  # the same every time, and slow
+    client.time_manager.prepare = lambda views: None  # the same every time, and slow
     reply = client.answer(from_server(line))
     if reply is not None:
         write_line(reply)
 
 
 def host_of_version_3() -> list[Said]:
-    """Messages of clients to a host: their names, that they are ready, and moves."""
+    """Return messages of clients to a host: names, readiness and moves."""
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
     ready = [{"cmd": "dc_ok", "name": "home"}, {"cmd": "ready_ok", "player_order": [3, 1, 0, 2]}]
     lines = [write_line(message) for message in ready]
@@ -161,7 +161,7 @@ async def _decide(game: HostedGame, line: bytes) -> Any:
 
 
 class _Served(Connection4):
-    """A connection whose server says what it is given."""
+    """Connection whose server sends given messages."""
 
     stream = b""
 
@@ -233,7 +233,7 @@ def _ask(hosting: Hosting, game: HostedGame, message: bytes) -> None:
     Raises
     ------
     InputError : the request is refused
-    AssertionError : the host answers that it has made a mistake
+    AssertionError : the host answers with an internal error
     """
 
     async def asked() -> int:

@@ -1,5 +1,5 @@
-"""Learning what comes with the package: the network that calls shots, and the value networks.
+"""Training of the package's networks: shots and position values.
 
-- `lessons`, `cloning`: what every shot is worth in positions, and a network that copies it
+- `lessons`, `cloning`: the value of every shot in positions, and a network that learns it
 - `backwards`: values of positions, from the last stone of an end to its first
 """

@@ -1,13 +1,13 @@
-"""Values of positions learnt backwards through an end, from its last stone to its first.
+"""Values of positions learned backwards through an end, from its last stone to its first.
 
-How an end was scored says little about one of its positions: the luck of all later stones is in it.
-What one good stone more leads to says more. Before the last stone no network is needed for that: a
-good shot is thrown a few times, and the points are counted. A network is fitted to such positions;
-it then values what a good last stone but one leads to, and so on (fitted value iteration, Gordon
-1995).
+The score of an end is a noisy value of one of its positions: it includes the luck of all later
+stones. The result of one more good stone is less noisy. Before the last stone no network is needed:
+a good shot is simulated a few times, and the points are counted. A network is fitted to such
+positions; it then values the positions after a good second-to-last stone, and so on (fitted value
+iteration, Gordon 1995).
 
-Beside the positions of ends that were played stand others, which other shots would have led to. A
-search compares both kinds, and in ends that were played hardly any of the others are seen.
+Positions after other shots are added to those of played ends, because a search compares both kinds
+and played ends contain hardly any of the others.
 """
 
 from __future__ import annotations
@@ -33,14 +33,14 @@ from curling_env.throw import Skill
 from curling_env.typing import Floats, Indices
 
 REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS = 40, 6, 3
-"""Shots simulated once from a position; how many of the best again, and how often."""
+"""Number of shots simulated once from a position, of best shots simulated again, and of repeats."""
 OUTCOMES = 6
-"""Outcomes of the best of them whose mean is what the position is worth."""
+"""Number of outcomes of the best shot whose mean is the value of the position."""
 PROMISING, ANY = 2, 1
-"""For each position of an end, number of others that are learnt: after one of the best shots, and
+"""Numbers of further positions learned per position of an end: after one of the best shots, and
 after any."""
 STAGE_EPOCHS, STAGE_RATE = 6, 2e-3
-"""Passes through the positions with as many stones to come, and their highest learning rate."""
+"""Passes through the positions of one stage, and the highest learning rate."""
 _EFFORT = Effort(REPLIES_ONCE, REPLIES_AGAIN, REPLY_REPEATS)
 
 
@@ -58,7 +58,7 @@ def lesson_before(
     ----------
     simulator : ice, rules and lines
     network : values positions with one stone less to come; where none is to come it is not asked
-    ends : ends that were played, whose positions are taken, and others beside them
+    ends : played ends, whose positions and variants of them are used
     left : stones to come, 1 or more
     usual : the usual players; those of the ends have a multiple of their errors, by their skill
     rng : source of everything random
@@ -89,7 +89,7 @@ def lesson_before(
 def _other_positions(
     decision: Decision, table: AimingTable, sigma: Floats, rng: np.random.Generator
 ) -> tuple[Floats, Indices]:
-    """Positions that other shots lead to: (m, 16, 2), and the end (m,) of each."""
+    """Return positions after other shots, (m, 16, 2), and the end (m,) of each."""
     shots = shots_for(table, decision.simulator, decision.stones, decision.delivered)
     shots = some_of_each(shots, _EFFORT.shots, rng)
     values = decision.values(shots, errors_of(shots, sigma, rng))
@@ -104,6 +104,6 @@ def _other_positions(
 
 
 def _sigma_of(usual: Skill, skill: Floats) -> Floats:
-    """Standard deviations of the errors of players with these skills, (n, 3)."""
+    """Return standard deviations of the errors of players with these skills, (n, 3)."""
     times = np.exp(skill - skill_feature(usual))
     return sigmas_of(usual) * times[:, None]

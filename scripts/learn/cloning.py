@@ -1,4 +1,4 @@
-"""The network that calls shots as PyTorch trains it, and learning what shots are worth."""
+"""Network that calls shots in PyTorch, and its training on values of shots."""
 
 from __future__ import annotations
 
@@ -23,22 +23,22 @@ from curling_env.typing import Progress, Singles, no_progress
 from learn.lessons import Lessons, mirrored
 
 FIRST = 4.0
-"""By how much a point that a shot promises changes its worth at first."""
+"""Initial weight of the points that a shot promises in its value."""
 
 FIRST_SHARE = 0.1
-"""What else is seen begins to count this share of what PyTorch makes it."""
+"""Factor on PyTorch's initial weights of all other inputs."""
 
 NEARLY_AS_GOOD, ALIKE = 0.1, 0.05
-"""Shots that lose so many points are nearly as good as the best; and how much it counts to call the
-good ones as often as that says, against the points lost."""
+"""Maximum loss of a shot that counts as nearly the best [points], and weight of the likelihood of
+those shots against the points lost."""
 LEARNING_RATE = 4e-3
-"""At first; it falls to zero."""
+"""Initial learning rate; it falls to zero."""
 PART = 2000
-"""Positions whose features are worked out together."""
+"""Number of positions whose features are computed together."""
 
 
 class ShotModule(nn.Module):
-    """The same network with gradients, and a value beside it.
+    """The same network with gradients, and a value head.
 
     Parameters
     ----------
@@ -66,7 +66,7 @@ class ShotModule(nn.Module):
                     layer.bias.copy_(torch.from_numpy(offset.copy()))
 
     def forward(self, seen: Seen | tuple[torch.Tensor, ...]) -> tuple[torch.Tensor, torch.Tensor]:
-        """Worths of the shots (n, 201), and the value of each position (n,)."""
+        """Return values of the shots (n, 201) and of the positions (n,)."""
         of_stones, there, of_places, of_whole, possible, promised = map(torch.as_tensor, seen)
         n = len(of_whole)
         stones = self._relu("stone 2", self._relu("stone 1", of_stones)) * there[:, :, None]
@@ -93,7 +93,7 @@ class ShotModule(nn.Module):
         return worths.masked_fill(~possible, IMPOSSIBLE), self.value(whole)[:, 0]
 
     def network(self) -> ShotNetwork:
-        """The weights as they are, for NumPy."""
+        """Return the current weights as a NumPy network."""
         layers: dict[str, tuple[Singles, Singles]] = {}
         for name in SIZES:
             layer: Any = self.layers[name]
@@ -112,11 +112,11 @@ def clone(
     held_out: float = 0.05,
     progress: Progress = no_progress,
 ) -> tuple[ShotNetwork, float]:
-    """A network that calls the shots that are worth most (behaviour cloning with soft labels).
+    """Train a network to call the most valuable shots (behaviour cloning with soft labels).
 
     Parameters
     ----------
-    lessons : what every shot is worth in which position; each also serves mirrored
+    lessons : values of every shot in positions; each is also used mirrored
     epochs, batch : passes through the lessons, and positions for each step
     held_out : share of the lessons that only measure, the last ones
     progress : called after every epoch
@@ -162,7 +162,7 @@ def points_lost(module: ShotModule, lessons: Lessons) -> float:
 
 
 def _tensors(lessons: Lessons) -> tuple[tuple[torch.Tensor, ...], torch.Tensor]:
-    """What is seen, and the points that each shot loses to the best; infinite if there is none."""
+    """Return observed features and the loss of each shot to the best; infinite without a shot."""
     some = [lessons[k : k + PART] for k in range(0, len(lessons), PART)]
     parts = [features_of(part.observations, part.once) for part in some]
     seen = tuple(torch.from_numpy(np.concatenate(part)) for part in zip(*parts, strict=True))

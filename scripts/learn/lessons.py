@@ -1,4 +1,4 @@
-"""Lessons for a network that calls shots: positions, and what every shot is worth in them."""
+"""Lessons for a network that calls shots: positions, and the value of every shot in them."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from curling_env.typing import Integers, Progress, Singles, no_progress
 
 @dataclass(frozen=True, kw_only=True)
 class Lessons:
-    """What shots are worth in positions.
+    """Values of shots in positions.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ def mirrored(lessons: Lessons) -> Lessons:
 
 
 def _mirror() -> Integers:
-    """For each shot of the list, the number of the one seen in a mirror."""
+    """Return, for each shot of the list, the index of its mirror image."""
     by_look = {_look(k, 1.0): k for k in range(len(SHOTS))}
     return np.array([by_look[_look(k, -1.0)] for k in range(len(SHOTS))])
 

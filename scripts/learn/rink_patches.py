@@ -3,8 +3,8 @@
 A patch is a piece of a picture in which a stone is about `STONE_PX` wide. Everything that differs
 between rinks is drawn at random: rings of any colour and size, letters, logos, hacks, boards, lamps
 mirrored in the ice, granite, handles, people, brooms, shadows, the height of the camera, blur,
-exposure and compression. The ice is painted from above and squashed to the camera's elevation;
-stones and people stand on it.
+exposure and compression. The ice is painted from above and foreshortened to the camera's elevation;
+stones and people are drawn on it.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -21,12 +21,12 @@ import numpy as np
 from numpy.random import Generator
 
 from curling_env.typing import Floats, Image
-from friction_estimation.tracking.detector import STONE_PX
+from friction_estimation.tracking.detection.detector import STONE_PX
 
 PATCH_PX = 96
 """Width and height of a patch [px]."""
 FINER = 2
-"""Patches are drawn this much larger, and reduced in the end."""
+"""Factor by which patches are drawn larger, before they are reduced."""
 MAX_STONES = 8
 RADIUS, HEIGHT = 0.145, 0.114
 """Size of a stone [m]."""
@@ -43,7 +43,7 @@ OUTLINE = (
     (0.106, 0.112),
     (0.114, 0.095),
 )
-"""Heights above the ice and the radii of a stone there [m]."""
+"""Heights above the ice and a stone's radii there [m]."""
 FONTS = (
     cv2.FONT_HERSHEY_SIMPLEX,
     cv2.FONT_HERSHEY_DUPLEX,
@@ -68,7 +68,7 @@ VIVID = (
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Patch:
-    """A picture and what is in it.
+    """Picture and its contents.
 
     Parameters
     ----------
@@ -270,7 +270,7 @@ def _letters_along_a_ring(rng: Generator, ice: Image, metre_px: float, centre: F
 
 
 def _paint_words(rng: Generator, ice: Image, metre_px: float) -> None:
-    """Letters from 7 to 90 cm high, in any direction, some outlined or on a plate."""
+    """Paint letters 7 to 90 cm high, in any direction, some outlined or on a plate."""
     size = ice.shape[0]
     layer, plate = np.zeros((size, size), np.uint8), np.zeros((size, size), np.uint8)
     scale = rng.uniform(0.07, 0.9) * metre_px / 22
@@ -296,7 +296,7 @@ def _paint_words(rng: Generator, ice: Image, metre_px: float) -> None:
 
 
 def _paint_logo(rng: Generator, ice: Image, metre_px: float) -> None:
-    """One to four shapes near each other: polygons, discs and rings as flat paint, and bars."""
+    """Paint one to four shapes near each other: polygons, discs, rings and bars."""
     centre = rng.uniform(0, ice.shape[0], 2)
     spread = rng.uniform(0.05, 0.7) * metre_px
     for _ in range(rng.integers(1, 5)):
@@ -325,7 +325,7 @@ def _paint_logo(rng: Generator, ice: Image, metre_px: float) -> None:
 
 
 def _paint_hack(rng: Generator, ice: Image, metre_px: float) -> None:
-    """Two dark footholds beside a line."""
+    """Paint two dark footholds beside a line."""
     centre, colour = rng.uniform(0.2, 0.8, 2) * ice.shape[0], _colour(rng, 0.2) * 0.3
     for side in (-1, 1):
         at = centre + np.array([side * rng.uniform(0.05, 0.15), 0]) * metre_px
@@ -334,7 +334,7 @@ def _paint_hack(rng: Generator, ice: Image, metre_px: float) -> None:
 
 
 def _paint_boards(rng: Generator, ice: Floats, metre_px: float) -> None:
-    """Boards, carpet or a divider beside the ice, plain or with letters."""
+    """Paint boards, carpet or a divider beside the ice, plain or with letters."""
     size = ice.shape[0]
     begin = int(rng.integers(size // 4, size // 2))
     width = begin if rng.random() < 0.6 else int(rng.uniform(0.05, 0.3) * metre_px)
@@ -354,7 +354,7 @@ def _paint_boards(rng: Generator, ice: Floats, metre_px: float) -> None:
 
 
 def _light(rng: Generator, ice: Floats, metre_px: float) -> None:
-    """Lamps mirrored in the ice, and uneven light."""
+    """Add lamps mirrored in the ice, and uneven light."""
     size = ice.shape[0]
     if rng.random() < 0.5:
         for _ in range(rng.integers(1, 4)):
@@ -376,7 +376,7 @@ def _light(rng: Generator, ice: Floats, metre_px: float) -> None:
 
 
 def _stone_places(rng: Generator, scene: _Scene) -> list[Floats]:
-    """Places of the stones [m], some of them touching."""
+    """Return positions of the stones [m], some of them touching."""
     half = scene.size / scene.metre_px / 2
     places: list[Floats] = []
     for _ in range(rng.choice([0, 1, 2, 3, 5, MAX_STONES], p=[0.2, 0.22, 0.2, 0.15, 0.13, 0.1])):
@@ -453,7 +453,7 @@ def _draw_stones(rng: Generator, scene: _Scene, stones: list[Floats], alike: boo
 
 
 def _draw_person(rng: Generator, scene: _Scene, round_head: bool) -> None:
-    """A person with limbs, shoes and a head, seen from any side, with or without a broom."""
+    """Draw a person with limbs, shoes and a head, from any side, with or without a broom."""
     metre, clothes = scene.metre_px, _colour(rng, 0.4) * rng.uniform(0.1, 1)
     centre = rng.uniform(0, scene.size, 2)
 
@@ -513,7 +513,7 @@ def _draw_person(rng: Generator, scene: _Scene, round_head: bool) -> None:
 
 
 def _draw_round_head(rng: Generator, scene: _Scene, body: Floats) -> None:
-    """A head from above: a disc in shades of one colour, beside or on the shoulders."""
+    """Draw a head from above: a disc in shades of one colour, beside or on the shoulders."""
     metre, colour = scene.metre_px, _colour(rng, 0.5) * rng.uniform(0.2, 1)
     at = body + rng.uniform(0, 0.45) * metre * _direction(rng)
     shoulders = np.clip(_colour(rng, 0.4) * rng.uniform(0.3, 1), 0, 255)
@@ -532,7 +532,7 @@ def _draw_round_head(rng: Generator, scene: _Scene, body: Floats) -> None:
 
 
 def _visible(scene: _Scene, stones: list[Floats], covered: Floats) -> Floats:
-    """Centres of the stones in the patch of which people hide less than 60 % [px]."""
+    """Return the centres of stones in the patch less than 60 % hidden by people [px]."""
     found = []
     for place in stones:
         outline = np.zeros((scene.size, scene.size), np.uint8)
@@ -592,7 +592,7 @@ def _points(places: Floats | list[Floats]) -> list[tuple[int, int]]:
 
 
 def _fine(places: list[Floats]) -> Image:
-    """Points in sixteenths of a pixel, as OpenCV takes them with a shift of 4."""
+    """Return points in sixteenths of a pixel, for OpenCV's shift of 4."""
     return np.round(np.array(places) * 16).astype(np.int32)
 
 

@@ -1,4 +1,4 @@
-"""Truth of simulated clubs beside what the coaching functions find: recovery and coverage."""
+"""Recovery and coverage of the coaching functions on simulated clubs with known truth."""
 
 from __future__ import annotations
 
@@ -12,18 +12,18 @@ from agents.coaching.runs import HOG_TO_FAR_TEE
 from curling_env.typing import Floats
 
 EVENINGS = 20
-"""Simulated evenings of each kind."""
+"""Number of simulated evenings of each kind."""
 SET = 1 + 0.02 * (np.arange(6) - 2.5)
 """Friction of six stones, each 2 % from the next."""
 KNOWN, WELL_KNOWN, CURL_SIGMA = 0.004, 0.002, 0.01
 """Standard errors of the ice of the session: ln μ over two metres, and the curl. A draw then rests
-5 cm, or 3 cm, from where the ice file says."""
+5 cm, or 3 cm, from the prediction of the ice file."""
 NEAR, FAR = 0.15, 0.5
-"""Error of a cause over the miss below which it is right; a miss above which a throw is far [m]."""
+"""Maximum relative error of a correct cause, and minimum miss of a far throw [m]."""
 
 
 class CausesFound(NamedTuple):
-    """Causes of misses that were found, compared with the true ones.
+    """Estimated causes of misses compared with the true ones.
 
     Parameters
     ----------
@@ -40,7 +40,7 @@ class CausesFound(NamedTuple):
 
 
 def causes() -> dict[str, float]:
-    """Compare the causes of misses that are found with the true ones of simulated evenings."""
+    """Compare the estimated causes of misses with the true ones of simulated evenings."""
     values: dict[str, float] = {}
     for name, sigma in (("well", WELL_KNOWN), ("less", KNOWN)):
         found = causes_found(EVENINGS, sigma)

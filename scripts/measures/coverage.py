@@ -1,4 +1,4 @@
-"""Draws on a discovered ice: whether they rest where its standard errors say that they may.
+"""Coverage of the rests of draws on a discovered ice by its standard errors.
 
 Throws both ways and with both spins slide on the discovered ice and on the sealed truth. Their
 distance is compared with the spread of the plausible ices.
@@ -23,13 +23,13 @@ from curling_env.typing import Flags, Floats
 from friction_estimation.discovery.discover import discover
 
 ICES = 200
-"""Ices that are drawn of each discovered one."""
+"""Number of sampled ices of each discovered one."""
 SPEEDS = np.linspace(1.6, 2.7, 56)
-"""From which draws are chosen [m/s]."""
+"""Speeds from which draws are chosen [m/s]."""
 PAST_TEE = (-1.5, 0.5)
-"""Where the chosen ones rest on the discovered ice [m]."""
+"""Range past the tee in which chosen draws rest on the discovered ice [m]."""
 SPIN = 1.5
-"""To either side [rad/s]."""
+"""Rotation, in either sense [rad/s]."""
 Thrown = tuple[float, float, float]
 """Direction, speed and spin."""
 
@@ -47,7 +47,7 @@ def rest_errors(task: Task, seed: int) -> tuple[Floats, Floats]:
 
 
 def _draws_on(ice: Ice) -> list[Thrown]:
-    """Draws both ways with both spins that rest near the tee on an ice."""
+    """Return draws both ways with both spins that rest near the tee on an ice."""
     chosen: list[Thrown] = []
     for way in (1.0, -1.0):
         for spin in (SPIN, -SPIN):
@@ -66,7 +66,7 @@ def _true_rest(sealed: dict[str, Any], way: float, speed: float, spin: float) ->
 
 
 def _rests(ices: list[Ice], throws: list[Thrown]) -> tuple[Floats, Flags]:
-    """Where throws rest on ices, (ices, throws, 2) [m], and whether they do."""
+    """Return resting places on ices, (ices, throws, 2) [m], and flags of throws that rest."""
     releases = release_table(
         [
             Release(x=0.0, y=-way * HOG, vx=0.0, vy=way * speed, theta=0.0, omega=spin)

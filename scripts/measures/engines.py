@@ -1,8 +1,8 @@
-"""The engines beside each other, beside Digital Curling's server, and in the environments.
+"""Comparison of the engines: mutual, with Digital Curling's server, and in the environments.
 
-Both engines slide stones in the same way; one has pymunk solve contacts, the other solves them
-itself, and their tolerances differ. Where a hair's breadth decides, both are right, and the places
-differ.
+Both engines slide stones in the same way; one solves contacts with pymunk, the other with its own
+solver, and their tolerances differ. In very close cases, such as grazes, both are right although
+the places differ.
 """
 
 from __future__ import annotations
@@ -21,9 +21,9 @@ from curling_env.typing import Floats
 
 STONES = 8
 MOVED = 1e-4
-"""A stone that is further from its place was moved [m]."""
+"""Distance from its place beyond which a stone counts as moved [m]."""
 LAST_BUT_ONE = 14
-"""A shot so late that no guard is protected, and that no end is scored after it."""
+"""Number of a shot late enough that no guard is protected, before the last of the end."""
 
 
 # --- shots into random positions ----------------------------------------------------------------
@@ -37,7 +37,7 @@ class Shots(NamedTuple):
 
     @property
     def mirrored(self) -> Shots:
-        """The same shots seen in a mirror."""
+        """Return the mirror images of the shots."""
         throws = [Throw(speed=t.speed, angle=-t.angle, spin=-t.spin) for t in self.throws]
         return Shots(self.stones * np.array([-1.0, 1.0]), throws)
 
@@ -50,7 +50,7 @@ def random_shots(ice: Ice, count: int, seed: int, *, frozen: bool = False) -> Sh
 
 
 def _position(rng: np.random.Generator, radius: float, frozen: bool) -> Floats:
-    """Random stones around the house, (8, 2); one of them may lie frozen to another. NaN: none."""
+    """Return random stones around the house, (8, 2), one possibly frozen to another; NaN: none."""
     stones = np.full((STONES, 2), np.nan)
     count = int(rng.integers(1, STONES + 1))
     for k in range(count):
@@ -69,7 +69,7 @@ def _position(rng: np.random.Generator, radius: float, frozen: bool) -> Floats:
 
 
 def _shot(rng: np.random.Generator, ice: Ice, stones: Floats) -> Throw:
-    """Return a throw that would come near a stone of the position."""
+    """Return a throw that passes near a stone of the position."""
     spin = float(rng.choice([-1.5, 1.5]))
     speed = rng.uniform(2.1, 3.6)
     aim = stones[int(rng.integers(np.isfinite(stones[:, 0]).sum()))]
@@ -150,7 +150,7 @@ def ends_apart(ends: int, seed: int = 0) -> tuple[float, float]:
 
 
 def by_transition(shot: dict[str, Any]) -> Floats:
-    """Places after a shot as the server would send them, (n, 2) from the tee; NaN: out."""
+    """Return positions after a shot by `transition`, (n, 2) from the tee; NaN: out."""
     slots: dict[str, list[Any]] = {"team0": [None] * 8, "team1": [None] * 8}
     for stone in shot["stones"]:
         place = {"x": stone["x"], "y": stone["y"] + HACK_TO_TEE}
@@ -171,7 +171,7 @@ def by_transition(shot: dict[str, Any]) -> Floats:
 
 
 def by_engine(shot: dict[str, Any]) -> Floats:
-    """The same by the engine with pymunk."""
+    """Return the same by the engine with pymunk."""
     stones = [StoneState(x=x, y=y) for x, y in _lying(shot).tolist()]
     outcome = Engine(load_ice("fcv1")).play(_release_of(shot), stones)
     places = np.array([(stone.x, stone.y) for stone in outcome.stones])
@@ -180,7 +180,7 @@ def by_engine(shot: dict[str, Any]) -> Floats:
 
 
 def by_batch(shot: dict[str, Any]) -> Floats:
-    """The same by the batch."""
+    """Return the same by the batch."""
     ice = load_ice("fcv1")
     bounds = play_bounds(ice, Direction.AWAY)
     played = play_batch(ice, _lying(shot)[None], [_release_of(shot)], bounds=bounds)
@@ -188,7 +188,7 @@ def by_batch(shot: dict[str, Any]) -> Floats:
 
 
 PLAYED = {"transition": by_transition, "engine": by_engine, "batch": by_batch}
-"""The three ways in which shots of the server are played here."""
+"""Three methods that repeat shots of the server."""
 
 
 def off_server(shot: dict[str, Any], found: Floats) -> tuple[bool, list[float]]:
@@ -222,7 +222,7 @@ def _lying(shot: dict[str, Any]) -> Floats:
 
 
 def _past_hog_line(places: Floats) -> Floats:
-    """Places from the tee without what the server removes at the hog line."""
+    """Return positions from the tee, without stones that the server removes at the hog line."""
     places = places - [0.0, TEE_Y]
     places[~(places[:, 1] - 0.145 > HOG_LINE_Y - TEE_Y)] = np.nan
     return places

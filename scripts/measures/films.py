@@ -42,13 +42,13 @@ CAMERAS = ("end", "gantry", "side", "ceiling")
 FEW_TAKEOUTS = (BARE[5], BARE[8])
 """One of 480 lines from the side, and one of 720 from the end."""
 NEAR_PLACE = 0.6
-"""Rows of a track this near to a place along the sheet are compared with it [m]."""
+"""Maximum distance along the sheet of rows that are compared with a place [m]."""
 
 
 def cameras() -> dict[str, float]:
     """Errors by camera: lens given and points exact, or lens unknown and points 3 px off.
 
-    Films of a renderer that shares no code with the project, 15 frames/s, nobody on the ice: for
+    Films of a renderer that shares no code with the project, 15 frames/s, no one on the ice: for
     each camera one of 720 and one of 480 lines with the lens given, and the smaller one with the
     lens unknown.
     """
@@ -108,7 +108,7 @@ def all_takeouts() -> dict[str, float]:
 
 
 def photos() -> dict[str, float]:
-    """Stones in pictures from two clubs' ceilings, whose names tell how many there are."""
+    """Stones in pictures from two clubs' ceilings; their names contain the true numbers."""
     found, total, invented = 0, 0, 0
     for path in sorted((REAL / "photos").glob("club_[ab]_*.png")):
         scene = load_scene(path.with_name(f"{path.stem[:6]}.scene.json"))
@@ -199,7 +199,7 @@ def speed() -> dict[str, float]:
 
 
 def live() -> dict[str, float]:
-    """Delays of live tracking of three draws in 1080p50, which are sent at their own pace."""
+    """Delays of live tracking of three draws in 1080p50, which are sent at the speed of life."""
     after, missing = delays(make_directory(FILMS / "live"))
     return {"after": float(np.median(after)), "missing": missing}
 
@@ -213,12 +213,12 @@ def _independent(*, lens: bool) -> list[Score]:
 
 
 def _of_camera(rows: Sequence[Score], camera: str) -> float:
-    """Root mean square error of a camera's films [mm]."""
+    """Return the root mean square error of a camera's films [mm]."""
     return _rms(row.rms_mm for row in rows if row.camera.startswith(camera))
 
 
 def _rms(values: Iterable[float]) -> float:
-    """Root mean square of what is known."""
+    """Return the root mean square of the known values."""
     return float(np.sqrt(np.nanmean(np.square(list(values)))))
 
 
@@ -227,7 +227,7 @@ def _worst(rows: Sequence[Score]) -> float:
 
 
 def _takeouts(name: str, films: Sequence[tuple[Film, bool]]) -> dict[str, float]:
-    """Found stones [%], and the worst errors after a contact, of places [mm] and headings [rad]."""
+    """Return found stones [%], worst errors after a contact: positions [mm], headings [rad]."""
     cv2.setNumThreads(1)
     folder = make_directory(FILMS / name)
     results = [judged(film, folder, people=people) for film, people in films]

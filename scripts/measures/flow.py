@@ -1,8 +1,8 @@
-"""The paper's figure 6 repeated: points on a stone followed by plain and by pyramidal optical flow.
+"""Repetition of the paper's figure 6: points on a stone, by plain and pyramidal optical flow.
 
 A takeout is filmed as it comes towards a camera that sees the whole sheet. Points on it are
-followed by optical flow alone, as in the paper. Far from the camera the stone moves a pixel a frame
-and both forms follow it; near the camera it moves farther than a window of one scale reaches.
+followed by optical flow alone, as in the paper. Far from the camera the stone moves one pixel per
+frame and both forms follow it; near the camera it moves beyond the window of a single scale.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.film.video import Film
 from friction_estimation.synthetic import FilmSpec, render_film
-from friction_estimation.tracking.films.film_track import FlowMethod
-from friction_estimation.tracking.path.optical_flow import (
+from friction_estimation.tracking.optical_flow import (
     FLOW_METHODS,
+    FlowMethod,
     lucas_kanade,
     points_to_follow,
 )
@@ -34,7 +34,7 @@ SPEED = 3.2
 FPS = 10.0
 """A surveillance camera's rate [1/s]; at 30 both forms follow any throw."""
 STRETCHES = {"before mid-sheet": (7.0, 3.0), "after mid-sheet": (-4.0, -10.5)}
-"""Where the stone is followed, y at the beginning and the end [m]; it is played home."""
+"""First and last y at which the stone is followed [m]; it is played towards the home end."""
 
 
 def flow_misses(rng: np.random.Generator) -> dict[tuple[str, str], float]:

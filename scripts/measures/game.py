@@ -24,13 +24,13 @@ MEASURES = (
     *("values", "logs", "other_programs"),
 )
 TARGETS = 12
-"""Draws that are planned on the exact ice."""
+"""Number of draws planned on the exact ice."""
 SHOTS = {"freeze": ("elite",), "takeout": ("elite", "club")}
-"""Tasks at one stone, and the players for whom they are planned."""
+"""Tasks with one stone, and the players of their plans."""
 STONE = (0.3, 17.6)
 CANDIDATES = 30_000
 VALUE_BATCHES = 8
-"""Batches of 128 ends each on which a network is judged."""
+"""Number of batches of 128 ends that test a network."""
 RUNS = Path(__file__).parents[2] / "runs"
 LOGS = RUNS / "independent" / "digital_curling"
 PROGRAMS = ("rulebased", "ylab", "ayumu")
@@ -119,7 +119,7 @@ def _standing(setting: str, ends: int, opponent: str, *, games: int, seed: int) 
 
 
 def values() -> dict[str, float]:
-    """Compare what the value networks predict with the scores of ends that they have not seen."""
+    """Compare predictions of the value networks with the scores of unseen ends."""
     from train_value_network import played_ends, shares_error
 
     found: dict[str, float] = {}

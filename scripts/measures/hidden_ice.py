@@ -1,8 +1,8 @@
-"""Ice that neither the estimators nor the planner know, and how stones run on it.
+"""Ice hidden from estimators and planner, and the paths of stones on it.
 
 Formulas and integrator (fourth-order Runge–Kutta at fixed steps over a ring of contacts) share
-nothing with `curling_env.physics`, so estimators and planner are judged on throws that their own
-engine did not make.
+nothing with `curling_env.physics`, so estimators and planner are tested on throws of another
+engine.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ STEP = 1e-2
 CONTACTS = 16
 """Contact points on the running band."""
 RESTING_SPEED = 1e-4
-"""A stone slower than this is at rest [m/s]; it would slide on by less than 0.1 µm."""
+"""Speed below which a stone is at rest [m/s]; it would slide on by less than 0.1 µm."""
 MAX_TIME = 90.0
 """Longest throw that is followed [s]."""
 MIN_SLIP = 0.01
@@ -44,7 +44,7 @@ POSITION_NOISE, HEADING_NOISE = 0.005, 0.02
 
 @dataclass(frozen=True, kw_only=True)
 class HiddenIce:
-    """The true properties of a hidden ice.
+    """True properties of a hidden ice.
 
     Parameters
     ----------
@@ -78,7 +78,7 @@ class HiddenIce:
         return float(np.log(self.friction(x, y)).std())
 
     def truth(self) -> Ice:
-        """The same ice as an `Ice` in fine cells."""
+        """Return the same ice as an `Ice` with fine cells."""
         sheet = Sheet(length=PAPER_SHEET.length, width=PAPER_SHEET.width, cell_size=TRUTH_CELL)
         mu = self.friction(*np.meshgrid(sheet.x_centres, sheet.y_centres))
         effects: list[ActiveEffect] = []
@@ -131,7 +131,7 @@ def draw_hidden_ice(rng: np.random.Generator, *, effects: bool = True) -> Hidden
 
 
 def mixed_practice(n: int, rng: np.random.Generator) -> list[Release]:
-    """Releases of n throws to both ends, with both handles and weights from guard to takeout.
+    """Return releases of n throws to both ends, both handles, weights from guard to takeout.
 
     Most have draw weight, because that is where the ice has to be known best.
     """
@@ -154,7 +154,7 @@ def mixed_practice(n: int, rng: np.random.Generator) -> list[Release]:
 def noisy_track(
     ice: HiddenIce, release: Release, throw: int, rng: np.random.Generator, *, fps: float = 30.0
 ) -> Trajectory:
-    """The track of one throw with white noise in every frame.
+    """Return the track of one throw with white noise in every frame.
 
     It ends when the stone touches the edge of the ice, or a second after it comes to rest.
     """
@@ -185,13 +185,13 @@ def run_stone(ice: HiddenIce, release: Release) -> Floats:
 
 
 def comes_to_rest(path: Floats) -> bool:
-    """Whether a path of `run_stone` ends with the stone at rest."""
+    """Return true if a path of `run_stone` ends with the stone at rest."""
     return bool(np.hypot(path[-1, 3], path[-1, 4]) < 1e-3)
 
 
 @compiled(allocates=True)
 def _rates(law: Any, waves: Any, state: Any, out: Any) -> None:
-    """Time derivative of (x, y, vx, vy, theta, omega)."""
+    """Return the time derivative of (x, y, vx, vy, theta, omega)."""
     mu, exponent, curl, curl_exponent = law[0], law[1], law[2], law[3]
     slope_x, slope_y, spin_up, band = law[4], law[5], law[6], law[7]
     vx, vy, spin = state[2], state[3], state[5]
@@ -223,7 +223,7 @@ def _rates(law: Any, waves: Any, state: Any, out: Any) -> None:
 
 @compiled(allocates=True)
 def _run(law: Any, waves: Any, s: Any, edge: Any, rows: Any) -> int:
-    """Fill `rows` from the state `s` on; the number of rows that were filled."""
+    """Fill `rows` from the state `s` on; return the number of rows filled."""
     k1, k2, k3, k4 = np.empty(6), np.empty(6), np.empty(6), np.empty(6)
     t = 0.0
     for n in range(rows.shape[0]):

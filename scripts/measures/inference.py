@@ -31,7 +31,7 @@ MEASURES = (
 TRACKS = ROOT / "runs" / "independent" / "tracks"
 FILMED = ROOT / "runs" / "figures" / "film_sessions"
 SEED = 20261162
-"""Of the blind sessions."""
+"""Seed of the blind sessions."""
 FAMILIES = (
     *("none", "one", "two", "another form", "model given", "model given, nothing hidden"),
     *("map", "weak", "known beside unknown", "one way"),
@@ -46,7 +46,7 @@ RESTS = (
     *(("model given", 20261130, 6), ("map", 20261131, 4)),
     *(("model given", 31, 8), ("map", 31, 8)),
 )
-"""Family, seed and number of the sessions on whose ice draws rest."""
+"""Family, seed and number of the sessions whose draws are checked."""
 UNIFORM_SESSIONS = {1: 100, 5: 50}
 """Number of sessions by number of throws."""
 LOWEST_MU, HIGHEST_MU = 0.0018, 0.0102
@@ -178,7 +178,7 @@ def demo() -> dict[str, float]:
 
 
 def _names(rows: Sequence[Row]) -> dict[str, float]:
-    """Right verdicts [%], sessions with a wrong name, and 95 % intervals of effects [%]."""
+    """Return correct verdicts [%], sessions with a wrong name, coverage of 95 % intervals [%]."""
     return {
         "right": _percent(row["right"] for row in rows),
         "wrong_names": sum(row["wrong_name"] for row in rows),
@@ -187,7 +187,7 @@ def _names(rows: Sequence[Row]) -> dict[str, float]:
 
 
 def _maps(rows: Sequence[Row]) -> dict[str, float]:
-    """Median error of maps over the bound, and cells within their 95 % intervals [%]."""
+    """Return the median error of maps over the bound, and cells within their 95 % intervals [%]."""
     ratios = [row["map_rmse"] / row["map_bound"] for row in rows]
     return {
         "over_bound": float(np.median(ratios)),

@@ -1,6 +1,6 @@
-"""The closed loop: hidden ice, practice, what is estimated of it, and throws planned on that.
+"""The closed loop: hidden ice, practice, its estimate, and throws planned on the estimate.
 
-Every throw is planned on four kinds of knowledge of the same hidden ice and then made on it.
+Every throw is planned with four levels of knowledge of the same hidden ice and then made on it.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from measures.hidden_ice import (
 )
 
 KNOWLEDGE = ("uniform", "map", "map and effects", "truth")
-"""What a throw is planned on: one friction, the estimated map, map and effects, the true ice."""
+"""Ices to plan on: one friction, the estimated map, map and effects, the true ice."""
 SKILL = "elite"
 Request = tuple[str, tuple[float, float]]
 """A task and its mark, sheet frame [m]."""
@@ -102,7 +102,7 @@ def run_loop(
 
 
 def _requests(rng: np.random.Generator, draws: int, guards: int, takeouts: int) -> list[Request]:
-    """Draws anywhere in the house, guards in front of it, and stones in the house to take out."""
+    """Return draws anywhere in the house, guards in front of it, and takeouts in the house."""
 
     def in_house() -> tuple[float, float]:
         radius, turn = 1.5 * np.sqrt(rng.random()), 2 * np.pi * rng.random()

@@ -47,7 +47,7 @@ TRANSITIONS = ROOT / "runs" / "independent" / "digital_curling" / "transitions.j
 
 
 def laws() -> dict[str, float]:
-    """Measure how well the law, the contacts and the engines keep closed forms and symmetry."""
+    """Compare the law, the contacts and the engines with closed forms and symmetry."""
     rows = [row for row in OTHER_ROWS if row.name.startswith(LAWS)]
     found = compare(load_ice("standard"), "standard", rows)
     band, scipy, *kept = (float("nan") if row.value is None else row.value for row in found)
@@ -120,7 +120,7 @@ def vector_ends() -> dict[str, float]:
 
 
 def transitions() -> dict[str, float]:
-    """Compare 60 shots with what the server of Digital Curling makes of them."""
+    """Compare 60 shots with those of Digital Curling's server."""
     shots = read_json(TRANSITIONS)["transitions"]
     found: dict[str, float] = {"alike": 0.0}
     for name, play in PLAYED.items():
@@ -141,7 +141,7 @@ def published() -> dict[str, float]:
 
 
 def wear() -> dict[str, float]:
-    """Compare draws on wear felt by each contact with draws on ice that is not worn or felt so.
+    """Compare draws with wear under contacts, with wear under the centre, and without wear.
 
     Sessions of draws to the house from one end, both ways of turning, on the ice `standard`.
     """
@@ -199,7 +199,7 @@ def speed() -> dict[str, float]:
 
 
 def first_step() -> dict[str, float]:
-    """Measure the processor time until a first step where nothing was ever compiled [s]."""
+    """Measure the processor time until a first step with nothing compiled [s]."""
     found = {measure.name: measure.value for measure in benchmarks.first_steps()}
     return {name: found[f"first_step_{name}"] for name in ("sheet_s", "vector_end_s")}
 

@@ -1,4 +1,4 @@
-"""The paper's tables 3 and 4 repeated: errors of μ from one and from five pitches.
+"""Repetition of the paper's tables 3 and 4: errors of μ from one and from five pitches.
 
 Ten uniform ices from μ = 0.00182 to 0.002, throws at 1.6 m/s seen from hog line to hog line at 30
 frames a second, 1 and 5 pitches; coordinates as measured, here with 5 mm of noise. At these
@@ -25,9 +25,9 @@ from friction_estimation import estimate_ice
 from friction_estimation.estimation.paper_method import estimate_by_paper
 
 THEORETICAL = np.round(np.arange(0.00182, 0.002001, 0.00002), 5)
-"""The ten frictions of the paper's tables."""
+"""Ten frictions of the paper's tables."""
 SPEED, SPIN = 1.6, 1.0
-"""Of every pitch [m/s, rad/s]; the paper fixes a rotation and does not say which."""
+"""Speed and spin of every pitch [m/s, rad/s]; the paper does not state its rotation."""
 FPS = 30.0
 NOISE, HEADING_NOISE = 0.005, 0.01
 """Standard deviations of a coordinate [m] and of the heading [rad]."""

@@ -3,7 +3,7 @@
     cd scripts && python -m measures.rests    store a new reference
 
 The reference integrates the law in Runge-Kutta steps of 0.1 ms, cut at every line of the map
-(`tests/curling_env/physics/conftest.py`). Its rests are stored, so that they also hold an
+(`tests/curling_env/physics/conftest.py`). Its rests are stored, so that they also test an
 implementation that replaces the law itself. Ices have friction that varies by up to a tenth from
 cell to cell or over 1 m, patches, slopes, sweeping and drift; or they are presets.
 """
@@ -25,7 +25,7 @@ from curling_env.typing import Floats
 REFERENCE = Path(__file__).parents[2] / "tests" / "curling_env" / "physics" / "conftest.py"
 STORED = Path(__file__).with_name("rests.npy")
 ROUGH_ICES = 300
-"""Number of ices that are drawn at random, with a throw on each."""
+"""Number of random ices, with a throw on each."""
 PRESETS = ("standard", "fitted", "club", "fcv1", "paper")
 THROWS_ON_PRESET = 12
 DIGITS = 8

@@ -1,4 +1,4 @@
-"""Games on Digital Curling's server: who won, and whether each shot ends as it does here.
+"""Games on Digital Curling's server: winners, and a comparison of each shot with this engine.
 
 Every move that the server reported is played again by `agents.digital_curling.transition`.
 """
@@ -18,9 +18,9 @@ from curling_env.errors import InputError
 
 TEAMS = ("team0", "team1")
 SAME = ("end", "shot", "hammer", "scores", "extra_end_score")
-"""Parts of the state that must be the same after a shot, beside the stones."""
+"""Parts of the state that must agree after a shot, in addition to the stones."""
 MOVED = 1e-4
-"""A stone that is further from its place was moved [m]."""
+"""Distance from its place beyond which a stone counts as moved [m]."""
 
 
 @dataclass

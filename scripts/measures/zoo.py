@@ -26,7 +26,7 @@ from agents.learning.zoo import file_of
 from curling_env.sheet import Direction, tee
 
 TRIALS = 8192
-"""Throws with execution error of each mean miss."""
+"""Number of throws with execution error of each mean miss."""
 
 
 def miss_over_best(algorithm: str) -> float:
@@ -49,7 +49,7 @@ def miss_over_best(algorithm: str) -> float:
 
 
 def _trained(algorithm: str, folder: str) -> tuple[Any, dict[str, Any]]:
-    """A model that RL Zoo has trained, and the options of its environment."""
+    """Return a model trained by RL Zoo, and the options of its environment."""
     set_random_seed(0)
     run = ExperimentManager(
         argparse.Namespace(algo=algorithm, seed=0),

@@ -1,1 +1,1 @@
-"""What a release must show: `make release-check`, the bill of materials, and the licences."""
+"""Checks of a release: `make release-check`, the bill of materials, and the licences."""

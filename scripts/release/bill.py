@@ -1,6 +1,6 @@
-"""The bill of materials, the licences and the sizes of what an installation brings: `make sbom`.
+"""Bill of materials, licences and sizes of an installation: `make sbom`.
 
-Installs the project with its extras in the versions of constraints.txt where nothing else is, and
+Installs the project with its extras in the versions of constraints.txt in a clean environment, and
 writes runs/sbom/curling-sheet.cdx.json (CycloneDX, by cyclonedx-py, with the libraries that wheels
 bundle), docs/licences.md and docs/size.md.
 """
@@ -26,20 +26,20 @@ from release.check import ENVIRONMENT, FINDING, NOT_TRIED, PROJECT, ROOT, UV
 FOLDER = ROOT / "runs" / "sbom"
 DOCS = ROOT / "docs"
 TOOLS = ("pip", "setuptools")
-"""What an environment may have by itself."""
+"""Packages that every environment contains."""
 NOT_INSTALLED = (*NOT_TRIED, "rllib", "offline")
-"""Extras that need an environment of their own, or are for the project's developers."""
+"""Extras that need a separate environment, or are for the project's developers."""
 SELF_DESCRIBED = re.compile(rb"lib(?:av|sw)\w+ license: ([^\0\n]{3,80})")
-"""What each of FFmpeg's libraries says of its own licence."""
+"""Licence string in each of FFmpeg's libraries."""
 CLASSIFIED = "License :: OSI Approved :: "
 BUNDLED = re.compile(
     r"(?:^|/)[\w.-]+\.libs/(lib[^/]+?)(?:-[0-9a-f]{8})*(?:\.(\d[\d.]*))?\.so(?:\.([\d.]+))?$"
 )
-"""A shared library that a wheel has brought with it, as auditwheel names it."""
+"""Shared library in a wheel, as auditwheel names it."""
 
 
 LIBRARIES = (
-    (r"libav(codec|device|filter|format|util)|libsw\w+", ""),  # FFmpeg, which says it itself
+    (r"libav(codec|device|filter|format|util)|libsw\w+", ""),  # FFmpeg, which states it itself
     (r"libx264|libx265", "GPL-2.0-or-later"),
     (r"lib(scipy_)?openblas.*", "BSD-3-Clause"),
     (r"libgfortran|libgomp", "GPL-3.0-or-later WITH GCC-exception-3.1"),
@@ -63,7 +63,7 @@ LIBRARIES = (
     (r"liblzma", "0BSD"),
     (r"libfreetype", "FTL OR GPL-2.0-or-later"),
 )
-"""Licences of libraries that wheels bundle, by the first fitting name, as their authors say."""
+"""Licences of bundled libraries as stated by their authors, by the first matching name."""
 PURPOSE = {
     "llvmlite": "compiles the physics (with Numba)",
     "numba": "compiles the physics",
@@ -165,7 +165,7 @@ def bundled_in(distribution: metadata.Distribution) -> list[dict[str, str]]:
             own = SELF_DESCRIBED.search(Path(str(file.locate())).read_bytes())
             name, version = match[1], match[3] or match[2] or ""
             said = own[1].decode("ascii", "replace") if own else ""
-            found[name, version] = {"name": name, "version": version, "says": said}
+            found[name, version] = {"name": name, "version": version, "stated": said}
     return [found[key] for key in sorted(found)]
 
 
@@ -242,7 +242,7 @@ def sizes(rows: list[dict[str, Any]], where: str) -> str:
 
 
 def closure(rows: list[dict[str, Any]], asked: Iterable[str]) -> set[str]:
-    """Return the names of all that requirements bring, of what is in an inventory."""
+    """Return the names of all direct and indirect requirements that are in an inventory."""
     there = {key(row): row for row in rows}
     found: set[tuple[str, str]] = set()
     waiting = [Requirement(text) for text in asked]
@@ -261,14 +261,14 @@ def closure(rows: list[dict[str, Any]], asked: Iterable[str]) -> set[str]:
 
 def licence_of_library(library: dict[str, str]) -> str:
     """Return the licence that a bundled library states, or else its authors."""
-    if library["says"]:
-        return library["says"]
+    if library["stated"]:
+        return library["stated"]
     fits = (text for name, text in LIBRARIES if re.fullmatch(name, library["name"]))
     return next(fits, "")
 
 
 def key(row: dict[str, Any]) -> str:
-    """Return the name under which a distribution is asked for."""
+    """Return the normalised name of a distribution."""
     return canonicalize_name(row["name"])
 
 

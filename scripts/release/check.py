@@ -1,10 +1,11 @@
-"""Build the project, install it where nothing else is, and try it: `make release-check`.
+"""Build the project, install it in clean environments, and test it: `make release-check`.
 
-Each line of the end is one environment: ``ok``, ``FAILED`` with the reason, or ``not checked`` with
-what is missing here. Only failures make the exit status 1. The output of each is in runs/release.
+Each line of the result is one environment: ``ok``, ``FAILED`` with the reason, or ``not checked``
+with the missing requirement. Only failures give the exit status 1. The output of each is in
+runs/release.
 
-Interpreters are looked for by name (python3.12) and among pyenv's. PyTorch is taken in the version
-of constraints.txt alone, because each other one is gigabytes to load.
+Interpreters are found by name (python3.12) and among pyenv's. PyTorch is tested only in the version
+of constraints.txt, because every other version is gigabytes to download.
 """
 
 from __future__ import annotations
@@ -138,14 +139,14 @@ def locked(name: str) -> str:
 
 
 def tracked_files() -> list[str]:
-    """Return the files of the packages that git has: everything that must be in the wheel."""
+    """Return the tracked files of the packages, all of which must be in the wheel."""
     words = ["git", "ls-files", "-z", *PACKAGES, "curling.py"]
     listed = subprocess.run(words, cwd=ROOT, check=True, capture_output=True, text=True).stdout
     return sorted(name for name in listed.split("\0") if name)
 
 
 def faults_of(wheel: Path, sdist: Path) -> list[str]:
-    """Return what is wrong with the content of both files, one line each."""
+    """Return the faults of the content of both files, one line each."""
     with zipfile.ZipFile(wheel) as archive, tarfile.open(sdist) as packed:
         names = archive.namelist()
         in_sdist = [name.partition("/")[2] for name in packed.getnames()]

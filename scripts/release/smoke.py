@@ -1,8 +1,8 @@
-"""What an installed copy must do, with the standard library and the copy alone.
+"""Smoke test of an installed copy, with the standard library and the copy alone.
 
-`python smoke.py core VERSION` in an empty folder: packages, licence, stubs, entry points, and the
-way from releases to tracks to an ice to a throw on it. `python smoke.py NAME` does what the extra
-NAME is for. Says nothing but errors.
+`python smoke.py core VERSION` in an empty folder checks packages, licence, stubs, entry points, and
+the steps from releases to tracks to an ice to a throw on it. `python smoke.py NAME` tries the extra
+NAME. Prints nothing but errors.
 """
 
 from __future__ import annotations
@@ -23,11 +23,11 @@ RELEASES = """throw,x,y,vx,vy,theta,omega
 3,0.3,-10.9725,0.03,2.2,0,1.2
 """
 SMALL = ("--camera", "gantry", "--size", "480x270", "--fps", "6", "--noise", "0.5")
-"""A film of few and small frames."""
+"""Options of a film with few and small frames."""
 
 
 def core(version: str) -> None:
-    """The copy itself, and the way from throws to the ice and back."""
+    """Check the copy itself, and the steps from throws to ice and back."""
     about = metadata.distribution("curling-sheet")
     assert about.version == version, about.version
     assert about.metadata["License-Expression"] == "MIT"
@@ -35,7 +35,7 @@ def core(version: str) -> None:
     for name in PACKAGES:
         package = importlib.import_module(name)
         assert "site-packages" in str(package.__file__), package.__file__
-        assert (resources.files(name) / "py.typed").is_file(), f"{name} says no types"
+        assert (resources.files(name) / "py.typed").is_file(), f"{name} has no py.typed"
     assert importlib.import_module("curling_env").__version__ == version
     for point in about.entry_points:
         if point.group.startswith(("curling.", "gymnasium.", "console_")):
@@ -54,12 +54,12 @@ def _from_throws_to_a_throw() -> None:
     Path("r.csv").write_text(RELEASES)
     curling("simulate", "--ice", "standard", "--releases", "r.csv", "-o", "t.csv")
     curling("estimate", "t.csv", "-o", "ice.json", "--uniform", "--effects", "none")
-    told = curling("throw", "--ice", "ice.json", "--speed", "2.1", "--spin", "1.5", "--angle", "0")
-    assert 5 < told["y"] < 30, told
+    rest = curling("throw", "--ice", "ice.json", "--speed", "2.1", "--spin", "1.5", "--angle", "0")
+    assert 5 < rest["y"] < 30, rest
 
 
 def curling(*words: str) -> dict:
-    """What a command says in JSON."""
+    """Return the JSON result of a command."""
     program = Path(sys.executable).with_name("curling")
     done = subprocess.run([program, *words], capture_output=True, text=True)
     assert done.returncode == 0, f"curling {' '.join(words)}: {done.stderr}"
@@ -67,7 +67,7 @@ def curling(*words: str) -> dict:
 
 
 def film() -> None:
-    """A film is rendered, tracked and reported on, and a game played: what `core` left aside."""
+    """Render a film, track it, write its report, and play a game: everything beyond `core`."""
     Path("one.csv").write_text("throw,x,y,vx,vy,theta,omega\n0,0.2,-2.0,0.0,1.7,0.0,1.2\n")
     curling("film", "--ice", "standard", "--releases", "one.csv", "-o", "films", *SMALL)
     curling("track", "films/gantry-0.mp4", "--scene", "films/gantry.scene.json", "-o", "f.csv")
@@ -118,7 +118,7 @@ IMPORTED = {
     "science": ("h5netcdf", "h5py", "friction_estimation.discovery.posterior_file"),
     "offline": ("minari", "agents.playing.offline_data"),
 }  # fmt: skip
-"""Extra -> modules that need it."""
+"""Modules that need each extra."""
 TRIED = {"core": core, "film": film, "train": train, "viewer": viewer, "game": game,
          "parquet": parquet}  # fmt: skip
 

@@ -1,6 +1,4 @@
-"""Conversion of docstrings to field lists: NumPy's sections, with words and units after the
-colon.
-"""
+"""Conversion of NumPy docstrings to field lists, with words and units after the colon."""
 
 from __future__ import annotations
 

@@ -1,8 +1,8 @@
 """Examples of the pages: every fenced block, and its instructions in a comment above.
 
-A block in `python` or `sh` is run, in `json`, `csv` or `toml` read; `text` is no example. Above a
-block may be ``<!-- file: NAME -->``, the name under which it is kept for the next blocks, or ``<!--
-not run: WHY -->``.
+Blocks of `python` or `sh` are run, those of `json`, `csv` or `toml` parsed; `text` is no example. A
+comment above a block may be ``<!-- file: NAME -->``, which saves it for the next blocks, or ``<!--
+not run: WHY -->``, which skips it.
 """
 
 from __future__ import annotations

@@ -115,4 +115,4 @@ MEANINGS: dict[str, str | Callable[[re.Match[str]], str]] = {
     " other; in games 1 if it is on the sheet), 0 for none, and its " + _PLACES,
     r"(?P<effect>[a-z_]+)( \d+)?\.(?P<parameter>\w+)": _parameter,
 }
-"""Pattern of a name -> its meaning. The first that fits counts."""
+"""Meaning of names by pattern; the first match counts."""

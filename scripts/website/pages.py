@@ -13,7 +13,7 @@ ROOT_PAGES = {
     "CHANGELOG.md": "changelog.md",
     "CONTRIBUTING.md": "contributing.md",
 }
-"""Documents of the repository's root -> their place on the site."""
+"""Place on the site of documents in the repository's root."""
 ELSEWHERE = {**ROOT_PAGES, "README.md": "index.md"}
 _LINK = re.compile(r"(\]\()([^)\s]+)(\))")
 _DATE = re.compile(r"\| (\d{4}-\d\d-\d\d) (?=\|)")

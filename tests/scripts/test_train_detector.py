@@ -6,7 +6,7 @@ import numpy as np
 import torch
 from train_detector import StoneNetwork, write_onnx
 
-from friction_estimation.tracking.detector import DOUBTFUL, NETWORK_FILE, Detector
+from friction_estimation.tracking.detection.detector import DOUBTFUL, NETWORK_FILE, Detector
 
 
 def test_the_written_network_is_the_trained_one(tmp_path, rng):

@@ -1,4 +1,4 @@
-"""The screen *Hand or ice?*: how much of a miss was the release, how much ice read wrong."""
+"""The screen *Hand or ice?*: parts of a miss due to the release and to misread ice."""
 
 from __future__ import annotations
 

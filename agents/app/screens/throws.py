@@ -30,7 +30,7 @@ from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
 from agents.app.work.jobs import COPY, MEASURE, latest, running, submit
 from agents.coaching import ThrowSheet, read_call
-from agents.coaching.calls import why_no_call
+from agents.coaching.calls import call_error
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
@@ -133,7 +133,7 @@ def _reading(club: Club, called: str) -> dict[str, Any]:
     text = with_places(called, club.named_targets())
     call = read_call(text)
     if call is None:
-        return {"words": "", "problem": why_no_call(text) if text.strip() else "", "target": None}
+        return {"words": "", "problem": call_error(text) if text.strip() else "", "target": None}
     return {"words": f"Read as: {call.in_words()}.", "problem": "", "target": call.target}
 
 

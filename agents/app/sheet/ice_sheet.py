@@ -10,7 +10,11 @@ import numpy as np
 
 from agents.app.sheet.forms import rounded
 from agents.coaching.lane_draws import LANES, LaneDraw, lane_draws
-from curling_env.analysis.ice_remarks import belief_in_words, believed_effects, what_is_lacking
+from curling_env.analysis.ice_remarks import (
+    assumption_remark,
+    believed_effects,
+    missing_effect_remarks,
+)
 from curling_env.analysis.ice_uncertainty import is_uncertain
 from curling_env.ice import Ice
 from curling_env.sheet import Direction
@@ -247,4 +251,4 @@ def change_of_maps(now: Ice, then: Ice) -> dict[str, Any] | None:
 
 
 def _remarks(ice: Ice) -> list[str]:
-    return what_is_lacking(ice) + [belief_in_words(name) for name in believed_effects(ice)]
+    return missing_effect_remarks(ice) + [assumption_remark(name) for name in believed_effects(ice)]

@@ -15,7 +15,7 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.camera.scene import load_scene
 from friction_estimation.live import open_feed
 from friction_estimation.live.recorder import Clip, Recorder
-from friction_estimation.tracking.cutting.motion import MotionDetector
+from friction_estimation.tracking.films.motion_detector import MotionDetector
 
 SOURCE = r"\d{1,3}|(?:rtsps?|rtmps?|https?|udp|rtp|srt)://\S{1,500}"
 """Cameras of this machine by their number, and streams by their address; no files."""

@@ -21,7 +21,7 @@ from agents.coaching.misses.seen_throws import see_throws
 from agents.coaching.misses.shared_ice import Parts, agree
 from agents.coaching.misses.throw_parts import ThrowParts
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands, hands_beside
-from curling_env.analysis.ice_remarks import what_is_lacking
+from curling_env.analysis.ice_remarks import missing_effect_remarks
 from curling_env.errors import InputError
 from curling_env.ice import Ice, load_ice
 from curling_env.trajectory import Trajectory
@@ -36,7 +36,7 @@ from friction_estimation.tracks.throw_list import (
 
 NOT_GIVEN = (
     "the ice that the team believed in was not given: the hand is compared with the session's "
-    "ice, and only a called broom or time shows ice that was read wrong"
+    "ice, and only a called broom or time shows misread ice"
 )
 
 
@@ -136,9 +136,9 @@ def _remarks(
     ice: Ice, believed: Ice | None, found: Sequence[ThrowCauses], shared: str | None
 ) -> tuple[str, ...]:
     """Return remarks for the reader."""
-    remarks = [*([NOT_GIVEN] if believed is None else []), *what_is_lacking(ice)]
+    remarks = [*([NOT_GIVEN] if believed is None else []), *missing_effect_remarks(ice)]
     if shared is not None:
         remarks.append(shared)
     if not found:
-        remarks.append("no throw has a called target and was seen from the hog line to rest")
+        remarks.append("no throw with a called target was seen from the hog line to rest")
     return tuple(remarks)

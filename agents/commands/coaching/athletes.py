@@ -10,7 +10,7 @@ from typer import Argument, Option
 from agents.commands.coaching.options import BELIEVED
 from curling_env.commands.options import Measured, PictureOption, SeedOption, grouped, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError
 
 
@@ -37,7 +37,7 @@ def athletes(
         curling athletes mon/tracks.csv fri/tracks.csv --ice mon/ice.json --ice fri/ice.json
         curling plan --ice ice.json --target 0,17.37 --skill athletes/Ada.skill.json
 
-    Every throw with a called target counts, over all sessions. Weight is in seconds from hog line
+    All throws with a called target are used, over all sessions. Weight is in seconds from hog line
     to hog line against the call, line at the far tee line, rotation in turns. With -o,
     NAME.skill.json has each athlete's spread as an execution error, for --skill of `curling plan`,
     `play` and `tournament`; the bias is not in it. See docs/coaching.md.
@@ -56,7 +56,7 @@ def athletes(
         ]
     found = athlete_errors(sessions, seed=seed)
     for remark in dict.fromkeys(remark for one in sessions for remark in one.remarks):
-        say(remark)
+        print_remark(remark)
     if not found:
         problem = (
             "no athlete has two throws with a called target that were seen from the hog line to "
@@ -67,7 +67,7 @@ def athletes(
         from agents.coaching.tables import write_athletes
 
         for name in write_athletes(output, found, [*tracks, *ice, *(believed or [])], seed=seed):
-            say(f"{name}")
+            print_remark(f"{name}")
     if picture is not None:
         from agents.coaching.figures.athletes_figure import draw_athletes
 

@@ -9,7 +9,7 @@ from typer import Option
 
 from agents.commands.coaching.options import TracksArgument
 from curling_env.commands.options import OutputFile, Results, grouped
-from curling_env.commands.terminal import say
+from curling_env.commands.terminal import print_remark
 
 
 @grouped
@@ -52,7 +52,9 @@ def donate(
         raise InputError(error.problem, source=about) from error
     write_session(session, output)
     if left_out:
-        say(f"{left_out} called shots that are not in the vocabulary of calls were dropped")
+        print_remark(
+            f"{left_out} called shots that are not in the vocabulary of calls were dropped"
+        )
     athletes = len({thrown.athlete for thrown in throws} - {None})
     number = len({track.throw for track in paths})
     rows = sum(map(len, paths))

@@ -37,8 +37,8 @@ def hand_or_ice(
 
     \b
         weight, line, rotation   the release, against the intended one
-        ice read wrong           --ice against --believed, or a wrong call of broom or time
-        unexplained              the rest: a hair, frost, unnoted sweeping, an odd stone
+        misread ice              --ice against --believed, or a wrong call of broom or time
+        unexplained              the rest: a hair, frost, unrecorded sweeping, an odd stone
 
     JSON and CSV have the standard error of each part. See docs/coaching.md.
     """

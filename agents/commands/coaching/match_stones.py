@@ -32,7 +32,7 @@ def match_stones(
     *,
     results: Measured,
 ) -> None:
-    """Match stones: find those that run keener or heavier than the set, or curl more or less.
+    """Find stones that run or curl unlike their set, and suggest pairs.
 
     \b
     Example:

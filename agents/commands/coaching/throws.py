@@ -9,7 +9,7 @@ from curling_env.errors import InputError
 
 @grouped
 def throws(tracks: TracksArgument, output: TableOption = None, *, results: Measured) -> None:
-    """Show each throw: its times, line, handle, turns, curl, and place of rest.
+    """List the times, line, handle, turns, curl and rest of each throw.
 
     \b
     Examples:

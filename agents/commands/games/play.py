@@ -20,7 +20,7 @@ from curling_env.commands.options import (
     numbers,
     option,
 )
-from curling_env.commands.terminal import print_json, progress_bar, say, warn_about
+from curling_env.commands.terminal import print_json, print_remark, progress_bar, warn_about
 from curling_env.typing import with_progress
 
 if TYPE_CHECKING:
@@ -30,8 +30,7 @@ PlayerOption = Annotated[
     str,
     Option(
         metavar="AGENT",
-        help="draw, rulebased, greedy, learned, search (search:500, search:0.2s), module:Class, or "
-        "a trained model's file.",
+        help="draw, rulebased, greedy, learned, search (search:500), module:Class or a model.",
     ),
 ]
 
@@ -44,7 +43,7 @@ class GameOptions:
     ice: IceOption = "standard"
     skill: SkillOption = "elite"
     still: bool = option(False, "Keep the ice constant and all stones alike.", "--still")
-    sweep: bool = option(True, "Sweep stones that are light, or never.")
+    sweep: bool = option(True, "Sweep light stones, or none.")
     delivery: DeliveryOption = "hog-line"
 
     def simulator(self, ends: int | None, known_ice: str | None = None) -> GameSimulator:
@@ -53,7 +52,7 @@ class GameOptions:
         Parameters
         ----------
         ends : number of ends; by default that of the rules
-        known_ice : ice that the players believe in; by default the true one
+        known_ice : ice as the players know it; by default the true one
 
         Raises
         ------
@@ -92,19 +91,21 @@ def play(
     home: PlayerOption,
     away: PlayerOption,
     ends: Annotated[
-        int | None, Option(min=1, help="Number of ends; by default of the rules.")
+        int | None, Option(min=1, help="Number of ends; by default as in the rules.")
     ] = None,
     hammer: Annotated[
         Literal["home", "away", "lot"], Option(help="Team with the first hammer.")
     ] = "lot",
     start: Annotated[
-        Path | None, Option("--from", metavar="GAME.jsonl", help="Play on from a recorded game.")
+        Path | None, Option("--from", metavar="GAME.jsonl", help="Recorded game to continue.")
     ] = None,
-    at: Annotated[str, Option("--at", metavar="END,STONE", help="Its delivery.")] = "1,1",
+    at: Annotated[
+        str, Option("--at", metavar="END,STONE", help="Its delivery to start from.")
+    ] = "1,1",
     *,
     game: GameOptions,
     known_ice: Annotated[
-        str | None, Option(metavar="ICE", help="Ice that the players believe in.")
+        str | None, Option(metavar="ICE", help="Ice as the players know it.")
     ] = None,
     output: RecordFolder = None,
     film: Annotated[
@@ -124,9 +125,9 @@ def play(
 
     The ice wears along the stones' paths and frosts over, stones differ slightly, sweepers sweep
     light stones, and players make execution errors. With -o the game is recorded, and game.html
-    replays it in any browser; `curling replay` makes a film of the record. --from goes on from a
-    delivery of a recorded game, by its rules. --skill A,B gives each player of a team its own, in
-    mixed doubles that of the first and last stone first. See docs/agents.md.
+    replays it in any browser; `curling replay` makes a film of the record. --from continues
+    a recorded game from a delivery, by its rules. --skill A,B gives the players of a team different
+    skills; in mixed doubles A throws the first and last stone. See docs/agents.md.
     """
     from agents.playing.board.recorded import rules_in, state_before
     from agents.playing.match import Match, PlayedGame
@@ -174,7 +175,9 @@ def play(
                     units=results.units,
                     progress=progress,
                 )
-        say(f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it")
+        print_remark(
+            f"recorded in {folder / 'game.jsonl'}; open {folder / 'game.html'} to watch it"
+        )
     names = (players[0].name, players[1].name)
     if not results.as_json:
         print(scoreboard(played.game, names))

@@ -33,7 +33,7 @@ def record_games(
         int, Option(min=1, max=10**8, help="With --task: minimum number of deliveries.")
     ] = 100_000,
     shots: Annotated[
-        bool, Option("--shots", help="With --task: actions are numbers of shots (ends).")
+        bool, Option("--shots", help="With --task: actions are indices of shots (ends).")
     ] = False,
     ice: IceOption = "standard",
     seed: SeedOption = 0,
@@ -60,8 +60,8 @@ def record_games(
     the action of its throw without execution error, the reward. The dataset contains the
     specification of the environment. With --task the dataset is one of a task of the benchmark
     (curling/TASK-TIER-v0), with reference scores. With --table each end of the table gives an
-    episode of each team, with the throws that explain the shots (curling/doubles-v0), and a copy of
-    them is scored on held-out games. Needs Minari: pip install 'curling-sheet[offline]'.
+    episode of each team, with the throws that explain the shots (curling/doubles-v0), and a
+    behaviour clone is scored on held-out games. Needs Minari: pip install 'curling-sheet[offline]'.
     """
     if table is not None:
         _record_shots(table, output, results)

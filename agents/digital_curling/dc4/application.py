@@ -21,7 +21,7 @@ from starlette.routing import Route, WebSocketRoute
 from starlette.websockets import WebSocket
 
 from agents.digital_curling.dc4.match import Match4, RefusedError
-from agents.digital_curling.dc4.messages import MODES, WISHES, Shot4, Team4
+from agents.digital_curling.dc4.messages import MODES, REQUEST_NAMES, Shot4, Team4
 from agents.digital_curling.messages import TEAMS
 from agents.playing.replay.page import live_policy, page_of
 from curling_env.errors import InputError
@@ -168,11 +168,11 @@ class _Answers:
         user = self._user(request, limited=True)
         self._check_match(request.path_params["match_id"])
         asked = request.query_params.get("request", "")
-        for wish in WISHES:
+        for wish in REQUEST_NAMES:
             if wish == asked:
                 await self.match.set_up_end(user, wish)
                 return JSONResponse(None)
-        raise RefusedError(422, f"request must be one of {', '.join(WISHES)}.")
+        raise RefusedError(422, f"request must be one of {', '.join(REQUEST_NAMES)}.")
 
     async def stream(self, request: Request) -> Response:
         user = self._user(request, limited=True)
@@ -190,7 +190,7 @@ class _Answers:
             return
         await connection.accept()
         tasks = [
-            asyncio.create_task(_tell(connection, self.match, team)),
+            asyncio.create_task(_send_events(connection, self.match, team)),
             asyncio.create_task(_until_gone(connection)),
         ]
         await asyncio.wait(tasks, return_when=asyncio.FIRST_COMPLETED)
@@ -334,7 +334,7 @@ async def _server_sent(match: Match4, team: Team | None) -> AsyncIterator[str]:
                 yield f"event: {event[0]}\ndata: {json.dumps(event[1])}\n\n"
 
 
-async def _tell(connection: WebSocket, match: Match4, team: Team | None) -> None:
+async def _send_events(connection: WebSocket, match: Match4, team: Team | None) -> None:
     """Send the events of a stream over a WebSocket, which keeps itself open, and close it."""
     async with aclosing(match.events(team)) as events:
         async for event in events:

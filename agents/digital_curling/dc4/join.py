@@ -185,8 +185,8 @@ class Connection4:
 
     def _answer(self, path: str, query: dict[str, str] | None, data: bytes | None) -> Any:
         if data is not None:
-            said = data or urlencode(query or {}).encode()
-            self.log.sent(path.encode() + b" " + said)
+            sent = data or urlencode(query or {}).encode()
+            self.log.sent(path.encode() + b" " + sent)
         with closing(self._open(path, query, data, REQUEST_TIMEOUT)) as response:
             text = response.read(MAX_EVENT)
         return parse_json(text, source=self.place.url) if text.strip() else None
@@ -232,8 +232,8 @@ class Connection4:
             return self._opener.open(Request(url, data=data, headers=headers), timeout=patience)
         except HTTPError as error:
             with error:
-                said = _detail(error.read(4096))
-            raise RefusedByServerError(error.code, said, self.place.url) from error
+                reason = _detail(error.read(4096))
+            raise RefusedByServerError(error.code, reason, self.place.url) from error
         except (OSError, HTTPException) as error:
             reason = error.reason if isinstance(error, URLError) else error
             if isinstance(reason, ssl.SSLError):
@@ -257,8 +257,8 @@ class RefusedByServerError(InputError):
 
     def __init__(self, status: int, detail: str, source: str) -> None:
         meaning = {401: "user or password refused", 404: "no such match", 429: "too many requests"}
-        said = meaning.get(status, "the server refuses this")
-        super().__init__(f"{said} ({status}{': ' if detail else ''}{detail})", source=source)
+        text = meaning.get(status, "the server refuses this")
+        super().__init__(f"{text} ({status}{': ' if detail else ''}{detail})", source=source)
         self.status = status
 
 

@@ -344,7 +344,7 @@ class HttpSeat(Seat):
                 for player in taken.players
             )
 
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Do nothing: the streams carry the message."""
 
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:

@@ -48,7 +48,7 @@ MODES = ("mixed_doubles", "mix_doubles")
 """Names of mixed doubles, current and former."""
 Request4 = Literal["center_house", "center_guard", "pp_left", "pp_right"]
 """Requests of the team that decides on the placement."""
-WISHES: tuple[Request4, ...] = ("center_house", "center_guard", "pp_left", "pp_right")
+REQUEST_NAMES: tuple[Request4, ...] = ("center_house", "center_guard", "pp_left", "pp_right")
 
 
 class Shot4(msgspec.Struct):

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import Any
 
 from agents.digital_curling.conversion import FIRST_HAMMER, move_of, state_of, throw_of
-from agents.digital_curling.game_record import hardly_thrown
+from agents.digital_curling.game_record import substitute_throw
 from agents.digital_curling.hosting.setting import HostSetting, Order
 from agents.digital_curling.hosting.trajectory import trajectory_of, turned
 from agents.digital_curling.messages import TEAMS, ShotMessage
@@ -54,7 +54,7 @@ class HostedGame:
         """End of each team's power play."""
         self._lines: list[Document] = []
         self._headings: dict[int, float] = {}
-        self._tell(None)
+        self._make_update(None)
 
     @property
     def game(self) -> Game:
@@ -138,7 +138,7 @@ class HostedGame:
         if side is not None:
             self.power_plays[self.decides] = len(self.game.line_score)
         self.state = self.simulator.begin_end(self.state, power_play=side, throw_first=throws_first)
-        self._tell(None)
+        self._make_update(None)
 
     def shoot(self, move: ShotMessage | Call, seconds: float) -> None:
         """Execute a throw of the team to throw; it loses if its time is up.
@@ -167,7 +167,9 @@ class HostedGame:
         self.state = after
         if self.game.end is None:
             self._next_end()
-        self._tell(_last_move(actual, shot, trajectory if self.setting.send_trajectory else None))
+        self._make_update(
+            _last_move(actual, shot, trajectory if self.setting.send_trajectory else None)
+        )
 
     def give_up(self, team: Team, reason: str = "concede") -> None:
         """End the game: a team concedes, has no time left or has disconnected.
@@ -212,7 +214,7 @@ class HostedGame:
         if not self.setting.is_doubles:
             self.state = self.simulator.begin_end(self.state)
 
-    def _tell(self, last_move: Document | None) -> None:
+    def _make_update(self, last_move: Document | None) -> None:
         """Make the update for the clients."""
         clock = (self.clock[0], self.clock[1])
         self.update = {
@@ -243,7 +245,7 @@ def _called(move: ShotMessage | Call) -> tuple[ShotMessage, Call]:
     """Return a move as a shot of the protocol and as a call."""
     if isinstance(move, Call):
         return move_of(move.throw), move
-    return move, Call(throw=throw_of(move) or hardly_thrown(move))
+    return move, Call(throw=throw_of(move) or substitute_throw(move))
 
 
 def _last_move(actual: ShotMessage, shot: PlayedShot, trajectory: Document | None) -> Document:

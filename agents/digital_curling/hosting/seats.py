@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 from agents.digital_curling.conversation import DcOk, MoveLine, ReadyOk, from_client, write_line
 from agents.digital_curling.hosting.setting import THROWERS, Order
 from agents.digital_curling.messages import TEAMS, ConcedeMessage, ShotMessage
-from agents.digital_curling.pace import Pace
+from agents.digital_curling.time_manager import TimeManager
 from curling_env.errors import CurlingError, InputError
 from curling_env.game import Call, Player, PlayerView
 from curling_env.game.rules import Team
@@ -73,7 +73,7 @@ class Seat(ABC):
         """Get the name, and wait until the seat is ready; see `ClientSeat`."""
 
     @abstractmethod
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Send a message that needs no answer."""
 
     @abstractmethod
@@ -122,12 +122,12 @@ class PlayerSeat(Seat):
 
     def __init__(self, player: Player) -> None:
         self.name = player.name
-        self.player, self.pace = player, Pace(player)
+        self.player, self.time_manager = player, TimeManager(player)
 
     async def prepare(self, greeting: dict[str, Any], game: dict[str, Any], team: Team) -> None:
         """Return at once; the first decision compiles before its clock runs."""
 
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Do nothing: the player gets the game on its turn."""
 
     async def leave(self) -> None:
@@ -135,7 +135,7 @@ class PlayerSeat(Seat):
 
     async def warm_up(self, view: PlayerView) -> None:
         """Compile and plan before the clock runs."""
-        await asyncio.to_thread(self.pace.prepare, [view])
+        await asyncio.to_thread(self.time_manager.prepare, [view])
 
     async def place(self, view: PlayerView, left: float) -> Placement:
         side = self.player.power_play(view) if view.game.may_power_play else None
@@ -145,7 +145,7 @@ class PlayerSeat(Seat):
         begin = time.perf_counter()
         if self.player.concedes(view):
             return Turn(ConcedeMessage(), 0.0)
-        call = await asyncio.to_thread(self.pace.call, view, left)
+        call = await asyncio.to_thread(self.time_manager.call, view, left)
         return Turn(call, time.perf_counter() - begin)
 
 
@@ -172,16 +172,16 @@ class ClientSeat(Seat):
         ------
         SeatLostError : it disconnected, took too long, or sent something else
         """
-        await self.tell(greeting)
+        await self.send(greeting)
         name = await self._expect(DcOk, GREETING_TIMEOUT)
         self.name = name.name
-        await self.tell({"cmd": "is_ready", "team": TEAMS[team], "game": game})
+        await self.send({"cmd": "is_ready", "team": TEAMS[team], "game": game})
         ready = await self._expect(ReadyOk, READY_TIMEOUT)
         if sorted(ready.player_order) != list(range(THROWERS)):
             raise SeatLostError(f"player_order {ready.player_order} does not list each player once")
         self.order = tuple(ready.player_order)
 
-    async def tell(self, message: dict[str, Any]) -> None:
+    async def send(self, message: dict[str, Any]) -> None:
         """Send a message.
 
         Raises
@@ -200,7 +200,7 @@ class ClientSeat(Seat):
             self._held(await self._next())
             self._count_bad("a line out of turn")
         begin = time.perf_counter()
-        await self.tell(update)
+        await self.send(update)
         while True:
             rest = left - (time.perf_counter() - begin)
             try:

@@ -115,7 +115,7 @@ class Hosting:
             if isinstance(seat, PlayerSeat):
                 await seat.warm_up(game.example)
         lost: set[Team] = set()
-        await self._tell(
+        await self._broadcast(
             seats, lost, {"cmd": "new_game", "name": dict(zip(TEAMS, names, strict=True))}
         )
         self.log.game(game.update)
@@ -129,8 +129,8 @@ class Hosting:
                 self.log.game({"cmd": "move", "move": shot["selected_move"], "team": shot["team"]})
             self.log.game(_without_trajectory(game.update))
             self.changed()
-        await self._tell(seats, lost, game.update)
-        await self._tell(seats, lost, {"cmd": "game_over"})
+        await self._broadcast(seats, lost, game.update)
+        await self._broadcast(seats, lost, {"cmd": "game_over"})
         self.log.game({"cmd": "game_over"})
         return game
 
@@ -150,7 +150,7 @@ class Hosting:
     async def _turn(self, game: HostedGame, seats: tuple[Seat, Seat], lost: set[Team]) -> None:
         """Get one move, or its substitute if a team has disconnected or has no time left."""
         team = game.to_throw
-        await self._tell_one(seats, lost, team.other, game.update)
+        await self._send_to(seats, lost, team.other, game.update)
         clock = game.clock[team]
         turn = await self._asked(
             game, seats, lost, team, lambda seat: seat.decide(game.update, game.view, clock)
@@ -183,19 +183,19 @@ class Hosting:
             game.give_up(team, "time_limit")
         return None
 
-    async def _tell(
+    async def _broadcast(
         self, seats: tuple[Seat, Seat], lost: set[Team], message: dict[str, Any]
     ) -> None:
         for team in Team:
-            await self._tell_one(seats, lost, team, message)
+            await self._send_to(seats, lost, team, message)
 
-    async def _tell_one(
+    async def _send_to(
         self, seats: tuple[Seat, Seat], lost: set[Team], team: Team, message: dict[str, Any]
     ) -> None:
         if team in lost:
             return
         try:
-            await seats[team].tell(message)
+            await seats[team].send(message)
         except SeatLostError as error:
             self._note_loss(seats, lost, team, error)
 

@@ -76,7 +76,7 @@ class ShotNetwork:
 
     @classmethod
     def load(cls, path: str | Path) -> ShotNetwork:
-        """The network in a file; nothing in the file is executed.
+        """Load the network in a file; nothing in the file is executed.
 
         Raises
         ------
@@ -86,7 +86,7 @@ class ShotNetwork:
 
     @classmethod
     def of_document(cls, document: Mapping[str, Any], source: str | Path) -> ShotNetwork:
-        """The network in the document of a model file; see `agents.learning.model_file`.
+        """Return the network in the document of a model file; see `agents.learning.model_file`.
 
         Raises
         ------
@@ -106,7 +106,7 @@ class ShotNetwork:
         check_finite(document["shots"], source)
         return cls(layers=layers)
 
-    def save(self, path: str | Path, **said: Any) -> None:
+    def save(self, path: str | Path, **description: Any) -> None:
         """Write the network in half precision, with its description.
 
         Raises
@@ -114,7 +114,7 @@ class ShotNetwork:
         OutputError : the file cannot be written
         """
         halves = {name: [x.astype(np.float16) for x in both] for name, both in self.layers.items()}
-        write_model(path, {"shots": halves, **said})
+        write_model(path, {"shots": halves, **description})
 
     def seen(self, observations: ArrayLike, views: Sequence[PlayerView] | None = None) -> Seen:
         """Return the input of the network for positions; every shot is thrown once for it.

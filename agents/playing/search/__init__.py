@@ -14,7 +14,7 @@
 - `tuning`: tuned constants
 """
 
-from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
+from agents.playing.search.calling_style import NEUTRAL_STYLE, CallingStyle
 from agents.playing.search.player import SearchPlayer, ShotEstimate, throws_before
 
-__all__ = ["BY_THE_ODDS", "CallingStyle", "SearchPlayer", "ShotEstimate", "throws_before"]
+__all__ = ["NEUTRAL_STYLE", "CallingStyle", "SearchPlayer", "ShotEstimate", "throws_before"]

@@ -20,7 +20,7 @@ CENTRE, CORNER = 0.35, 0.9
 
 @dataclass(frozen=True, kw_only=True)
 class CallingStyle:
-    """A team's preferences in its calls, in addition to the odds.
+    """Preferences of a team in its calls, in addition to the odds.
 
     Parameters
     ----------
@@ -96,7 +96,7 @@ class CallingStyle:
         return wanted if len(wanted) else shots
 
 
-BY_THE_ODDS = CallingStyle()
+NEUTRAL_STYLE = CallingStyle()
 """Style of teams that only maximise the probability of winning."""
 FOR_POINTS = CallingStyle(for_points=True)
 """Style of teams that only maximise points, whatever the score of the game."""

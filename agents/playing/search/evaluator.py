@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from agents.playing.search.calling_style import BY_THE_ODDS, CallingStyle
+from agents.playing.search.calling_style import NEUTRAL_STYLE, CallingStyle
 from agents.playing.search.positions import MAX_POINTS, points_of
 from agents.playing.search.value_network import ValueNetwork
 from agents.playing.search.win_probability import WinProbability
@@ -32,7 +32,7 @@ class PositionEvaluator:
         rules: RuleSet,
         lines: Lines,
         skill: float,
-        calls: CallingStyle = BY_THE_ODDS,
+        calls: CallingStyle = NEUTRAL_STYLE,
     ) -> None:
         self.network, self.rules, self.lines, self.skill = network, rules, lines, skill
         self.calls = calls

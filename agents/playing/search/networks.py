@@ -18,7 +18,7 @@ _FOLDER = "agents.playing.search"
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearntFor:
+class TrainingConditions:
     """Training conditions of a network.
 
     Parameters
@@ -40,7 +40,7 @@ class LearntFor:
 
 
 NETWORKS = (
-    LearntFor(
+    TrainingConditions(
         name="standard",
         file=FILE,
         ice="standard",
@@ -48,7 +48,7 @@ NETWORKS = (
         delivery="hog-line",
         skill="elite",
     ),
-    LearntFor(
+    TrainingConditions(
         name="digital_curling",
         file="value_network_digital_curling.npz",
         ice="fcv1",
@@ -56,7 +56,7 @@ NETWORKS = (
         delivery="hack",
         skill="digital-curling",
     ),
-    LearntFor(
+    TrainingConditions(
         name="mixed_doubles",
         file="value_network_mixed_doubles.npz",
         ice="fcv1",
@@ -75,7 +75,7 @@ def network_for(rules: RuleSet, ice: Ice) -> ValueNetwork:
     difference between ices for the outcome of a position, and then the other rules.
     """
 
-    def unlike(network: LearntFor) -> tuple[int, float, int]:
+    def unlike(network: TrainingConditions) -> tuple[int, float, int]:
         other = rule_set(network.rules)
         stones = abs(other.stones - rules.stones) + (other.placed_stones != rules.placed_stones)
         restitution = round(abs(_restitution(network.ice) - ice.stone.restitution), 3)

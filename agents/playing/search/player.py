@@ -9,7 +9,7 @@ from functools import partial
 import numpy as np
 
 from agents.playing.search.aiming_table import AimingTable
-from agents.playing.search.calling_style import BY_THE_ODDS, FOR_POINTS, CallingStyle
+from agents.playing.search.calling_style import FOR_POINTS, NEUTRAL_STYLE, CallingStyle
 from agents.playing.search.evaluator import PositionEvaluator, end_of
 from agents.playing.search.ice_error import ice_error
 from agents.playing.search.kernel_regression import estimate
@@ -98,7 +98,7 @@ class SearchPlayer(Player):
         *,
         seconds: float | None = None,
         network: ValueNetwork | None = None,
-        calls: CallingStyle = BY_THE_ODDS,
+        calls: CallingStyle = NEUTRAL_STYLE,
     ) -> None:
         if budget < 1 or (seconds is not None and not seconds > 0):
             raise InputError(
@@ -132,7 +132,7 @@ class SearchPlayer(Player):
             raise InputError(
                 f"expected at most {MAX_SECONDS:g} s or {MAX_THROWS} throws, got {option[:40]!r}"
             )
-        calls = FOR_POINTS if aim else BY_THE_ODDS
+        calls = FOR_POINTS if aim else NEUTRAL_STYLE
         player = cls(seconds=amount, calls=calls) if timed else cls(int(amount), calls=calls)
         player.name = f"search:{option}"
         return player

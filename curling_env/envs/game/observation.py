@@ -18,8 +18,8 @@ from curling_env.envs.known_ice import (
     LINEAR,
     KnownIce,
     ice_names,
+    squash,
     stone_names,
-    told,
     wear_names,
 )
 from curling_env.envs.options import one_of
@@ -202,7 +202,7 @@ class GameObservation:
         house = np.mean([distance <= radius for radius in RING_RADII], axis=0)
         points = to_sheet(np.stack([self._x, self._y], axis=-1), direction)
         mu = self.known.ice.mu_at(points)
-        return np.stack([house, told((mu / mu.mean() - 1) / 0.2)]).astype(np.float32)
+        return np.stack([house, squash((mu / mu.mean() - 1) / 0.2)]).astype(np.float32)
 
 
 def _ice_names() -> tuple[str, ...]:
@@ -238,5 +238,5 @@ def _context(state: GameState, team: Team) -> list[float]:
 
 
 def _pressed(value: float) -> float:
-    """Scale a non-negative number as `told` does."""
+    """Scale a non-negative number as `squash` does."""
     return value if value <= LINEAR else 1.0 - LINEAR**2 / value

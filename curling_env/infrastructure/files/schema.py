@@ -79,7 +79,7 @@ class FileFormat:
             own = self.name.partition("/")[0]
             known = isinstance(found, str) and re.fullmatch(rf"{own}/[0-9]{{1,9}}", found)
             raise InputError(
-                f"unknown format {found!r}: this release reads {self.what} up to {self.name!r}"
+                f"unknown format {found!r}; expected {self.what} of format {self.name!r} or earlier"
                 if known
                 else f"expected {self.what} of format {self.name!r}, found {str(found)[:40]!r}"
             )

@@ -223,7 +223,7 @@ def _check_header(path: str | Path, header: Sequence[str], known: Mapping[str, C
     if missing:
         problem = (
             f"missing column{'s' if len(missing) > 1 else ''} {', '.join(missing)}; "
-            f"the header names {', '.join(name[:20] for name in header[:12])}"
+            f"the header has {', '.join(name[:20] for name in header[:12])}"
         )
     elif twice:
         problem = f"column {twice[0]} is given twice"

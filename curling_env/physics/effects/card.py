@@ -55,7 +55,7 @@ class Parameter:
     usual : its value on the ice of a usual rink, for effects of every ice; otherwise None
     spread : standard deviation of the parameter among the ices of rinks, about the given or usual
         value; None if unknown
-    told_with : parameter of the same effect, in the same unit, whose sum with it agents observe;
+    observed_with : parameter of the same effect, in the same unit; agents observe the sum of both;
         empty for a separate number
     """
 
@@ -73,7 +73,7 @@ class Parameter:
     scales: Push | None = None
     usual: float | None = None
     spread: float | None = None
-    told_with: str = ""
+    observed_with: str = ""
 
     def within(self, low: float, high: float, **others: Any) -> Parameter:
         """Return the same with these bounds, and with other fields as given."""
@@ -220,7 +220,7 @@ class EffectCard:
     turned: Turned | None = field(default=None, repr=False)
 
     def __post_init__(self) -> None:
-        partners = {p.told_with for p in self.parameters if p.told_with}
+        partners = {p.observed_with for p in self.parameters if p.observed_with}
         unknown = sorted((self.search.named | self.observed.keys() | partners) - self._names)
         says = f"the card of {self.name}"
         if unknown:
@@ -271,11 +271,11 @@ class EffectCard:
         return tuple(name for name in self.neutral if name not in self.shape)
 
     @property
-    def told(self) -> list[Parameter]:
+    def observed_parameters(self) -> list[Parameter]:
         """Return parameters in agents' observations, each as a separate number."""
-        return [parameter for parameter in self.parameters if not parameter.told_with]
+        return [parameter for parameter in self.parameters if not parameter.observed_with]
 
-    def seen_from_the_other_end(self, given: Values) -> Values:
+    def from_other_end(self, given: Values) -> Values:
         """Return parameters of the same effect, after a half-turn of the sheet frame."""
         if self.turned is not None:
             return self.turned(given)

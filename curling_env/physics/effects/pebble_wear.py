@@ -41,7 +41,7 @@ CARD = EffectCard(
             "1/pass",
             "the same, but for each contact of the band on the ice under it",
             "c",
-        ).within(-0.1, 0.1, default=0.0, told_with="along_path"),
+        ).within(-0.1, 0.1, default=0.0, observed_with="along_path"),
     ),
     source="0.2–0.5 % per pass at worn spots",
     validity="some tens of throws on one pebble; along paths wherever throws are played in turn",

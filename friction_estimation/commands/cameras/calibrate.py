@@ -8,7 +8,7 @@ from typing import Annotated, Literal
 from typer import Argument, Option
 
 from curling_env.commands.options import OutputFile, Results, grouped, numbers
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 
 
 @grouped
@@ -55,7 +55,7 @@ def calibrate(
     save_lens(found, output)
     lens = found.lens
     for name in found.unused:
-        say(f"{name}: no board found")
+        print_remark(f"{name}: no board found")
     results.show(
         {"camera": str(output), **found.summary()},
         f"board found in {len(found.used)} of {len(images)} pictures; focal length "

@@ -11,7 +11,7 @@ from typer import Argument, Option
 
 from curling_env.commands.options import Measured, grouped, numbers, option, output_to
 from curling_env.commands.outputs import Writes
-from curling_env.commands.terminal import say
+from curling_env.commands.terminal import print_remark
 from friction_estimation.commands.film_options import HeightOption, LensOption
 
 SceneFile = Annotated[
@@ -45,7 +45,7 @@ def corners(
     page: Page,
     results: Measured,
 ) -> None:
-    """Mark the corners of the sheet in a picture, and write the scene file for tracking.
+    """Mark the corners of the sheet in a picture, and write the scene file.
 
     \b
     Examples:
@@ -84,9 +84,9 @@ def corners(
         units=results.units,
     )
     with server:
-        say(f"mark the sheet at {server.url}", now=True)
+        print_remark(f"mark the sheet at {server.url}", now=True)
         if page.share and sys.stderr.isatty():
-            say(qr_code(server.url))
+            print_remark(qr_code(server.url))
         if page.browser and not page.share:
             webbrowser.open(server.url)
         saved = server.wait()

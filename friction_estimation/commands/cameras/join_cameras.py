@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, Option
 
 from curling_env.commands.options import OUTPUT, Results, TracksFile, grouped
-from curling_env.commands.terminal import progress_bar, say
+from curling_env.commands.terminal import print_remark, progress_bar
 from curling_env.errors import InputError, NoThrowError
 from friction_estimation.commands.film_options import SCENE, Tracking
 
@@ -28,7 +28,7 @@ def join_cameras(
     tracking: Tracking,
     results: Results,
 ) -> None:
-    """Join films of one throw, by cameras that each see a part of the sheet, to one track.
+    """Join films of one throw by cameras that each see a part of the sheet.
 
     \b
     Example:
@@ -64,7 +64,7 @@ def join_cameras(
     numbers, throws = StoneNumbers(), same_throws(clocks)
     for throw, which in enumerate(throws):
         views = [c[k] for c, k in zip(seen.values(), which, strict=True) if k is not None]
-        joined = join_views(views, throw, bridge=bridge, remark=say)
+        joined = join_views(views, throw, bridge=bridge, remark=print_remark)
         given = numbers.of(joined.tracks, joined.handles)
         tracks += [replace(k, stone=n) for k, n in zip(joined.tracks, given, strict=True)]
         result += joined.views

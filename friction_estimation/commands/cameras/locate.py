@@ -27,7 +27,7 @@ def locate(
     *,
     results: Measured,
 ) -> None:
-    """Locate a camera that sees one house and its hog line, from one photo of the empty ice.
+    """Locate a camera over one house from one photo of the empty ice.
 
     \b
     Examples:

@@ -26,14 +26,16 @@ FILM_DIAGONAL = 43.27
 
 @dataclass(frozen=True, kw_only=True)
 class Placement:
-    """Another place or lens"""
+    """Other position or lens"""
 
-    position: str | None = option(None, "Place of the lens [m].", metavar="X,Y,Z")
-    target: str | None = option(None, "Point on the ice that it looks at [m].", metavar="X,Y")
+    position: str | None = option(None, "Position of the lens [m].", metavar="X,Y,Z")
+    target: str | None = option(
+        None, "Point on the ice at the picture's centre [m].", metavar="X,Y"
+    )
     focal: float | None = option(
         None, "Focal length on the 35 mm scale [mm].", metavar="MM", min=5, max=500
     )
-    size: str = option("1920x1080", "Size of its pictures [px].", metavar="WxH")
+    size: str = option("1920x1080", "Picture size [px].", metavar="WxH")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -42,7 +44,7 @@ class Knowledge:
 
     lens_known: bool = option(False, "Lens measured by `curling calibrate`.", "--lens-known")
     height_known: bool = option(False, "Height measured with a laser or tape.", "--height-known")
-    paint: float = option(2.0, "Error with which lines are painted [mm].", min=0, max=50)
+    paint: float = option(2.0, "Error of the painted lines [mm].", min=0, max=50)
 
 
 @grouped
@@ -54,7 +56,7 @@ def place_camera(
     known: Knowledge,
     results: Measured,
 ) -> None:
-    """Show the error of tracks to expect from a camera at a place, before it exists.
+    """Predict the error of tracks from a planned camera.
 
     \b
     Examples:
@@ -69,9 +71,9 @@ def place_camera(
         ceiling        6 m above the away house; ceiling_home: above the home house
         end, gantry, side, ceiling_middle: see `curling film`
 
-    Places are in metres from the middle of the sheet: x to the right, y towards the away end, z up;
-    the home hack is at 0,-21. Of several cameras, whose films are joined, each place has the error
-    of the one that measures it best. See docs/how-to/camera-place.md.
+    Positions are in metres from the middle of the sheet: x to the right, y towards the away end, z
+    up; the home hack is at 0,-21. With several joined cameras, each place has the error of the best
+    one. See docs/how-to/camera-place.md.
     """
     from friction_estimation.camera.expected import (
         expected_camera,

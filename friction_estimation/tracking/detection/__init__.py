@@ -1,1 +1,1 @@
-"""Finding stones in a picture: the empty ice, what moves on it, and what lies still."""
+"""What may be a stone in a picture: what moves, and what the network finds."""

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Literal
 
 import numpy as np
 
@@ -20,8 +19,6 @@ HIDDEN_LONG = 1.0
 """A stone that is not seen for longer is reported as hidden [s]."""
 STILL_SLIDES = 0.15
 """A stone that is as fast when it is last seen has not come to rest [m/s]."""
-FlowMethod = Literal["plain", "pyramidal"]
-"""Lucas-Kanade optical flow at one scale, or from coarse to fine."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,7 +27,6 @@ class TrackingOptions:
 
     Parameters
     ----------
-    flow : the optical flow that predicts where the stone is in the next frame
     gate : largest distance of a measurement from its prediction [m]; two pixels are added to it
     min_visible : least share of the stone that must be seen, 0 to 1
     min_inside : least share of the stone's outline that must lie in the picture, 0 to 1
@@ -39,7 +35,6 @@ class TrackingOptions:
     slow : how many times slower than life the film plays; None goes by what the camera noted
     """
 
-    flow: FlowMethod = "pyramidal"
     gate: float = 0.25
     min_visible: float = 0.5
     min_inside: float = 0.98

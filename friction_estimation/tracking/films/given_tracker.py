@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 from curling_env.errors import NoThrowError
 from curling_env.typing import Progress
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
-from friction_estimation.tracking.cutting.pieces import Piece
-from friction_estimation.tracking.default import OwnTracker, own_tracker
+from friction_estimation.tracking.association.recording import moved
+from friction_estimation.tracking.built_in import track_film
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.pieces import Piece
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.films.tracked_film import TrackedFilm, summary_of
 from friction_estimation.tracking.tracker import Tracker, tracks_in
@@ -29,21 +30,26 @@ class GivenTracker:
 
     function: Tracker
 
-    @cached_property
-    def own(self) -> OwnTracker | None:
-        """Parts of a tracker of this package; None for another."""
-        return own_tracker(self.function)
+    @property
+    def is_built_in(self) -> bool:
+        """True for the tracker of this package, with options or without."""
+        given: Any = self.function
+        return (given.func if isinstance(given, partial) else given) is track_film
 
     @property
     def options(self) -> TrackingOptions | None:
-        """Options chosen for a tracker of this package; None for the defaults, and for another."""
+        """Options chosen for the built-in tracker; None for the defaults, and for another one."""
         given: Any = self.function
-        return given.keywords.get("options") if self.own and isinstance(given, partial) else None
+        return (
+            given.keywords.get("options")
+            if self.is_built_in and isinstance(given, partial)
+            else None
+        )
 
     @property
     def shares_cameras(self) -> bool:
         """Return whether it takes a camera that was solved before, and may correct it."""
-        return self.own is not None and (self.options is None or self.options.refine)
+        return self.is_built_in and (self.options is None or self.options.refine)
 
     @property
     def identity(self) -> str:
@@ -72,12 +78,10 @@ class GivenTracker:
         InputError : what the tracker raises, or no tracks
         """
         given: dict[str, Any] = {} if camera is None else {"camera": camera}
-        if piece.begin is not None and self.own is not None and self.own.judged_of:
-            given["judged"] = self.own.judged_of(piece.path)
         found = self.function(sampled or piece.film, scene, progress=progress, **given)  # pyright: ignore[reportArgumentType]
         tracks = tracks_in(found, piece.path)
         about = found if isinstance(found, FilmTrack) else None
-        if piece.begin is not None and self.own is not None and (why := self.own.moved(tracks[0])):
+        if piece.begin is not None and self.is_built_in and (why := moved(tracks[0])):
             raise NoThrowError(why, source=piece.path)
         return TrackedFilm(
             film=piece.path,

@@ -111,7 +111,7 @@ def track_each(
         )
     scenes *= len(films) // len(scenes)
     given = GivenTracker(load_tracker() if tracker is None else tracker)
-    for film in films if given.own is not None else ():
+    for film in films if given.is_built_in else ():
         ordinary_file(film, "film")
     throw_tracker = ThrowTracker(
         tracker=given,

@@ -28,13 +28,13 @@ from friction_estimation.camera.lens import FreeLens, Lens
 from friction_estimation.camera.refinement import RefinedCamera, displacement, refine_again
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.background import Background
-from friction_estimation.tracking.cutting import tuning as cutting_tuning
-from friction_estimation.tracking.cutting.pieces import Piece
-from friction_estimation.tracking.default import OwnTracker
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.built_in import find_thrown
+from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.films.pieces import Piece
 from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice, refined_by_paint
-from friction_estimation.tracking.joint import numbers
+from friction_estimation.tracking.measuring.looks import SeenStone, with_focal
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
 SOLVER = 3
@@ -60,7 +60,6 @@ class SharedCameras:
         scene: Scene,
         pieces: Sequence[Piece],
         others: Sequence[Path],
-        own: OwnTracker,
         progress: Progress,
     ) -> RefinedCamera | None:
         """The camera of a scene; solved from its first films where it is not known yet.
@@ -69,7 +68,6 @@ class SharedCameras:
         ----------
         pieces : what is tracked next
         others : films of the same scene that follow
-        own : finds stones in them, where the paint leaves the lens open
         progress : called while the camera is solved
 
         Returns
@@ -82,7 +80,7 @@ class SharedCameras:
         key = self._key(scene, films[0].size)
         if key not in self._known:
             kept = self._read(scene, key)
-            self._known[key] = kept or self._solved(scene, films, others, own, progress)
+            self._known[key] = kept or self._solved(scene, films, others, progress)
             if kept is None:
                 self._unkept.add(key)
         return self._known[key]
@@ -117,7 +115,6 @@ class SharedCameras:
         scene: Scene,
         films: list[Film],
         others: Sequence[Path],
-        own: OwnTracker,
         progress: Progress,
     ) -> RefinedCamera | None:
         for path in others:
@@ -127,7 +124,7 @@ class SharedCameras:
                 film = Film.open(path, scene.fps)
             except InputError:
                 continue  # it is reported when this film's turn comes
-            if film.size == films[0].size and film.duration <= cutting_tuning.ONE_THROW_SECONDS:
+            if film.size == films[0].size and film.duration <= numbers.ONE_THROW_SECONDS:
                 films.append(film)
 
         def sampled(film: SteadyFilm) -> None:
@@ -135,7 +132,7 @@ class SharedCameras:
                 self._sampled = film
 
         films = films[: numbers.SOLVING_FILMS]
-        return solve_camera(films, scene, own, sampled=sampled, progress=progress)
+        return solve_camera(films, scene, sampled=sampled, progress=progress)
 
     def _key(self, scene: Scene, size: tuple[int, int]) -> str:
         """A text that differs for other scenes, other sizes of pictures, and older solutions."""
@@ -170,7 +167,6 @@ class SharedCameras:
 def solve_camera(
     films: Sequence[Film],
     scene: Scene,
-    own: OwnTracker,
     *,
     sampled: Callable[[SteadyFilm], object] = lambda film: None,
     progress: Progress = no_progress,
@@ -181,7 +177,6 @@ def solve_camera(
     ----------
     films : of one camera that does not move, a throw each; those that it does not fit are dropped
     scene : its view of the sheet
-    own : finds stones in them, where the paint leaves the lens open
     sampled : called with each film once its frames are sampled, which takes a while
     progress : called with the number of films done and that of all
 
@@ -224,11 +219,11 @@ def solve_camera(
         )
         refined = refine_again(refined, scene, image, seen[0][1].origin_px)
     if refined.log_focal_sigma > numbers.OPEN_FOCAL_SIGMA:
-        stones: list[Any] = []
+        stones: list[SeenStone] = []
         for steady, background in seen:
             with suppress(InputError):
-                stones.append(own.find_stone(steady, scene, refined.camera, background))
-        refined = own.with_focal(refined, scene, stones)
+                stones.append(find_thrown(steady, scene, refined.camera, background))
+        refined = with_focal(refined, scene, stones)
     progress(label, count, count)
     return refined
 

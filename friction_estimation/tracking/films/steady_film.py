@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import numpy as np
-
 from curling_env.errors import InputError
 from curling_env.typing import Image
 from friction_estimation.camera.pose import camera_from_scene
@@ -21,12 +19,12 @@ from friction_estimation.film.deflicker import deflicker_for
 from friction_estimation.film.frame import Frame, LazyFrame
 from friction_estimation.film.stabilisation import stabiliser_for
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.background import (
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.detection.background import (
     Background,
     find_background,
     sheet_region,
 )
-from friction_estimation.tracking.joint import numbers
 
 
 class SteadyFilm:
@@ -101,12 +99,6 @@ class SteadyFilm:
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
         """The frames from one time to another, a step apart [s]."""
         return self._corrected(self.film.between(low, high, step))
-
-    def sample_until(self, t: float) -> list[tuple[float, Image]]:
-        """Return the same number of frames as `sample`, between the beginning and a time [s]."""
-        last = self.film.index_at(t)
-        wanted = np.linspace(0, last, self._count).round().astype(int).tolist()
-        return list(self._corrected(self.film.pick(wanted)))
 
     def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
         for t, frame in frames:

@@ -12,9 +12,9 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.stabilisation import CameraMovesError
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.cutting.pieces import Piece, cut, is_short
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.given_tracker import GivenTracker
+from friction_estimation.tracking.films.pieces import Piece, cut, is_short
 from friction_estimation.tracking.films.resume import Checkpoints, digest
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
@@ -124,14 +124,13 @@ class ThrowTracker:
 
     def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
         """The throws of a film, or all of it where it shows one throw only."""
-        if self.tracker.own is None:
+        if not self.tracker.is_built_in:
             return [Piece.whole(film)]
         options = self.tracker.options
         opened = Film.open(film, scene.fps, None if options is None else options.slow)
         return cut(
             opened,
             scene,
-            self.tracker.own.find_throws,
             left_out=self._left_out_of(film),
             progress=self.progress,
         )
@@ -143,8 +142,11 @@ class ThrowTracker:
         ----------
         found : what was found in it; None where that is no throw
         """
-        own = self.tracker.own
-        if own is None or piece.begin is not None or not isinstance(piece.film, Film):
+        if (
+            not self.tracker.is_built_in
+            or piece.begin is not None
+            or not isinstance(piece.film, Film)
+        ):
             return []
         if not is_short(piece.film):
             return []
@@ -154,7 +156,6 @@ class ThrowTracker:
         parts = cut(
             piece.film,
             scene,
-            own.find_throws,
             look_through=True,
             left_out=left_out,
             progress=self.progress,
@@ -168,10 +169,9 @@ class ThrowTracker:
         self, scene: Scene, pieces: Sequence[Piece], like: Sequence[Path]
     ) -> RefinedCamera | None:
         """The camera that all films of the scene share; None where each is solved by itself."""
-        own = self.tracker.own
-        if own is None or not self.tracker.shares_cameras:
+        if not self.tracker.shares_cameras:
             return None
-        return self.cameras.of(scene, pieces, like, own, self.progress)
+        return self.cameras.of(scene, pieces, like, self.progress)
 
     def _key(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> str:
         """A text that differs where anything differs that decides the tracks of a piece."""

@@ -10,8 +10,8 @@ from typing import Any
 from curling_env.trajectory import Trajectory
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
-from friction_estimation.tracking.cutting.pieces import Piece, minutes
 from friction_estimation.tracking.films.film_track import FilmTrack
+from friction_estimation.tracking.films.pieces import Piece, minutes
 from friction_estimation.tracking.stone_numbers import StoneNumbers, handle_code
 
 

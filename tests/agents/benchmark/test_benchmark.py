@@ -102,8 +102,11 @@ def test_a_difference_is_that_of_each_episode():
 @pytest.mark.parametrize(
     ("arguments", "says"),
     [
-        (("nobody",), "unknown policy 'nobody'; expected one of constant, draw, greedy, learned,"),
-        (("random", "--task", "curl"), "no task of the benchmark is named 'curl'"),
+        (("absent",), "unknown policy 'absent'; expected one of constant, draw, greedy, learned,"),
+        (
+            ("random", "--task", "curl"),
+            "unknown task 'curl' of the benchmark; expected one of draw, ",
+        ),
         (("planner", "--task", "end-draw"), "the planner plans single throws"),
         (("draw", "--task", "draw"), "plays ends"),
         (("nowhere.npz",), "no such file"),

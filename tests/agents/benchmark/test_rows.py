@@ -76,7 +76,10 @@ def test_normalised_scores_are_nothing_for_chance_and_one_for_the_reference(tmp_
     [
         ({"version": 0}, "version 0 of the benchmark; this is 1"),
         ({"format": "curling-ice/1"}, "expected a row of the benchmark"),
-        ({"scores": [{"task": "curl", "runs": [[0.0, 1.0]]}]}, "no task of the benchmark"),
+        (
+            {"scores": [{"task": "curl", "runs": [[0.0, 1.0]]}]},
+            "unknown task 'curl' of the benchmark",
+        ),
         ({"scores": [{"task": "guard", "runs": [[0.0, 0.5]]}]}, "0.5 is no success of an episode"),
         ({"scores": [{"task": "guard", "runs": [[0.0, 1.0], [1.0]]}]}, "runs"),
         ({"scores": [{"task": "end-greedy", "runs": [[9.0, 1.0]]}]}, "9 is no points"),

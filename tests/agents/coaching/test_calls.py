@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.coaching import PLACES, Call, read_call
-from agents.coaching.calls import why_no_call
+from agents.coaching.calls import call_error
 from agents.coaching.throw_sheet import sheet_of
 from curling_env.sheet import Direction
 from curling_env.units import Units
@@ -73,9 +73,9 @@ def test_text_that_is_not_a_call(text):
 
 
 def test_the_word_that_is_not_known_is_named():
-    assert why_no_call("draw button nice") == "“nice” is not a word of a call"
-    assert why_no_call("draw in out") == "the call has a handle twice"
-    assert why_no_call("draw button") == ""
+    assert call_error("draw button nice") == "“nice” is not a word of a call"
+    assert call_error("draw in out") == "the call has a handle twice"
+    assert call_error("draw button") == ""
 
 
 def test_ice_is_a_broom_on_the_side_that_hand_and_handle_ask_for():

@@ -48,7 +48,7 @@ def test_hand_or_ice(evening, curling):
     found = done.json()
     assert len(found["throws"]) == 10
     assert found["pattern"]["throws"] == 10
-    assert "ice read wrong" in done.err
+    assert "misread ice" in done.err
     assert " ft " in done.err
     table = read_table(evening / "why.csv", required=("throw", "weight_past", "ice_share_sigma"))
     assert table.numbers("weight_past")[0] == pytest.approx(
@@ -61,7 +61,7 @@ def test_hand_or_ice_without_the_believed_ice(evening, curling):
     done = curling("hand-or-ice", evening / "tracks.csv", "--ice", evening / "ice.json")
     assert not done.json()["believed"]
     assert "was not given" in done.err
-    assert "ice read wrong  " not in done.err
+    assert "misread ice  " not in done.err
 
 
 def test_a_session_without_calls_is_refused_with_the_missing_table(evening, curling):

@@ -62,7 +62,7 @@ def test_any_line_is_read_or_refused(line):
 @given(st.integers(0, len(BASE) - 1), st.lists(st.integers(0, 40), min_size=1, max_size=6), JSON)
 def test_a_damaged_line_is_played_or_refused(number, path, value):
     client = Client(DrawPlayer())
-    client.pace.prepare = lambda views: None  # which is slow, and the same every time
+    client.time_manager.prepare = lambda views: None  # which is slow, and the same every time
     for k, message in enumerate(BASE):
         line = json.dumps(damaged(message, path, value) if k == number else message).encode()
         try:

@@ -58,7 +58,9 @@ def test_learnt_is_far_better_than_chance_at_the_tasks_of_the_benchmark():
 
 def test_models_are_known_by_name():
     assert isinstance(player_named("learned"), LearnedPlayer)
-    with pytest.raises(InputError, match="the models are draw, takeout, ends, got 'guard'"):
+    with pytest.raises(
+        InputError, match="unknown model 'guard'; expected one of draw, takeout, ends"
+    ):
         load("guard")
 
 

@@ -405,7 +405,10 @@ def test_a_target_mid_sheet_is_questioned():
         (("standard", (0, TEE_Y), {"delivery": 3}), "unknown delivery"),
         (("standard", (0, TEE_Y), {"seed": -1}), "seed must be a whole number"),
         (("standard", (0, TEE_Y), {"own": [True]}), "own must have True or False for each of 0"),
-        (("standard", (0, TEE_Y), {"wind": 1}), "plan_throw has no option 'wind'; it has ice, "),
+        (
+            ("standard", (0, TEE_Y), {"wind": 1}),
+            "unknown option 'wind' of plan_throw; expected one of ice, ",
+        ),
     ],
 )
 def test_impossible_requests_are_refused_with_the_valid_ones(wanted, says):
@@ -423,7 +426,7 @@ def test_impossible_requests_are_refused_with_the_valid_ones(wanted, says):
         ({"delivery": "hog"}, "unknown delivery"),
         ({"candidates": 0}, "candidates must be a whole number"),
         ({"seed": 1.5}, "seed must be a whole number"),
-        ({"wind": 1}, "plan_task has no option 'wind'; it has ice, task, target"),
+        ({"wind": 1}, "unknown option 'wind' of plan_task; expected one of ice, task, target"),
     ],
 )
 def test_a_wrong_option_of_a_task_is_refused_with_the_valid_ones(options, says):

@@ -1,4 +1,4 @@
-"""Anybody's policy plays whole games: it is shown observations, its shots and its own memory."""
+"""A user's policy plays whole games, given observations, its shots and its own memory."""
 
 from __future__ import annotations
 
@@ -58,6 +58,6 @@ def test_a_policy_of_a_module_takes_part_in_a_tournament(curling, tmp_path, monk
     )
     monkeypatch.chdir(tmp_path)
     monkeypatch.syspath_prepend(tmp_path)
-    told = curling("tournament", "draw", "my_policy:same", "--games", "2", "--ends", "1", "--json")
-    assert {one["name"] for one in told.json()["standings"]} == {"draw", "my_policy:same"}
+    ran = curling("tournament", "draw", "my_policy:same", "--games", "2", "--ends", "1", "--json")
+    assert {one["name"] for one in ran.json()["standings"]} == {"draw", "my_policy:same"}
     assert player_from("my_policy:same").name == "my_policy:same"

@@ -12,7 +12,7 @@ from curling_env.infrastructure import shadowed_by
 def test_players_are_found_by_name():
     assert player_named("rulebased").name == "rulebased"
     with pytest.raises(InputError, match="draw, greedy, learned, rulebased"):
-        player_named("somebody")
+        player_named("absent")
 
 
 def test_a_distribution_that_wrote_over_a_package_is_named(monkeypatch):

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.errors import InputError
-from curling_env.game import NEVER_WRONG, Call, GameSimulator, Team, TeamJudgement, sweep_for
+from curling_env.game import PERFECT_JUDGEMENT, Call, GameSimulator, Team, TeamJudgement, sweep_for
 from curling_env.ice import load_ice
 from curling_env.sheet import Direction
 from curling_env.throw import Throw
@@ -27,8 +27,8 @@ def test_teams_that_are_never_wrong_read_the_known_ice_itself():
     simulator = GameSimulator(ICE, sweeping=True)
     state = simulator.begin_end(simulator.new_game(1))
     assert simulator.view(state).ice is simulator.known_ice
-    assert NEVER_WRONG.ice_as_read(ICE, 1, Team.HOME, 0) is ICE
-    assert NEVER_WRONG.sweepers_error(1, 0) == 0.0
+    assert PERFECT_JUDGEMENT.ice_as_read(ICE, 1, Team.HOME, 0) is ICE
+    assert PERFECT_JUDGEMENT.sweepers_error(1, 0) == 0.0
 
 
 def test_each_team_reads_the_ice_again_in_every_end_with_the_given_spread():

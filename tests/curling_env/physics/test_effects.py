@@ -243,7 +243,7 @@ def test_a_card_that_contradicts_itself_is_refused() -> None:
     with pytest.raises(InputError, match="names 'speed', which is not one"):
         replace(card, observed={"speed": 1.0})
     with pytest.raises(InputError, match="names 'speed', which is not one"):
-        replace(card, parameters=(replace(card.parameters[0], told_with="speed"),))
+        replace(card, parameters=(replace(card.parameters[0], observed_with="speed"),))
     with pytest.raises(InputError, match="wants a kernel"):
         replace(card, kernel=None)
     with pytest.raises(InputError, match="takes no kernel"):

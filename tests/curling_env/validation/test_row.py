@@ -15,7 +15,7 @@ SHOTS = Shots(Ice.uniform(0.01))
 
 def a_row(value: float | None, **given: Any) -> Row:
     fields: dict[str, Any] = {
-        "name": "a draw", "part": "draws", "said": "1 to 3 s", "low": 1.0, "high": 3.0,
+        "name": "a draw", "part": "draws", "published": "1 to 3 s", "low": 1.0, "high": 3.0,
         "unit": "s", "source": "a source",
     }  # fmt: skip
     return Row(value=lambda _: value, **{**fields, **given})

@@ -74,7 +74,7 @@ def test_rows_of_no_ice_agree() -> None:
 def test_every_row_has_a_unique_name_and_a_source() -> None:
     names = [row.name for row in ROWS]
     assert len(set(names)) == len(names)
-    assert all(row.source and row.unit and row.said for row in ROWS)
+    assert all(row.source and row.unit and row.published for row in ROWS)
 
 
 def test_an_explanation_is_of_a_preset_that_exists() -> None:

@@ -71,7 +71,10 @@ def test_an_empty_consent_is_refused(consent: str) -> None:
 @pytest.mark.parametrize(
     ("change", "said"),
     [
-        (lambda d: d.update(format="curling-session/2"), "up to 'curling-session/1'"),
+        (
+            lambda d: d.update(format="curling-session/2"),
+            "of format 'curling-session/1' or earlier",
+        ),
         (lambda d: d.update(athletes=["Ada"]), "unknown key athletes"),
         (lambda d: d["tracks"]["x"].pop(), "tracks.x"),
         (lambda d: d["tracks"]["t"].__setitem__(2, 0.0), "time must increase"),

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.trajectory import Trajectory
-from friction_estimation.tracks import question_about, rough_friction
+from friction_estimation.tracks import friction_question, rough_friction
 
 
 def slide(mu, slow=1.0, speed=2.0):
@@ -24,7 +24,7 @@ def slide(mu, slow=1.0, speed=2.0):
 @pytest.mark.parametrize("mu", [0.006, 0.009, 0.02])
 def test_friction_of_ice_is_not_questioned(mu):
     assert rough_friction(slide(mu)) == pytest.approx(mu, rel=0.1)
-    assert question_about(rough_friction(slide(mu))) is None
+    assert friction_question(rough_friction(slide(mu))) is None
 
 
 @pytest.mark.parametrize(
@@ -32,20 +32,20 @@ def test_friction_of_ice_is_not_questioned(mu):
     [(2.0, r"below .* 2 times slower .* --slow 2"), (4.0, "--slow 4"), (8.0, "--slow 8")],
 )
 def test_slow_motion_is_questioned(slow, asked):
-    question = question_about(rough_friction(slide(0.0095, slow)))
+    question = friction_question(rough_friction(slide(0.0095, slow)))
     assert question is not None
 
     assert re.search(asked, question)
 
 
 def test_friction_without_a_likely_playback_speed_is_questioned_in_general():
-    assert "are the times of the frames" in (question_about(0.00001) or "")
-    assert "above that of curling ice" in (question_about(0.2) or "")
-    assert "2 times faster" in (question_about(0.04) or "")
+    assert "are the times of the frames" in (friction_question(0.00001) or "")
+    assert "above that of curling ice" in (friction_question(0.2) or "")
+    assert "2 times faster" in (friction_question(0.04) or "")
 
 
 def test_a_stone_that_hardly_moves_is_no_evidence():
     track = slide(0.009)
     short = Trajectory(t=track.t[:30], xy=track.xy[:30])
     assert np.isnan(rough_friction(short))
-    assert question_about(np.nan) is None
+    assert friction_question(np.nan) is None

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[3]
 
 @pytest.mark.slow
 def test_no_input_ends_uncleanly_and_the_run_continues(tmp_path: Path) -> None:
-    # A process of its own: the fuzzer forks, and must hold nothing of the tests.
+    # A separate process: the fuzzer forks, and must hold nothing of the tests.
     words = [sys.executable, "-m", "fuzz", "--seed", "16", "--light", "--keep", tmp_path]
     for count in (10, 25):
         done = subprocess.run(

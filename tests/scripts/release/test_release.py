@@ -106,14 +106,14 @@ def test_bundled_libraries_are_known_by_their_names(path, name, version):
     found = bill.BUNDLED.search(path)
     assert found is not None
     assert (found[1], found[3] or found[2]) == (name, version)
-    assert bill.licence_of_library({"name": name, "version": "", "says": ""})
+    assert bill.licence_of_library({"name": name, "version": "", "stated": ""})
 
 
 def test_the_film_libraries_declare_x264():
     bundled = {entry["name"]: entry for entry in bill.bundled_in(metadata.distribution("av"))}
     if not bundled:
         pytest.skip("this PyAV was built against the system's FFmpeg")
-    assert bundled["libavcodec"]["says"].startswith("LGPL")
+    assert bundled["libavcodec"]["stated"].startswith("LGPL")
     assert bill.licence_of_library(bundled["libx264"]) == "GPL-2.0-or-later"
 
 
@@ -131,7 +131,7 @@ def test_requirements_are_followed_through_extras_and_markers():
 
 
 def test_a_bill_has_the_libraries_that_wheels_bundle():
-    library = {"name": "libx264", "version": "165", "says": ""}
+    library = {"name": "libx264", "version": "165", "stated": ""}
     found = bill.with_bundled(
         {"components": [{"name": "av"}, {"name": "rich"}]}, [{"name": "av", "bundled": [library]}]
     )

@@ -24,7 +24,7 @@ def test_the_command_prints_the_score_and_writes_record_and_page(curling, tmp_pa
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
-        (("--home", "nobody", "--away", "draw"), "nobody"),
+        (("--home", "absent", "--away", "draw"), "absent"),
         (("--home", "missing.npz", "--away", "draw"), "missing.npz"),
         (("--home", "draw", "--away", "draw", "--rules", "backyard"), "backyard"),
         (("--home", "draw", "--away", "draw", "--hammer", "ours"), "hammer"),

@@ -72,7 +72,7 @@ def test_states_come_as_the_protocol_has_them():
         assert host.ask(f"/matches/{host.hosting.game_id}")[1]["standard_end_count"] == 1
         assert host.ask(f"/matches/{host.hosting.game_id}/latest-state")[0] == 404
         assert host.take_seat() == (200, "team0")
-        assert host.take_seat(team="team1") == (200, "team0")  # who comes again keeps the seat
+        assert host.take_seat(team="team1") == (200, "team0")  # a returning client keeps the seat
         assert host.take_seat("ben")[0] == 409
         stream, seen = Stream(host), []
         for kind, state in stream.events():

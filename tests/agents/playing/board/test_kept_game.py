@@ -79,5 +79,5 @@ def test_impossible_games_are_refused():
         KeptGame(throws=(DRAW,) * 401)
     with pytest.raises(InputError, match="seed"):
         KeptGame(seed=-1)
-    with pytest.raises(InputError, match="nobody"):
-        table(KeptGame(opponent="nobody"))
+    with pytest.raises(InputError, match="absent"):
+        table(KeptGame(opponent="absent"))

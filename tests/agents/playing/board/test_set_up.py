@@ -31,7 +31,7 @@ def test_a_position_continues_unchanged(direction):
     assert game.score == (2, 4)
     assert game.ends_left == 3
     assert not game.is_over
-    assert game.end.to_throw is Team.HOME  # who has the hammer throws the odd ones
+    assert game.end.to_throw is Team.HOME  # the team with the hammer throws the odd ones
     assert count(game.lines, game.end.stones) == (Team.HOME, 1)
     assert game.end.stones[0].x == pytest.approx(0.3)  # as the thrower sees it
     assert game.end.stones[0].y == pytest.approx(0.0)

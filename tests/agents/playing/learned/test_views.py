@@ -8,7 +8,7 @@ import pytest
 
 from agents.playing import views_of
 from curling_env.envs import mean_friction
-from curling_env.envs.known_ice import told, untold
+from curling_env.envs.known_ice import squash, unsquash
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 
@@ -45,7 +45,7 @@ def test_the_ice_of_a_view_has_the_observed_friction():
 
 def test_numbers_can_be_read_back():
     numbers = np.linspace(-7, 7, 41)
-    np.testing.assert_allclose(untold(told(numbers)), numbers, atol=1e-12)
+    np.testing.assert_allclose(unsquash(squash(numbers)), numbers, atol=1e-12)
     no_ice = mean_friction(np.array([-1.0, 1.0]))
     np.testing.assert_allclose(no_ice, [0.01 * np.exp(-2), 0.01 * np.exp(2)])
 

@@ -257,7 +257,7 @@ def test_a_team_that_wants_to_score_plays_no_blank(player):
         (CallingStyle(blank_cost=0.1), 1, 5, [0]),
         (CallingStyle(single_cost=0.1), 0, 5, [1]),
         (CallingStyle(single_cost=0.1), -3, 5, [1]),
-        (CallingStyle(single_cost=0.1), 1, 5, []),  # who leads takes a point
+        (CallingStyle(single_cost=0.1), 1, 5, []),  # the leader takes a point
         (CallingStyle(blank_cost=0.1, single_cost=0.1), 0, 2, []),  # and so does who must
         (CallingStyle(blank_cost=0.1, single_cost=0.1), 0, 3, [0, 1]),
     ],

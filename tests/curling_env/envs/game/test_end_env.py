@@ -176,7 +176,7 @@ def test_planes_show_every_stone_on_its_own_plane():
 @pytest.mark.parametrize(
     ("settings", "word"),
     [
-        ({"opponent": "nobody"}, "nobody"),
+        ({"opponent": "absent"}, "absent"),
         ({"hammer": "mine"}, "hammer"),
         ({"observation": "smell"}, "smell"),
         ({"sweeping": "always"}, "sweeping"),

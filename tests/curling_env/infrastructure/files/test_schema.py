@@ -27,7 +27,7 @@ def test_a_file_without_a_format_is_accepted_where_it_may_have_none():
 
 @pytest.mark.parametrize("number", ["2", "0", "12345"])
 def test_a_number_of_a_later_release_is_reported_as_that(number):
-    with pytest.raises(InputError, match=r"reads a ruler up to 'ruler/1'"):
+    with pytest.raises(InputError, match=r"expected a ruler of format 'ruler/1' or earlier"):
         RULER.accept({"format": f"ruler/{number}"})
 
 

@@ -367,7 +367,7 @@ def test_cells_that_are_not_whole_numbers_are_found(tmp_path: Path, cell: str) -
     [
         ("", "is empty"),
         (",,\n1,2,3\n", "is empty"),
-        ("throw,t,x\n0,0,0\n", "row 1: missing column y; the header names throw, t, x"),
+        ("throw,t,x\n0,0,0\n", "row 1: missing column y; the header has throw, t, x"),
         ("t,x\n0,0\n", "missing columns throw, y"),
         ("throw,t,x,y,t\n0,0,0,0,0\n", "column t is given twice"),
         ("throw,t,x,y,sweept\n0,0,0,0,0\n", "unknown column 'sweept'; did you mean swept?"),

@@ -1,0 +1,1 @@
+"""Detections linked to stones and throws."""

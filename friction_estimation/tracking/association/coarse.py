@@ -1,0 +1,147 @@
+"""A stone's path as the sampled frames show it: where to look for it in every frame."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from curling_env.typing import Flags, Floats, Integers
+from friction_estimation.appearance import StoneModel
+from friction_estimation.camera.camera import Camera
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.association.association import CARRIED, RESTING, Path
+from friction_estimation.tracking.detection.detections import Detections
+from friction_estimation.tracking.smoothing.smoothing import (
+    Smoothing,
+    SmoothPath,
+    likeliest_jump,
+    smooth_path,
+)
+
+_GRID = 0.1
+"""Step of the times at which a path is known [s]."""
+_WELL_PLACED = 0.25
+"""Weight of a detection below which a path may have missed a jump of the velocity."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class CoarsePath:
+    """Place of a stone at any time, with its standard error.
+
+    Parameters
+    ----------
+    t, xy, likeness : (n,) times [s], (n, 2) places [m] and (n,) likeness of its detections
+    alone : (n,) whether nothing that moves touches it there
+    mode : (n,) mode at each of them
+    smooth : the path through them, on a grid of times
+    released : when the thrower lets go, at the latest [s]; -inf if it slides from the beginning
+    contacts : about when it is hit or hits [s]
+    odds : log odds of a stone against clutter
+    """
+
+    t: Floats
+    xy: Floats
+    likeness: Floats
+    alone: Flags
+    mode: Integers
+    smooth: SmoothPath
+    released: float
+    contacts: tuple[float, ...]
+    odds: float
+
+    def at(self, t: float) -> tuple[Floats, Floats, Floats]:
+        """Place [m], velocity [m/s] and standard error [m] at a time, each (2,)."""
+        grid = self.smooth
+        return (
+            self._along(grid.place, t),
+            self._along(grid.velocity, t),
+            self._along(grid.sigma, t),
+        )
+
+    def _along(self, values: Floats, t: float) -> Floats:
+        return np.array([np.interp(t, self.smooth.t, axis) for axis in values.T])
+
+    def seen_by(self, found_by: Camera, camera: Camera, model: StoneModel) -> CoarsePath:
+        """The same pixels as places that another camera sees."""
+        if camera is found_by:
+            return self
+        height = model.height / 2
+
+        def moved(xy: Floats) -> Floats:
+            px = found_by.project(np.column_stack([xy, np.full(len(xy), height)]))
+            return camera.on_plane(px, height)
+
+        smooth = replace(self.smooth, place=moved(self.smooth.place))
+        return replace(self, xy=moved(self.xy), smooth=smooth)
+
+    @property
+    def left(self) -> float:
+        """Time of the last detection at its first resting place [s]; -inf without one."""
+        if self.mode[0] != RESTING:
+            return -np.inf
+        moves = np.flatnonzero(self.mode != RESTING)
+        return float(self.t[moves[0] - 1]) if len(moves) else np.inf
+
+    @property
+    def way(self) -> float:
+        """Distance between the first and the last place [m]."""
+        return float(np.hypot(*(self.xy[-1] - self.xy[0])))
+
+
+def coarse_path(
+    path: Path, seen: Detections, last: float, contacts: Sequence[float] = ()
+) -> CoarsePath:
+    """The smooth path through the detections of one stone.
+
+    Parameters
+    ----------
+    path : its detections and modes
+    last : when the film ends [s]
+    contacts : about when it hits or is hit [s]
+    """
+    t, xy, sigma = seen.t[path.at], seen.xy[path.at], seen.sigma[path.at]
+    carried = np.flatnonzero(path.mode == CARRIED)
+    released = float(t[carried[-1]]) if len(carried) else -np.inf
+    grid = np.union1d(np.arange(0.0, last + _GRID, _GRID), t)
+    at = np.searchsorted(grid, t)
+    measured, error = np.full((2, len(grid), 2), np.nan)
+    measured[at], error[at] = xy, sigma
+
+    def smoothed(*jumps: float) -> SmoothPath:
+        return smooth_path(
+            grid, measured, error, released=released, contacts=(*contacts, *jumps), scaled=False
+        )
+
+    smooth = _with_jump(smoothed, t[t > released])
+    return CoarsePath(
+        t=t,
+        xy=xy,
+        likeness=seen.likeness[path.at],
+        alone=seen.alone[path.at],
+        mode=path.mode,
+        smooth=smooth,
+        released=released,
+        contacts=tuple(contacts),
+        odds=path.odds,
+    )
+
+
+def _with_jump(smoothed: Smoothing, t: Floats) -> SmoothPath:
+    """The path with the jump of its velocity that makes it far likelier, if there is one.
+
+    A stone may hit what is not seen, or be stopped.
+
+    Parameters
+    ----------
+    smoothed : smooths the path with jumps at some times [s]
+    t : (n,) times of the detections after the release [s]
+    """
+    plain = smoothed()
+    moments = (t[1:-2] + t[2:-1]) / 2
+    if not len(moments) or plain.weight[plain.weight > 0].min() > _WELL_PLACED:
+        return plain
+    best = likeliest_jump(smoothed, moments)
+    gain = plain.unlikelihood - best.unlikelihood
+    return best if gain > np.log(len(moments)) - numbers.HIT else plain

@@ -1,0 +1,228 @@
+"""Identity of stones after a contact: all that moves is followed from there, stone by stone.
+
+Where stones touch, a path of the association goes on with whichever keeps its velocity. From the
+first contact on the stones are therefore followed together, frame by frame. At a contact the
+velocities jump by what two equal weights give to each other along the line of their centres; in
+every frame the detections are given to the stones at the least cost in all.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from scipy.optimize import linear_sum_assignment
+
+from curling_env.typing import Floats, Integers
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.association.association import RESTING, SLIDING, Path
+from friction_estimation.tracking.association.motion import correct, predict
+from friction_estimation.tracking.detection.detections import Detections
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class RestingPlace:
+    """Resting place of a stone when the film begins.
+
+    Parameters
+    ----------
+    xy : (2,) the place [m]
+    until : when it is seen there last [s]; infinite where it stays
+    at : indices of its detections there
+    """
+
+    xy: Floats
+    until: float
+    at: Integers
+
+
+@dataclass(eq=False)
+class Mover:
+    """A stone that moves.
+
+    Parameters
+    ----------
+    at, mode : indices of its detections and its mode at each
+    contacts : about when it touches others [s]
+    rested : where it rested at first; None for one that did not
+    """
+
+    at: list[int]
+    mode: list[int]
+    contacts: list[float] = field(default_factory=list)
+    rested: RestingPlace | None = None
+    _state: Floats = field(default_factory=lambda: np.zeros((2, 3)))
+    _p: Floats = field(default_factory=lambda: np.zeros((2, 3, 3)))
+    _t: float = 0.0
+
+    def as_path(self, odds: float) -> Path:
+        """Its detections as a path of the association with these log odds."""
+        gained = np.full(len(self.at), odds)
+        return Path(at=np.array(self.at), mode=np.array(self.mode), gained=gained)
+
+    @property
+    def place(self) -> Floats:
+        """Place, (2,) [m]."""
+        return self._state[:, 0].copy()
+
+    @property
+    def velocity(self) -> Floats:
+        """Velocity, (2,) [m/s]."""
+        return self._state[:, 1].copy()
+
+    def put(self, t: float, place: Floats, velocity: Floats, doubt: Floats | float) -> None:
+        """Set its state at a time [s].
+
+        Parameters
+        ----------
+        place, velocity : (2,) [m] and [m/s]
+        doubt : standard error of the velocity, of each component [m/s]
+        """
+        self._t = t
+        self._state[:, 0], self._state[:, 1], self._state[:, 2] = place, velocity, 0.0
+        self._p[:] = 0.0
+        self._p[:, 0, 0] = numbers.DETECTION_M**2
+        self._p[:, 1, 1] = np.square(doubt)
+        self._p[:, 2, 2] = numbers.DECELERATION_SIGMA**2
+
+    def move_to(self, t: float) -> None:
+        """Predict its state at a later time [s]."""
+        pace = float(np.hypot(*self._state[:, 1]))
+        dt = t - self._t
+        if pace < numbers.DECELERATION * dt:  # it stops on the way
+            self._state[:, 0] += 0.5 * self._state[:, 1] * pace / numbers.DECELERATION
+            self._state[:, 1:] = 0.0
+            self._p[:, 0, 0] += (numbers.REST_DOUBT * dt) ** 2
+            self._t = t
+            return
+        for k in range(2):
+            ahead, ahead_p = np.empty(3), np.empty((3, 3))
+            expected = -numbers.DECELERATION * self._state[k, 1] / pace
+            predict(
+                dt,
+                expected,
+                numbers.DECELERATION_SIGMA,
+                numbers.DECELERATION_MEMORY,
+                self._state[k],
+                self._p[k],
+                ahead,
+                ahead_p,
+            )
+            self._state[k], self._p[k] = ahead, ahead_p
+        self._t = t
+
+    def cost(self, xy: Floats, variance: Floats) -> Floats:
+        """Squared standard errors by which detections (n, 2) miss it, (n,)."""
+        total = self._p[:, 0, 0] + variance
+        return ((xy - self._state[:, 0]) ** 2 / total + np.log(total)).sum(axis=1)
+
+    def misses(self, xy: Floats, variance: Floats) -> Floats:
+        """The same without the size of the errors, (n,)."""
+        return ((xy - self._state[:, 0]) ** 2 / (self._p[:, 0, 0] + variance)).sum(axis=1)
+
+    def add(self, at: int, seen: Detections) -> None:
+        """Take a detection in."""
+        for k in range(2):
+            correct(0, seen.xy[at, k], seen.sigma[at, k] ** 2, self._state[k], self._p[k])
+        self.at.append(at)
+        self.mode.append(SLIDING)
+
+
+def left_near(
+    path: Path, places: Sequence[RestingPlace], seen: Detections, touching: float
+) -> list[RestingPlace]:
+    """Places that stones leave while a path passes near them, in the order in which they are left.
+
+    Parameters
+    ----------
+    path : of a stone that moves
+    places : where stones rest at first
+    seen : all detections
+    touching : distance of the centres of two stones that touch [m]
+    """
+    t, xy = seen.t[path.at], seen.xy[path.at]
+    reach = 3 * (touching + numbers.REACH)
+    left: list[RestingPlace] = []
+    for place in places:
+        around = np.abs(t - place.until) < 2 * numbers.CONTACT_WITHIN
+        near = np.hypot(*(xy[around] - place.xy).T).min(initial=np.inf) < reach
+        if near and t[0] < place.until < np.inf:
+            left.append(place)
+    return sorted(left, key=lambda place: place.until)
+
+
+def link(
+    thrown: Path, places: Sequence[RestingPlace], seen: Detections, touching: float
+) -> list[Mover]:
+    """The thrown stone and those that were hit, in the order in which they were.
+
+    Parameters
+    ----------
+    thrown : path of the association
+    places : where stones rest at first
+    seen : all detections
+    touching : distance of the centres of two stones that touch [m]
+    """
+    t = seen.t[thrown.at]
+    events = left_near(thrown, places, seen, touching)
+    rests = np.zeros(len(seen.t), dtype=bool)
+    for place in places:
+        rests[place.at] = True
+    first = Mover(at=thrown.at.tolist(), mode=thrown.mode.tolist())
+    if not events:
+        return [first]
+    begin = events[0].until
+    kept = thrown.at[t <= begin + 1e-6]
+    if len(kept) < 2:
+        return [first]
+    movers = [Mover(at=kept.tolist(), mode=thrown.mode[: len(kept)].tolist())]
+    last = kept[-numbers.LINK_FITS :]
+    place, velocity = np.polynomial.polynomial.polyfit(seen.t[last] - begin, seen.xy[last], 1)
+    movers[0].put(begin, place, velocity, 0.1)
+    for moment in seen.times[seen.times > begin]:
+        while events and events[0].until < moment:
+            _hit(movers, events.pop(0), touching)
+        for one in movers:
+            one.move_to(float(moment))
+        here = np.flatnonzero((seen.t == moment) & ~rests & ~seen.still)
+        if not len(here):
+            continue
+        there, variance = seen.xy[here], seen.sigma[here] ** 2
+        cost = np.array([one.cost(there, variance) for one in movers])
+        gate = np.array([one.misses(there, variance) for one in movers]) < numbers.LINK_GATE
+        cost = np.where(gate, cost - 2 * seen.score[here], _FAR)
+        for row, column in zip(*linear_sum_assignment(cost), strict=True):
+            if cost[row, column] < _FAR:
+                movers[row].add(int(here[column]), seen)
+    return movers
+
+
+_FAR = 1e6
+"""Cost of a detection that is no stone's."""
+
+
+def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
+    """Let the nearest stone hit one that rests, where it comes near enough."""
+    rested, when = place.xy, place.until + numbers.DENSE_STEP / 2
+    striker = min(movers, key=lambda one: float(np.hypot(*(one.place - rested))))
+    way = rested - striker.place
+    if np.hypot(*way) > touching + numbers.REACH:
+        return
+    velocity = striker.velocity
+    pace = float(np.hypot(*velocity))
+    # it has come as near as it is when they touch
+    along = velocity / max(pace, 1e-9)
+    ahead = float(way @ along)
+    aside = way - ahead * along
+    room = touching**2 - float(aside @ aside)
+    at = striker.place + (ahead - np.sqrt(max(room, 0.0))) * along
+    normal = (rested - at) / max(float(np.hypot(*(rested - at))), 1e-9)
+    given = numbers.COLLISION_TRANSFER * max(float(velocity @ normal), 0.0) * normal
+    doubt = numbers.COLLISION_DOUBT * pace
+    last = place.at[-3:].tolist()
+    struck = Mover(at=last, mode=[RESTING] * len(last), contacts=[when], rested=place)
+    striker.put(when, at, velocity - given, doubt)
+    struck.put(when, rested, given, doubt)
+    striker.contacts.append(when)
+    movers.append(struck)

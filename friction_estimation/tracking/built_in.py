@@ -1,0 +1,146 @@
+"""The built-in tracker: all stones of one throw, from its film to their tracks."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from curling_env.errors import InputError, NoThrowError
+from curling_env.typing import Progress, no_progress, with_progress
+from friction_estimation.appearance import StoneModel, unexplained_share
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.scene import Scene
+from friction_estimation.film.video import Film
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.association.finding import FilmStones, find_stones
+from friction_estimation.tracking.association.recording import throws_among
+from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.detection.finder import NetworkFinder
+from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
+from friction_estimation.tracking.films.steady_film import (
+    SteadyFilm,
+    blames_scene,
+    camera_of,
+    empty_ice,
+)
+from friction_estimation.tracking.measuring.looks import (
+    SeenStone,
+    heading_of,
+    learnt,
+    left_open,
+    with_focal,
+)
+from friction_estimation.tracking.measuring.measuring import Follower, follow, follower_of
+from friction_estimation.tracking.measuring.others import bare_ice, known_others
+from friction_estimation.tracking.smoothing.assembling import assemble_all
+from friction_estimation.tracking.smoothing.warnings import arrived, with_warnings, without_scatter
+
+
+def track_film(
+    film: str | Path | Film | SteadyFilm,
+    scene: Scene,
+    /,
+    *,
+    throw: int = 0,
+    options: TrackingOptions | None = None,
+    camera: RefinedCamera | None = None,
+    progress: Progress = no_progress,
+) -> FilmTrack:
+    """Track the thrown stone of one film, and all other stones on the sheet.
+
+    Parameters
+    ----------
+    film : path of the film, or the film itself, which may be a part of a longer one or be sampled
+        already
+    scene : its camera's view of the sheet
+    throw : number of the throw, for the tracks
+    options : what may be chosen; the defaults if None
+    camera : the scene's camera, if it was solved before; where the paint is not where it sees it,
+        the camera has moved and is solved again for this film
+    progress : called with the number of frames done and the expected number of all
+
+    Raises
+    ------
+    InputError : no film, points that do not fit it, a camera that moves, or no thrown stone
+    """
+    options = options or TrackingOptions()
+    if isinstance(film, str | Path):
+        film = Film.open(film, scene.fps, options.slow)
+    steady = film if isinstance(film, SteadyFilm) else SteadyFilm(film)
+    background = empty_ice(steady, scene)
+    refined, moved_px = camera_of(steady, scene, background, camera, options.refine)
+    try:
+        stones = _stones(steady, scene, refined.camera, background)
+    except InputError as error:
+        if refined.measured or not options.refine:
+            raise
+        raise blames_scene(refined, steady.path) from error
+    stone = stones.thrown
+    if refined is not camera:
+        refined = with_focal(refined, scene, [stone])
+    look = learnt(stone, refined.camera, steady)
+    if look is None:
+        raise InputError("the thrown stone is nowhere wholly in the image", source=steady.path)
+    appearance, crops = look
+    grain = background.strong_grain
+    unexplained = unexplained_share(crops, appearance, grain)
+    if min(unexplained, left_open(crops, appearance, grain)) > numbers.MAX_UNEXPLAINED:
+        raise NoThrowError(
+            "no thrown stone found: what slides along the ice does not look like a stone",
+            source=steady.path,
+        )
+    path = stone.path.seen_by(stone.found_by, refined.camera, stone.model)
+    thrown = Follower(
+        path=path,
+        appearance=appearance,
+        heading=heading_of(crops, appearance, path),
+        people=stone.people,
+    )
+    others = known_others(
+        stones.resting, steady.sample, background, refined.camera, appearance, path
+    )
+    hit = [follower_of(one, stone.people) for one in others if one.rests.path is not None]
+    gone = [one.rests for one in others if np.isfinite(one.rests.until)]
+    ice = background
+    if gone:
+        paths = [path, *(one.path for one in hit)]
+        ice = bare_ice(steady.sample, background, refined.camera, stone.model, gone, paths)
+    frames = with_progress(
+        steady.frames(), f"track {steady.path.name}", progress, steady.frame_count
+    )
+    follow(frames, thrown, hit, others, ice, refined.camera, options)
+    scatter = without_scatter(thrown, hit, refined.camera)
+    found = assemble_all(thrown, hit, others, refined)
+    if found is None:
+        raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)
+    came = arrived(stones, steady.sample, ice, refined.camera, appearance)
+    found = with_warnings(found, thrown, hit, others, scatter, came)
+    area = scene.sheet.width * scene.sheet.length
+    found = replace(
+        found,
+        stabiliser=steady.stabiliser,
+        moved_px=moved_px,
+        shows_several=len(throws_among(stones.paths, stones.seen, stone.found_by, area)) > 1,
+        unexplained=(*found.unexplained, *steady.remarks),
+    )
+    return found.numbered(throw)
+
+
+def find_thrown(
+    film: SteadyFilm, scene: Scene, camera: Camera, background: Background
+) -> SeenStone:
+    """Find the thrown stone of a film in its sampled frames.
+
+    Raises
+    ------
+    NoThrowError : nothing slides along the ice
+    """
+    return _stones(film, scene, camera, background).thrown
+
+
+def _stones(film: SteadyFilm, scene: Scene, camera: Camera, background: Background) -> FilmStones:
+    model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
+    return find_stones(film, scene, camera, background, NetworkFinder(camera, scene.sheet, model))

@@ -1,1 +1,0 @@
-"""Long films, and where in them stones are thrown."""

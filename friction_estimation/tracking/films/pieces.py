@@ -1,0 +1,125 @@
+"""A film cut into its throws, each of which is then tracked as a film of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from curling_env.errors import NoThrowError
+from curling_env.typing import Progress, no_progress
+from friction_estimation.camera.pose import camera_from_scene
+from friction_estimation.camera.scene import Scene
+from friction_estimation.film.stabilisation import stabiliser_for
+from friction_estimation.film.video import Film
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.association.recording import find_throws
+
+STILL_FRAMES = 25
+"""Frames in which a film without a throw is checked for a camera that moves."""
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Piece:
+    """What shows one throw: a film, or a part of one.
+
+    Parameters
+    ----------
+    path : the film's file
+    film : what is tracked; the path for all of a film that is not opened yet
+    begin, end : where the part lies in the film [s]; None for all of it
+    """
+
+    path: Path
+    film: Film | Path
+    begin: float | None = None
+    end: float | None = None
+
+    @classmethod
+    def whole(cls, film: Film | Path) -> Piece:
+        """All of a film."""
+        return cls(path=film.path if isinstance(film, Film) else film, film=film)
+
+    @property
+    def name(self) -> str:
+        """From when to when, in words."""
+        if self.begin is None or self.end is None:
+            return "all of it"
+        return f"{minutes(self.begin)} to {minutes(self.end)}"
+
+    @property
+    def key(self) -> list[float] | None:
+        """What tells it from other parts of the film, for JSON."""
+        if not isinstance(self.film, Film) or (self.film.whole and not self.film.first):
+            return None
+        return [self.film.first, self.film.frame_count]
+
+    @property
+    def summary(self) -> dict[str, Any]:
+        """Where it lies in the film, for JSON."""
+        return {} if self.begin is None else {"clock": round(self.begin, 3)}
+
+
+def cut(
+    film: Film,
+    scene: Scene,
+    *,
+    look_through: bool = False,
+    left_out: Callable[[str], object] = lambda why: None,
+    progress: Progress = no_progress,
+) -> list[Piece]:
+    """The throws of a film in order; all of it where it is short and shows no more than one.
+
+    Parameters
+    ----------
+    film : of one throw or of many
+    scene : its camera's view of the sheet
+    look_through : whether even a film is looked through that is so short that it hardly shows two
+    left_out : called with what is left out of a film that is cut, and why
+    progress : called with the number of frames passed and the expected number of all
+
+    Raises
+    ------
+    InputError : points that do not fit the film, or a long film in which nothing is thrown
+    """
+    if not look_through and is_short(film):
+        return [Piece.whole(film)]
+    back: list[tuple[float, float]] = []
+    throws = find_throws(
+        film,
+        scene,
+        camera_from_scene(scene, film.size),
+        slid_back=lambda *when: back.append(when),
+        progress=progress,
+    )
+    if len(throws) <= 1 and film.duration <= numbers.ONE_THROW_SECONDS:
+        return [Piece.whole(film)]
+    if not throws:
+        stabiliser_for(film.sample(STILL_FRAMES), film.path)  # refuses a camera that moves
+        raise NoThrowError(
+            f"no throw found in {minutes(film.duration)} of film: nothing slides along the ice as "
+            "a stone does",
+            source=film.path,
+        )
+    for begin, end in back:
+        when = f"{minutes(begin)} to {minutes(end)}"
+        left_out(f"{when}: slid back from where the stone before it came to rest")
+    pieces: list[Piece] = []
+    for throw in throws:
+        part = film.part(throw.begin, throw.end)
+        begin = film.begin_of(part)
+        pieces.append(Piece(path=film.path, film=part, begin=begin, end=begin + part.duration))
+    return pieces
+
+
+def is_short(film: Film) -> bool:
+    """Whether a film is so short that it hardly shows two throws."""
+    return film.duration < min(numbers.SHORT_SECONDS, numbers.ONE_THROW_SECONDS)
+
+
+def minutes(t: float) -> str:
+    """A time as minutes and seconds."""
+    minutes, seconds = divmod(t, 60)
+    hours, minutes = divmod(int(minutes), 60)
+    return f"{hours}:{minutes:02d}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}"

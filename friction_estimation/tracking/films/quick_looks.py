@@ -1,0 +1,127 @@
+"""Quick looks at a long film: some frames of every second, of which most are never decoded."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from av.packet import Packet
+from av.video.frame import VideoFrame
+from av.video.reformatter import Interpolation
+from av.video.stream import VideoStream
+
+from curling_env.typing import Image
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.decoding import (
+    decoded,
+    opened,
+    seek_before,
+    stamp,
+    timestamp_of,
+    timetable_of,
+)
+from friction_estimation.film.frame import brightness_of
+from friction_estimation.film.video import Film
+from friction_estimation.tracking import numbers
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Look:
+    """One frame of a film, as it is stored.
+
+    Parameters
+    ----------
+    t : when it was taken, since the film began [s]
+    stored : the frame as the decoder gives it
+    """
+
+    t: float
+    stored: VideoFrame
+
+    @property
+    def grey(self) -> Image:
+        """Its brightness, (height, width)."""
+        return np.ascontiguousarray(np.rot90(brightness_of(self.stored), self._turns))
+
+    def picture(self, parts: int) -> Image:
+        """All of it with 1/`parts` of the lines and columns, BGR."""
+        small = self.stored.reformat(
+            width=self.stored.width // parts,
+            height=self.stored.height // parts,
+            format="bgr24",
+            interpolation=Interpolation.AREA,
+        )
+        picture = np.asarray(small.to_ndarray(), dtype=np.uint8)
+        return np.ascontiguousarray(np.rot90(picture, self._turns))
+
+    @property
+    def _turns(self) -> int:
+        return self.stored.rotation // 90 % 4
+
+
+def looks(film: Film, low: float = 0.0, high: float = np.inf) -> Iterator[Look]:
+    """Frames from one time to another [s], some in every second.
+
+    They are key frames where these come often enough, so that nothing between them is decoded.
+    """
+    moments, keys, unit = timetable_of(film.path)
+    with opened(film.path) as (container, stream):
+        tick = float(unit) / film.slow
+        begin = moments[film.first] if moments else None
+        if moments and low > 0:
+            seek_before(container, stream, moments[film.first] + round(low / tick))
+        far_apart = numbers.MAX_KEY_GAP / tick
+        codec = stream.codec_context
+        codec.skip_frame = "NONREF"
+        due, sparse = -np.inf, True
+
+        def wanted(packet: Packet[VideoStream]) -> bool:
+            nonlocal due, sparse
+            moment = timestamp_of(packet)
+            if moment is None or not packet.size:
+                return True
+            if not packet.is_keyframe:
+                return sparse
+            after = bisect_right(keys, moment)
+            end = keys[after] if after < len(keys) else (moments or (moment,))[-1]
+            sparse = end - moment > far_apart
+            if sparse or moment * tick >= due:
+                due = moment * tick + numbers.LOOK_STEP - 0.5 / film.fps
+                return True
+            return False
+
+        last = -np.inf
+        until = None if np.isinf(high) or begin is None else begin + round(high / tick)
+        index = -1
+        for frame, damaged in decoded(container, stream, wanted, until):
+            index += 1
+            if damaged:
+                continue
+            t = stamp(frame, stream, begin) / film.slow
+            if np.isnan(t) or film.fps_given:
+                t = index / film.fps
+            if t >= last + numbers.LOOK_STEP - 0.5 / film.fps and low <= t <= high:
+                last = t
+                yield Look(t=t, stored=frame)
+
+
+def parts_for(size: tuple[int, int]) -> int:
+    """By how many parts a picture's lines and columns may be divided and still show stones."""
+    parts = 1
+    while min(size) / parts > numbers.FINE_LINES:
+        parts *= 2
+    return parts
+
+
+def smaller(camera: Camera, parts: int) -> Camera:
+    """The camera of pictures with 1/`parts` of the lines and columns."""
+    if parts == 1:
+        return camera
+    lens = camera.lens
+    matrix = lens.matrix.copy()
+    matrix[:2] /= parts
+    matrix[:2, 2] += (1 / parts - 1) / 2  # pixels are counted from the first one's centre
+    size = (lens.size[0] // parts, lens.size[1] // parts)
+    return replace(camera, lens=replace(lens, matrix=matrix, size=size))

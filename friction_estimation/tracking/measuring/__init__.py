@@ -1,0 +1,1 @@
+"""The fit of each stone in every frame."""

@@ -1,0 +1,396 @@
+"""One heading curve for the whole track, from all pictures of the handle together.
+
+Far from the camera a handle is one or two pixels wide: a single picture hardly shows its heading,
+and its two ends look alike. But a stone rotates steadily, and ever more slowly as it slows down. So
+single pictures, a fraction of a second apart, say how well each heading fits, and the rotation is
+found that fits all of them best: first with a spin that falls as a power of the speed, then with a
+slow drift from it. Where another heading fits a stretch of the film better, no heading is given.
+Where the headings that were measured frame by frame have strayed from it, the single pictures' take
+their place.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.interpolate import PchipInterpolator
+
+from curling_env.typing import Flags, Floats
+from friction_estimation.tracking import numbers
+
+_ANGLES = np.linspace(-np.pi, np.pi, 48, endpoint=False)
+"""Deviations from a heading that are compared [rad]; the first is the opposite heading."""
+
+
+@dataclass(eq=False)
+class HeadingViews:
+    """Misfits of each heading to single pictures of a stone.
+
+    Parameters
+    ----------
+    t : (n,) times of the pictures [s]
+    cost : (n, k) misfits at k headings evenly spaced from -π, in squared standard errors
+    """
+
+    t: list[float] = field(default_factory=list)
+    cost: list[Floats] = field(default_factory=list)
+
+    def add(self, t: float, cost: Floats) -> None:
+        """Add a picture: its time [s] and its misfit at each heading, (k,)."""
+        self.t.append(t)
+        self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
+
+    def between(self, low: float, high: float) -> HeadingViews:
+        """The pictures from one time to before another [s]."""
+        kept = [k for k, t in enumerate(self.t) if low <= t < high]
+        return HeadingViews(t=[self.t[k] for k in kept], cost=[self.cost[k] for k in kept])
+
+
+@dataclass(frozen=True, kw_only=True)
+class KnownHeading:
+    """Heading and spin of a stone when a stretch of its way began.
+
+    A contact does not turn a stone at once, and changes little how fast it turns.
+
+    Parameters
+    ----------
+    t : when [s]; no later than the first picture of the stretch
+    theta : heading [rad]
+    spin : how fast it turned [rad/s]
+    """
+
+    t: float
+    theta: float
+    spin: float = 0.0
+
+    def waves(self) -> NDArray[np.complex128]:
+        """Return the cost of each heading then, as the waves of a picture."""
+        waves = np.zeros(numbers.HEADING_WAVES + 1, dtype=complex)
+        cost = 1 / numbers.KNOWN_HEADING_SIGMA**2
+        waves[:2] = cost, -cost * np.exp(-1j * self.theta)
+        return waves
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class SeenHeadings:
+    """The headings that single pictures show near a curve.
+
+    Parameters
+    ----------
+    t : (n,) times of the pictures [s]
+    theta, sigma : (n,) unwrapped headings and their standard errors [rad]; NaN where none is shown
+    """
+
+    t: Floats
+    theta: Floats
+    sigma: Floats
+
+
+class HeadingCurve:
+    """A stone's heading through a throw.
+
+    Parameters
+    ----------
+    times : (n,) increasing [s]
+    headings : (n,) unwrapped [rad]
+    trusted : (n,) whether the pictures around a time agree with the curve; None: they always do
+    seen : what single pictures show near it; None where that is not known
+    """
+
+    def __init__(
+        self,
+        times: Sequence[float] | Floats,
+        headings: Sequence[float] | Floats,
+        trusted: Flags | None = None,
+        seen: SeenHeadings | None = None,
+    ) -> None:
+        self._t, self._theta = np.asarray(times), np.asarray(headings)
+        self.seen = seen
+        self._trusted = np.ones(len(self._t), dtype=bool) if trusted is None else trusted
+        self._cubics = PchipInterpolator(self._t, self._theta).c
+
+    @classmethod
+    def through(cls, t: Floats, theta: Floats) -> HeadingCurve:
+        """The curve through headings of single frames, each of which may be off.
+
+        Parameters
+        ----------
+        t, theta : (n,) increasing times [s] and unwrapped headings [rad]
+        """
+        return cls(t, _bell_mean(t, theta))
+
+    def at(self, t: Floats | float) -> Floats:
+        """Heading at times [s]; before the first and after the last one the spin stays the same."""
+        t = np.asarray(t, dtype=np.float64)
+        inside = np.clip(t, self._t[0], self._t[-1])
+        piece = np.clip(np.searchsorted(self._t, inside, side="right") - 1, 0, len(self._t) - 2)
+        cubic, square, slope, start = self._cubics[:, piece]
+        since = inside - self._t[piece]
+        rate = slope + since * (2 * square + since * 3 * cubic)
+        return start + since * (slope + since * (square + since * cubic)) + rate * (t - inside)
+
+    def trusted(self, t: Floats) -> Flags:
+        """Return whether the curve may be trusted at times [s], (n,)."""
+        after = np.clip(np.searchsorted(self._t, t), 1, len(self._t) - 1)
+        nearest = np.where(t - self._t[after - 1] < self._t[after] - t, after - 1, after)
+        return self._trusted[nearest] & (
+            np.abs(t - self._t[nearest]) <= numbers.MAX_HEADING_GAP / 2
+        )
+
+    def differs(self, other: HeadingCurve) -> bool:
+        """Return whether another curve, where it may be trusted, is not this one."""
+        miss = np.angle(np.exp(1j * (self.at(other._t) - other._theta)))
+        return bool(np.mean(np.abs(miss[other._trusted]) > numbers.HEADING_MATCH / 2) > 0.1)
+
+
+def headings_near(
+    curve: HeadingCurve, t: Floats, theta: Floats, sigma: Floats
+) -> tuple[Floats, Floats]:
+    """Measured headings near a curve, unwrapped, and their standard errors, each (n,).
+
+    A fit that starts at a wrong heading finds another one, and so does the next: where most frames
+    around one have strayed from the curve, the single pictures are asked. NaN where nothing is near
+    the curve, and where it is not trusted.
+
+    Parameters
+    ----------
+    t, theta, sigma : (n,) times [s], measured headings modulo 2π and their standard errors [rad];
+        NaN where unknown
+    """
+    expected = curve.at(t)
+    miss = np.angle(np.exp(1j * (theta - expected)))
+    near = np.abs(miss) < numbers.HEADING_MATCH
+    around = (np.abs(t[:, None] - t) <= numbers.HEADING_NEIGHBOURS).astype(np.float64)
+    measured = np.isfinite(theta)
+    near &= around @ near >= numbers.LEAST_NEAR * (around @ measured)
+    found, error = np.where(near, expected + miss, np.nan), np.where(near, sigma, np.nan)
+    if curve.seen is not None:
+        at = np.searchsorted(t, curve.seen.t)
+        own = np.flatnonzero((at < len(t)) & np.isfinite(curve.seen.theta))
+        own = own[np.isclose(t[at[own]], curve.seen.t[own]) & ~near[at[own]]]
+        found[at[own]], error[at[own]] = curve.seen.theta[own], curve.seen.sigma[own]
+    trusted = np.isfinite(found) & curve.trusted(t)
+    if not trusted.any():
+        return np.full(len(t), np.nan), np.full(len(t), np.nan)
+    kept = _longest_stretch(t, trusted)
+    return np.where(kept, found, np.nan), np.where(kept, error, np.nan)
+
+
+def unseen_turn(curve: HeadingCurve, t: Floats, speed: Floats, age: Floats) -> Floats:
+    """Return the turn of a stone since its pixels last changed, (n,) [rad].
+
+    Parameters
+    ----------
+    t, speed : (n,) times [s], and the speed then [m/s]
+    age : (n,) how long ago the pixels last changed [s]
+    """
+    then = t - age
+    spin = (curve.at(then) - curve.at(then - numbers.HEADING_VIEW_INTERVAL)) / (
+        numbers.HEADING_VIEW_INTERVAL
+    )
+    until_rest = np.interp(then, t, speed) / numbers.DECELERATION
+    return np.abs(spin) * np.minimum(age, until_rest)
+
+
+def _longest_stretch(t: Floats, trusted: Flags) -> Flags:
+    """The longest stretch of trusted frames without a long gap."""
+    at = np.flatnonzero(trusted)
+    stretches = np.split(at, np.flatnonzero(np.diff(t[at]) > numbers.MAX_HEADING_GAP) + 1)
+    kept = np.zeros(len(t), dtype=bool)
+    kept[max(stretches, key=len)] = True
+    return kept
+
+
+def fit_heading_curve(
+    views: HeadingViews, t: Floats, speed: Floats, known: KnownHeading | None = None
+) -> HeadingCurve | None:
+    """The heading curve that fits all pictures best.
+
+    Parameters
+    ----------
+    t, speed : (m,) times [s] and the speed of the stone then [m/s]
+    known : the heading at the beginning, where it is known; it tells front from rear
+
+    Returns
+    -------
+    None where the pictures show no heading, or do not tell the front of the handle from its rear.
+    """
+    times = np.array(views.t)
+    least = numbers.MIN_HEADING_VIEWS if known is None else numbers.MIN_LATER_VIEWS
+    if len(times) < least:
+        return None
+    counts = _counts(times, t, speed)
+    waves = _waves_of(views, counts)
+    if known is not None:
+        times = np.append(min(known.t, times[0] - 1e-3), times)
+        waves = np.vstack([known.waves(), waves])
+        counts = np.append(1.0, counts)
+    theta = _steady_rotation(times, waves, t, speed, known)
+    theta = theta + _drift(times, waves, theta)
+    # How much more a deviation from the curve would cost at each time: (n, angles)
+    excess = _cost_at(waves, theta[:, None] + _ANGLES) - _cost_at(waves, theta)[:, None]
+    rotation = float(np.abs(np.diff(theta)).sum()) / numbers.INDEPENDENT_VIEW
+    independent = numbers.MIN_INDEPENDENT_VIEWS + min(np.ptp(times), rotation)
+    own = slice(0 if known is None else 1, None)
+    seen = excess[own]
+    if len(seen) >= 2 * numbers.MIN_HEADING_VIEWS:
+        by_others = _foretold(times, waves, t, speed, known)
+        seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
+        seen = seen[own]
+    others = [seen.mean(axis=1)]  # any heading
+    if known is None:
+        others.append(seen[:, 0])  # turned round
+    if not all(_is_clear(other, counts[own], independent) for other in others):
+        return None
+    near = np.abs(times[:, None] - times) <= numbers.HEADING_NEIGHBOURS
+    excess_nearby = near @ excess
+    trusted = excess_nearby[:, np.abs(_ANGLES) > numbers.HEADING_MATCH].min(axis=1) > 0
+    if not trusted.any():
+        return None
+    return HeadingCurve(times, theta, trusted, _seen_near(times[own], waves[own], theta[own]))
+
+
+def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
+    """Return whether pictures cost clearly more at one heading than at another.
+
+    Parameters
+    ----------
+    excess, counts : (n,) excess cost of each picture and its weight
+    independent : number of pictures that count as independent
+    """
+    costs = excess / counts
+    mean = np.average(costs, weights=counts)
+    spread = np.sqrt(np.average((costs - mean) ** 2, weights=counts))
+    return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
+
+
+def _foretold(
+    times: Floats,
+    waves: NDArray[np.complex128],
+    t: Floats,
+    speed: Floats,
+    known: KnownHeading | None,
+) -> Floats:
+    """The heading at each picture by every other one without it, (n,) [rad].
+
+    A curve through pictures that show nothing fits them too; those left out it does not.
+    """
+    found = np.empty(len(times))
+    for first in (0, 1):
+        own = np.arange(len(times)) % 2 == first
+        if known is not None:
+            own[0] = True
+        theta = _steady_rotation(times[own], waves[own], t, speed, known)
+        theta = theta + _drift(times[own], waves[own], theta)
+        found[~own] = HeadingCurve(times[own], theta).at(times[~own])
+        if known is not None:
+            found[0] = theta[0]
+    return found
+
+
+def _counts(times: Floats, t: Floats, speed: Floats) -> Floats:
+    """Return the weight of each picture, (n,).
+
+    All pictures of a stone that hardly moves repeat each other's faults, and together count as one.
+    """
+    way = np.concatenate([[0.0], np.cumsum(np.diff(t) * (speed[1:] + speed[:-1]) / 2)])
+    place = np.floor(np.interp(times, t, way) / numbers.REPEATED_WAY)
+    return 1 / np.count_nonzero(place[:, None] == place, axis=1)
+
+
+def _waves_of(views: HeadingViews, counts: Floats) -> NDArray[np.complex128]:
+    """The waves by which what each heading costs is added up, (n, waves)."""
+    cost = np.array(views.cost) * counts[:, None]
+    waves = np.fft.rfft(cost, axis=1)[:, : numbers.HEADING_WAVES + 1] / cost.shape[1]
+    waves[:, 1:] *= 2
+    # the first heading is -π
+    return waves * np.exp(1j * np.pi * np.arange(numbers.HEADING_WAVES + 1))
+
+
+def _seen_near(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> SeenHeadings:
+    """The heading near a curve that fits each picture best."""
+    off = np.linspace(-numbers.HEADING_MATCH, numbers.HEADING_MATCH, 29)
+    cost = _cost_at(waves, theta[:, None] + off)
+    at = np.argmin(cost, axis=1)
+    inside = np.clip(at, 1, len(off) - 2)
+    left, middle, right = (cost[np.arange(len(cost)), inside + k] for k in (-1, 0, 1))
+    bend = np.maximum(left - 2 * middle + right, 1e-9)
+    step = off[1] - off[0]
+    best = theta + off[inside] + step * np.clip((left - right) / (2 * bend), -1, 1)
+    shown = at == inside
+    return SeenHeadings(
+        t=times,
+        theta=np.where(shown, best, np.nan),
+        sigma=np.where(shown, step * np.sqrt(2 / bend), np.nan),
+    )
+
+
+def _cost_at(waves: NDArray[np.complex128], theta: Floats) -> Floats:
+    """Misfit of each picture at one heading (n,) or several (n, k)."""
+    flat = theta.reshape(len(waves), -1)
+    turned = np.exp(1j * flat[..., None] * np.arange(numbers.HEADING_WAVES + 1))
+    return np.einsum("nw,nkw->nk", waves, turned).real.reshape(theta.shape)
+
+
+def _steady_rotation(
+    times: Floats,
+    waves: NDArray[np.complex128],
+    t: Floats,
+    speed: Floats,
+    known: KnownHeading | None,
+) -> Floats:
+    """Return the headings, (n,), with the most likely spin that falls as a power of the speed."""
+    share = np.clip(speed / max(float(np.nanmax(speed)), 1e-6), 0.0, 1.0)
+    fronts = np.exp(1j * np.outer(np.arange(numbers.HEADING_WAVES + 1), _ANGLES))
+    best, least = np.zeros(len(times)), np.inf
+    for power in numbers.SPIN_DECAY_POWERS:
+        rate = np.where(share > 0.02, share**power, 0.0)
+        swept = np.concatenate([[0.0], np.cumsum(np.diff(t) * (rate[1:] + rate[:-1]) / 2)])
+        way = np.interp(times, t, swept)
+        # A few at a time, so that their numbers stay in the fastest memory.
+        for spins in np.array_split(numbers.SPINS_TRIED, len(numbers.SPINS_TRIED) // 2):
+            turned = np.exp(1j * spins[:, None] * way)
+            total = np.empty((len(spins), numbers.HEADING_WAVES + 1), dtype=complex)
+            power_of = np.ones_like(turned)
+            for wave in range(numbers.HEADING_WAVES + 1):
+                total[:, wave] = power_of @ waves[:, wave]
+                power_of *= turned
+            costs = np.real(total @ fronts)
+            if known is not None:
+                costs += (((spins - known.spin) / numbers.SPIN_CHANGE_AT_CONTACT) ** 2)[:, None]
+            i, k = np.unravel_index(int(np.argmin(costs)), costs.shape)
+            if costs[i, k] < least:
+                least, best = float(costs[i, k]), _ANGLES[k] + spins[i] * way
+    return best
+
+
+def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Floats:
+    """Return the slow drift of the heading from a steady rotation, (n,) [rad].
+
+    It is the most likely random walk through the pictures, by dynamic programming.
+    """
+    own = _cost_at(waves, theta[:, None] + _ANGLES)
+    step = np.angle(np.exp(1j * (_ANGLES[:, None] - _ANGLES)))  # [now, before]
+    value = own[0]
+    came_from: list[NDArray[np.intp]] = []
+    for k in range(1, len(times)):
+        options = value + step**2 / (numbers.HEADING_WANDER**2 * (times[k] - times[k - 1]))
+        came_from.append(np.argmin(options, axis=1))
+        value = own[k] + options.min(axis=1)
+    at = int(np.argmin(value))
+    chosen = [at]
+    for back in came_from[::-1]:
+        at = int(back[at])
+        chosen.append(at)
+    drift = np.unwrap(_ANGLES[chosen[::-1]])
+    # The grid of angles would make it jump: an average over neighbours smooths that.
+    return _bell_mean(times, drift)
+
+
+def _bell_mean(t: Floats, values: Floats) -> Floats:
+    """The mean of values (n,) around each time, the nearest of which count most."""
+    bell = np.exp(-0.5 * ((t[:, None] - t) / (numbers.HEADING_NEIGHBOURS / 4)) ** 2)
+    return bell @ values / bell.sum(axis=1)

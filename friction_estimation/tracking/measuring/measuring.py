@@ -1,0 +1,209 @@
+"""Measuring stones in every frame: each fit starts where the motion model predicts the stone."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from curling_env.typing import Floats
+from friction_estimation.appearance import Appearance, PosedStone, StoneFit, measure_occluded
+from friction_estimation.camera.camera import Camera
+from friction_estimation.film.frame import Frame
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.association.coarse import CoarsePath
+from friction_estimation.tracking.association.motion import correct, predict
+from friction_estimation.tracking.detection.background import Background
+from friction_estimation.tracking.films.film_track import TrackingOptions
+from friction_estimation.tracking.measuring.heading import HeadingCurve
+from friction_estimation.tracking.measuring.measurements import Measurements
+from friction_estimation.tracking.measuring.others import OtherStone
+
+_STALE = 1.0
+"""A stone unseen for longer is sought by its coarse path alone [s]."""
+
+
+@dataclass(eq=False)
+class Follower:
+    """One stone that is measured frame by frame.
+
+    Parameters
+    ----------
+    path : where the sampled frames show it
+    appearance : its look
+    heading : its heading, where it is known
+    people : whether someone may be in the way
+    since : when it is looked for first [s]
+    turned : its heading then, where the curve is not known [rad]
+    """
+
+    path: CoarsePath
+    appearance: Appearance
+    heading: HeadingCurve | None
+    people: bool
+    since: float = -np.inf
+    turned: float = 0.0
+    measured: Measurements = field(default_factory=Measurements)
+    _state: Floats = field(default_factory=lambda: np.zeros((2, 3)))
+    _p: Floats = field(default_factory=lambda: np.zeros((2, 3, 3)))
+    _t: float = -np.inf
+    _seen: float = -np.inf
+    _theta: float = 0.0
+
+    def __post_init__(self) -> None:
+        self._theta = self.turned
+
+    def measure(
+        self,
+        t: float,
+        frame: Frame,
+        background: Background,
+        camera: Camera,
+        options: TrackingOptions,
+        others: Sequence[PosedStone] = (),
+    ) -> StoneFit | None:
+        """Measure the stone in a frame; None where it is not seen."""
+        place, _, spread = self.path.at(t)
+        theta = self._heading(t)
+        pixel = 1.0 / np.linalg.norm(camera.px_per_metre(place), -2)
+        least = numbers.LEAST_GATE + numbers.LEAST_GATE_PX * pixel
+        if any(abs(t - contact) < numbers.DENSE_STEP for contact in self.path.contacts):
+            self._seen = -np.inf  # its motion before says nothing of that after
+        if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
+            least += numbers.CONTACT_GATE
+        tries = [(place, spread)] if spread.max() < numbers.LOST else []
+        if self._predict(t):
+            tries.insert(0, (self._state[:, 0].copy(), np.sqrt(self._p[:, 0, 0])))
+        strays: list[StoneFit] = []
+        for at, doubt in tries:
+            if not np.isfinite(at).all():
+                continue
+            fit = measure_occluded(
+                frame,
+                background.channels,
+                background.origin_px,
+                camera,
+                self.appearance,
+                np.array([*at, theta]),
+                others,
+                people=self.people,
+            )
+            if fit is None or fit.visible < options.min_visible or fit.inside < options.min_inside:
+                continue
+            error = np.hypot(doubt, np.sqrt(np.diag(fit.covariance)[:2]))
+            away = np.abs(fit.xy - at)
+            if (away < np.maximum(numbers.GATE * error, least)).all():
+                self._update(t, fit)
+                return fit
+            near = np.hypot(*away) < options.gate + 2 * pixel
+            if near and not self.people and t - self._seen < _STALE:
+                strays.append(fit)
+        if not strays:
+            return None
+        # No person is near that it might be: the stone itself moves as no stone does alone.
+        self._seen = -np.inf
+        self._update(t, strays[0])
+        return strays[0]
+
+    def posed(self, t: float) -> PosedStone:
+        """Expected pose in a frame, for its neighbours."""
+        place = self.path.at(t)[0]
+        if t - self._seen < _STALE:
+            place = self._state[:, 0]
+        return PosedStone(look=self.appearance, pose=np.array([*place, self._heading(t)]))
+
+    def _heading(self, t: float) -> float:
+        return self._theta if self.heading is None else float(self.heading.at(t))
+
+    def _predict(self, t: float) -> bool:
+        """Predict the state at a time [s]; returns whether it is known."""
+        if t - self._seen > _STALE:
+            return False
+        velocity = self._state[:, 1]
+        pace = float(np.hypot(*velocity))
+        held = t <= self.path.released
+        way = velocity / max(pace, 0.05)
+        for k in range(2):
+            expected = 0.0 if held else -numbers.DECELERATION * way[k]
+            sigma = float(
+                np.hypot(numbers.DECELERATION_SIGMA * way[k], numbers.CURL_SIGMA * way[1 - k])
+            )
+            sigma = numbers.CARRIED_ACCELERATION if held else max(sigma, numbers.CURL_SIGMA)
+            memory = 0.5 if held else numbers.DECELERATION_MEMORY
+            ahead, ahead_p = np.empty(3), np.empty((3, 3))
+            predict(
+                t - self._t, expected, sigma, memory, self._state[k], self._p[k], ahead, ahead_p
+            )
+            self._state[k], self._p[k] = ahead, ahead_p
+        self._t = t
+        return True
+
+    def _update(self, t: float, fit: StoneFit) -> None:
+        if t - self._seen > _STALE:
+            _, velocity, _ = self.path.at(t)
+            self._state[:, 0], self._state[:, 1], self._state[:, 2] = fit.xy, velocity, 0.0
+            self._p[:] = np.diag([1.0, 0.3**2, numbers.DECELERATION_SIGMA**2])
+        for k in range(2):
+            variance = float(fit.covariance[k, k]) + 1e-6
+            correct(0, float(fit.xy[k]), variance, self._state[k], self._p[k])
+        self._t = self._seen = t
+        if np.isfinite(fit.theta):
+            self._theta = fit.theta
+
+
+def follower_of(stone: OtherStone, people: bool) -> Follower:
+    """Follower of a stone from the moment at which it was hit.
+
+    Parameters
+    ----------
+    stone : as it rests; it has a path
+    people : whether someone may be in the way
+    """
+    assert stone.rests.path is not None
+    heading = None if np.isnan(stone.heading) else stone.heading
+    return Follower(
+        path=stone.rests.path,
+        appearance=stone.look,
+        heading=None,
+        people=people,
+        since=stone.rests.until,
+        turned=0.0 if heading is None else heading,
+    )
+
+
+def follow(
+    frames: Iterable[tuple[float, Frame]],
+    thrown: Follower,
+    hit: Sequence[Follower],
+    others: Sequence[OtherStone],
+    ice: Background,
+    camera: Camera,
+    options: TrackingOptions,
+) -> None:
+    """Measure the thrown stone and those that are hit in every frame.
+
+    Parameters
+    ----------
+    frames : times [s] and frames
+    thrown, hit : what follows them; their measurements are added
+    others : the stones that rest at first
+    ice : the ice without the stones that leave their places
+    """
+    for t, frame in frames:
+        beside = [
+            PosedStone(look=one.look, pose=one.pose, in_background=np.isinf(one.rests.until))
+            for one in others
+            if t < one.rests.until
+        ]
+        moving = [one for one in (thrown, *hit) if t >= one.since]
+        posed = [one.posed(t) for one in moving]
+        for k, one in enumerate(moving):
+            around = [*beside, *posed[:k], *posed[k + 1 :]]
+            fit = one.measure(t, frame, ice, camera, options, around)
+            posed[k] = one.posed(t)
+            one.measured.add(t, fit, frame, ice, camera, one.appearance, around)
+        for one in (thrown, *hit):
+            if t < one.since:
+                one.measured.t.append(t)
+                one.measured.fits.append(None)

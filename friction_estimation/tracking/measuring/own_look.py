@@ -1,0 +1,133 @@
+"""The look of another stone on the sheet: shaped like the thrown one, in different colours."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from curling_env.typing import Flags, Floats
+from friction_estimation.appearance import Appearance
+from friction_estimation.appearance.crops import (
+    Crop,
+    composite,
+    coverage,
+    light_of_parts,
+    misfit_of,
+    painted_planes,
+    robust_weights,
+)
+from friction_estimation.appearance.shape import HANDLE, PARTS
+from friction_estimation.appearance.tuning import PIXEL_CORRELATION
+from friction_estimation.film.channels import blue_and_red, channels_of_colour, green_beside
+from friction_estimation.tracking import numbers
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OwnLook:
+    """The look of a stone, as its pictures show it.
+
+    Parameters
+    ----------
+    look : with its own colours
+    heading : the most likely [rad]; 0 where it has no handle
+    clear : whether all others are far less likely
+    """
+
+    look: Appearance
+    heading: float
+    clear: bool
+
+
+def own_look(crop: Crop, thrown: Appearance, hidden: Flags | None = None) -> OwnLook:
+    """The look of the stone in a picture, with its heading.
+
+    All stones are of like granite, and no handle is brighter or more colourful than film can show:
+    else the colours of a handle that is painted the wrong way round would explain the picture.
+
+    Parameters
+    ----------
+    crop : the picture; its place is nearly right
+    thrown : the look of the thrown stone
+    hidden : (n,) the pixels that count for nothing; None: all count
+    """
+    placed = replace(crop, pose=np.array([*crop.pose[:2], 0.0]))
+    if not thrown.has_handle:
+        return OwnLook(look=coloured([placed], thrown, hidden)[0], heading=0.0, clear=False)
+    headings = np.linspace(-np.pi, np.pi, numbers.HEADINGS_TRIED, endpoint=False)
+    found: list[tuple[Appearance, float]] = []
+    for heading in headings:
+        placed.pose[2] = heading
+        found.append(coloured([placed], thrown, hidden))
+    costs = np.array([cost for _, cost in found])
+    best = int(np.argmin(costs))
+    away = np.abs(np.angle(np.exp(1j * (headings - headings[best]))))
+    others = costs[away > numbers.HEADING_MATCH].min()
+    return OwnLook(
+        look=found[best][0],
+        heading=float(headings[best]),
+        clear=bool(others - costs[best] > numbers.CLEAR_FRONT),
+    )
+
+
+def coloured(
+    crops: Sequence[Crop], thrown: Appearance, hidden: Flags | None = None
+) -> tuple[Appearance, float]:
+    """Return a stone's look in its most likely colours, and the misfit [squared standard errors].
+
+    Parameters
+    ----------
+    crops : pictures of the stone, with its poses
+    thrown : the look of the thrown stone
+    hidden : (n,) pixels of each picture that count for nothing; None: all count
+    """
+    covers = [coverage(crop, thrown) for crop in crops]
+    usual, spread = _usual(thrown)
+    active = len(PARTS) if thrown.has_handle else len(PARTS) - 1
+    colours = usual.copy()
+    counts = 1.0 if hidden is None else (~hidden).astype(np.float64)
+    for _ in range(numbers.COLOUR_ROUNDS):
+        normal = np.zeros((3, active, active))
+        right = np.zeros((3, active))
+        for crop, cover in zip(crops, covers, strict=True):
+            rest = composite(cover, crop.background, np.zeros_like(colours))
+            shown = composite(cover, crop.background, colours)
+            weight = counts * robust_weights(crop.pixels - shown, thrown.noise) / PIXEL_CORRELATION
+            for channel in range(3):
+                share = light_of_parts(cover, channel)[:, :active]
+                told = (share * weight[:, None]).T / thrown.noise[channel] ** 2
+                normal[channel] += told @ share
+                right[channel] += told @ (crop.pixels - rest)[:, channel]
+        for channel in range(3):
+            believed = spread[:active, channel] ** -2.0
+            colours[:active, channel] = np.linalg.solve(
+                normal[channel] + np.diag(believed),
+                right[channel] + believed * usual[:active, channel],
+            )
+        if thrown.has_handle:
+            colours[HANDLE] = _filmable(colours[HANDLE])
+    look = replace(thrown, colours=colours)
+    misfit = float((((colours - usual) / spread)[:active] ** 2).sum())
+    for crop, cover in zip(crops, covers, strict=True):
+        placed = crop
+        if hidden is not None and hidden.any():
+            shown = composite(cover, crop.background, colours)
+            placed = replace(crop, pixels=np.where(hidden[:, None], shown, crop.pixels))
+        misfit += misfit_of(placed, look, painted_planes(placed, look)) / PIXEL_CORRELATION
+    return look, misfit
+
+
+def _usual(thrown: Appearance) -> tuple[Floats, Floats]:
+    """The colours that a stone has, and how much they differ from stone to stone, each (5, 3)."""
+    usual = thrown.colours.copy()
+    spread = np.tile(np.array(numbers.GRANITE_SPREAD), (len(PARTS), 1))
+    usual[HANDLE], spread[HANDLE] = numbers.USUAL_HANDLE, numbers.HANDLE_SPREAD
+    return usual, spread
+
+
+def _filmable(colour: Floats) -> Floats:
+    """The nearest colour that a film can show: no more than white, no less than black."""
+    blue, red = np.clip(blue_and_red(colour), 0.0, 255.0).tolist()
+    green = float(np.clip(green_beside(float(colour[0]), blue, red), 0.0, 255.0))
+    return channels_of_colour(blue, green, red)

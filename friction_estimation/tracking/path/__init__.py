@@ -1,1 +1,0 @@
-"""From places in single frames to a path: prediction, heading, smoothing, honest errors."""

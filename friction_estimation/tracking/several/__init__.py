@@ -1,1 +1,0 @@
-"""Several stones that move at once, and their tracks before and after they touch."""

@@ -1,0 +1,1 @@
+"""From measurements to tracks, with errors and warnings."""

@@ -1,0 +1,146 @@
+"""Systematic errors of a track: how far the camera and the stone's outline may misplace all of it.
+
+A smoother sees only noise. Errors of the camera's pose, of the lens and of the outline that was
+learnt for the stone are the same in every frame, so they are propagated to the ice separately.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from curling_env.typing import Floats
+from friction_estimation.appearance import ShapeDoubt, StoneModel
+from friction_estimation.camera.camera import Camera
+from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.tuning import CLICK_SIGMA_PX
+from friction_estimation.tracking import numbers
+
+
+def camera_variance(refined: RefinedCamera, xy: Floats, z: float) -> Floats:
+    """Variances of both coordinates due to the camera's pose and lens, (n, 2) [m²].
+
+    Parameters
+    ----------
+    refined : the camera, and how well the paint determines it
+    xy : (n, 2) places [m]
+    z : their height above the ice [m]
+    """
+    return refined.place_variance(xy, z)
+
+
+def systematic_sigma(
+    refined: RefinedCamera,
+    xy: Floats,
+    model: StoneModel,
+    unseen: Floats | None = None,
+    doubt: ShapeDoubt | None = None,
+    hidden: Floats | None = None,
+) -> Floats:
+    """Standard error of each coordinate that neighbouring frames share, (n,) [m].
+
+    Parameters
+    ----------
+    refined : the camera with which the film was measured
+    xy : (n, 2) places on the ice [m]
+    model : the stone; its size counts
+    unseen : (n, 2) way that the pictures may not show because of compression [m]; None: none
+    doubt : what is not known of the stone's look
+    hidden : (n,) share of the stone that something hides, see `hidden_for_long`; None: nothing
+    """
+    camera, middle = refined.camera, model.height / 2
+    variance = camera_variance(refined, xy, middle)
+    # Without paint, the clicked points are all that the camera rests on.
+    loose_px = 0.0 if refined.measured else CLICK_SIGMA_PX / 2
+    small_px = numbers.SMALL_STONE_ERROR_PX / _radius_px(camera, xy, model)
+    hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
+    edge_px = np.sqrt(numbers.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
+    variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
+    if doubt is not None:
+        variance += doubt.at(xy) ** 2
+    if unseen is not None:
+        variance += unseen**2
+    least = numbers.LARGER_COORDINATE_SHARE * variance.max(axis=1)
+    return np.sqrt(np.maximum(variance.mean(axis=1), least))
+
+
+def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) -> Floats:
+    """Standard error of each coordinate by what hides a part of a stone, (n, 2) [m].
+
+    Parameters
+    ----------
+    xy : (n, 2) places on the ice [m]; NaN where it was not seen
+    hidden : (n,) share of the stone that was excluded from its measurement
+    """
+    sigma = np.zeros_like(xy)
+    some = (hidden > 0) & np.isfinite(xy[:, 0])
+    px = numbers.HIDDEN_ERROR_PX * np.sqrt(hidden[some])
+    sigma[some] = px[:, None] * _metres_per_px(camera, xy[some], model.height / 2)
+    return sigma
+
+
+def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
+    """The share of a stone that something hides (n,), as its mean over the frames around each.
+
+    What hides it goes along with it: its neighbours in time err alike.
+    """
+    if not hidden.any():
+        return hidden
+    around = np.abs(t[:, None] - t) <= numbers.HIDDEN_NEIGHBOURS
+    return around @ hidden / around.sum(axis=1)
+
+
+def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
+    """Return the way of a stone since its pixels last changed, (n, 2) [m].
+
+    It slows down as stones do on ice: that it stands still in the picture need not mean that it
+    rests.
+
+    Parameters
+    ----------
+    t, velocity : (n,) times [s], and (n, 2) velocities then [m/s]
+    age : (n,) how long ago the pixels last changed [s]
+    """
+    then = np.column_stack([np.interp(t - age, t, axis) for axis in velocity.T])
+    slowing = numbers.DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
+    going = np.minimum(age, 1 / slowing)
+    return then * (going - 0.5 * slowing * going**2)[:, None]
+
+
+def block_sigma(single: Floats, repeated: Floats) -> Floats:
+    """Standard error of each coordinate by blocks that a codec did not send, (n, 2) [m].
+
+    Their pixels err together, and follow neither the travel nor the line of sight: the less a stone
+    stands out, and the flatter it is seen, the more it may be misplaced.
+
+    Parameters
+    ----------
+    single : (n, 2) standard errors of the measurements, were each pixel to err by itself [m]
+    repeated : (n,) share of the stone's rim that shows what it did in the frame before
+    """
+    return numbers.BLOCK_ERROR * np.sqrt(repeated)[:, None] * single
+
+
+def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
+    """Standard error of the heading that neighbouring frames share, (n,) [rad].
+
+    Parameters
+    ----------
+    xy : (n, 2) places on the ice [m]
+    model : the stone; the length of its handle counts
+    """
+    length = model.handle_front - model.handle_back
+    z = model.height + model.handle_rise
+    across = numbers.HANDLE_ERROR_PX / np.linalg.norm(camera.px_per_metre(xy, z), -2, axis=(1, 2))
+    away = np.linalg.norm(xy - camera.position[:2], axis=1)
+    tilted = numbers.HANDLE_TILT_ERROR * away / (camera.position[2] - z)
+    return np.hypot(across, tilted) / length
+
+
+def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
+    """The stone's largest radius in the picture, (n,) [px]."""
+    return model.radius * np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
+
+
+def _metres_per_px(camera: Camera, xy: Floats, z: float) -> Floats:
+    """The most that each coordinate can change per pixel in the picture, (n, 2) [m]."""
+    return np.linalg.norm(np.linalg.inv(camera.px_per_metre(xy, z)), axis=2)
