@@ -8,7 +8,7 @@ part gets wrong and another makes good is not counted twice.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Protocol
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -17,11 +17,14 @@ from curling_env.analysis.tuning import MIN_RESTED_SHARE
 from curling_env.ice import Ice
 from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.slides import SlideEnd
-from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
-from curling_env.typing import Flags, Floats
+from curling_env.throw import MAX_SPEED, MAX_SPIN
+from curling_env.typing import Floats
 from friction_estimation.discovery.model.noise import CoordinateNoise, Series, likeliest_noise
 from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.tuning import USUAL_SPIN
+
+if TYPE_CHECKING:
+    from friction_estimation.comparison.rethrow import Rethrow
 
 SPREAD_ICES = 128
 """Ices on which a throw is repeated; σ is then known to 9 %."""
@@ -37,24 +40,7 @@ EARLY_ROWS = 20.0
 """Rows a second at which the first seconds on two ices are compared [1/s]."""
 
 
-class Predicted(Protocol):
-    """A measured throw and its prediction, see `Rethrow`."""
-
-    @property
-    def t(self) -> Floats: ...
-    @property
-    def measured(self) -> Floats: ...
-    @property
-    def predicted(self) -> Floats: ...
-    @property
-    def tested(self) -> Flags: ...
-    @property
-    def release(self) -> Release: ...
-    @property
-    def predicted_time(self) -> float: ...
-
-
-def position_noise(throws: Sequence[Predicted]) -> CoordinateNoise | None:
+def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
     """The noise of one coordinate of the measured positions; None without rows that could tell it.
 
     Parameters
@@ -83,7 +69,7 @@ def position_noise(throws: Sequence[Predicted]) -> CoordinateNoise | None:
 
 
 def rest_spread(
-    throw: Predicted, ice: Ice, noise: CoordinateNoise | None, *, heading_seen: bool
+    throw: Rethrow, ice: Ice, noise: CoordinateNoise | None, *, heading_seen: bool
 ) -> tuple[float, float] | None:
     """Standard deviations of a predicted rest less the measured one.
 

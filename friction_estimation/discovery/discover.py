@@ -30,18 +30,14 @@ from friction_estimation.discovery.evidence.intervals import (
     map_errors,
     standard_errors,
 )
-from friction_estimation.discovery.evidence.significance import EffectEvidence
-from friction_estimation.discovery.evidence.unknown.explanation import (
-    Dependence,
-    fit_beside,
-)
+from friction_estimation.discovery.evidence.unknown.explanation import fit_beside
 from friction_estimation.discovery.model.baseline import base_model
 from friction_estimation.discovery.model.candidates import candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, singular_fit_refused
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.naming import Structure, name_effects
+from friction_estimation.discovery.naming import Named, name_effects
 from friction_estimation.discovery.search.maps import renew_map
-from friction_estimation.discovery.search.patch_sides import place_sides
+from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import (
@@ -58,35 +54,27 @@ from friction_estimation.discovery.search.selection import (
 from friction_estimation.discovery.tuning import (
     ASTRAY,
     LAST_STEPS,
+    LEAST_GAIN,
     LEAST_THROWS,
-    RULED_OUT,
     SURPRISING_THROW,
 )
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class Discovery:
+class Discovery(Named):
     """The findings of a discovery.
 
     Parameters
     ----------
     session : all throws that slide freely, without those of `events`
     selection : how the effects were chosen, on the training throws
-    named : fit of the training throws with the effects that are named
-    base : fit of the baseline to the same throws with the same noise
     final_base, seen : fits of baseline and improved model to all throws
     final : the same of the improved model, for the files, with the unknown acting on the throws,
         and with what errors of earlier stones' paths do to its parameters
-    effects : evidence for the named effects
-    unproved : labels that were selected but not proved: proxies of something else
-    dependences : variables that the unknown follows; empty where nothing is unknown
-    unknown : whether something is missing that no effect explains
-    structure : circumstance that the throws' own frictions still follow, and p that it is chance
     events : numbers of throws in which something happened once
     held_out : indices of the held-out throws in `session`
     gaps : forecast gaps ``before``, ``after`` and at the ``noise_floor``; empty without held-out
         throws
-    before, after : slow misfit of the training throws
     alternatives : for each label the effects that the data cannot rule out in its place
     calibrations : factors of lengths and times by which the tracks were corrected
     fits_worse_than_uniform : whether the given ice, fitted, fits worse than uniform friction
@@ -95,21 +83,12 @@ class Discovery:
 
     session: Session
     selection: Selection
-    named: SessionFit
-    base: SessionFit
     final_base: SessionFit
     seen: SessionFit
     final: SessionFit
-    effects: list[EffectEvidence] = field(default_factory=list[EffectEvidence])
-    unproved: list[str] = field(default_factory=list[str])
-    unknown: bool = False
-    dependences: list[Dependence] = field(default_factory=list[Dependence])
-    structure: Structure = ("", 1.0)
     events: list[int] = field(default_factory=list[int])
     held_out: Indices = field(default_factory=lambda: np.empty(0, dtype=np.intp))
     gaps: dict[str, ForecastGap] = field(default_factory=dict[str, ForecastGap])
-    before: Misfit
-    after: Misfit
     alternatives: dict[str, list[Alternative]] = field(default_factory=dict[str, list[Alternative]])
     calibrations: tuple[Calibration, ...] = ()
     fits_worse_than_uniform: bool = False
@@ -123,7 +102,7 @@ class Discovery:
     @property
     def closure(self) -> float:
         """Part of the slow misfit that the named effects close."""
-        return closure(self.before, self.after)
+        return closure(self.selection.before, self.after)
 
     def runner_up(self, label: str) -> dict[str, Any] | None:
         """The next best candidate of the round in which an effect was chosen."""
@@ -184,7 +163,7 @@ def discover(
     ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
     scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
     references : calibrations of lengths and times by known ones; they replace those of the ice
-    seed : seed of the choice of held-out throws and of flipped signs
+    seed : seed of the choice of held-out throws
     progress : progress
 
     Raises
@@ -235,7 +214,7 @@ def search_session(
     ----------
     everything : the fit
     given : the model before the fit
-    rng : source of the choice of held-out throws and of flipped signs
+    rng : source of the choice of held-out throws
     progress : progress
     """
     if everything.model.terms and not misfit_of(everything).white:
@@ -268,7 +247,7 @@ def _is_other_ice(ice: Ice | None, base: SessionFit) -> bool:
     if ice is None or (ice.friction.is_uniform and not base.model.terms):
         return False
     uniform = fit(base_model(None, base.session), base.session, base.noise)
-    return base.deviance > uniform.deviance + RULED_OUT
+    return base.deviance > uniform.deviance + LEAST_GAIN
 
 
 def _too_few(everything: SessionFit) -> Discovery:
@@ -283,15 +262,13 @@ def _too_few(everything: SessionFit) -> Discovery:
         rounds=[SelectionRound(scores=scores, trials=[], chosen="")],
     )
     return Discovery(
+        fit=everything,
+        after=misfit,
         session=everything.session,
         selection=selection,
-        named=everything,
-        base=everything,
         final_base=everything,
         seen=everything,
         final=everything,
-        before=misfit,
-        after=misfit,
     )
 
 
@@ -311,35 +288,27 @@ def _search(
     if selection.after.ratio > ASTRAY:
         selection = _select_from(given, selection)
     progress("testing throw by throw", 0.7)
-    found = name_effects(selection, unseen, session, rng, progress)
-    base, named = selection.base, found.fit
+    found = name_effects(selection, unseen, session, progress)
     progress("forecasting throws held out", 0.9)
+    base, noise = selection.base.model, found.fit.noise
     gaps = {
-        "before": forecast(base.model, unseen, named.noise),
-        "after": forecast(named.model, unseen, named.noise),
-        "noise_floor": noise_floor(named, unseen),
+        "before": forecast(base, unseen, noise),
+        "after": forecast(found.fit.model, unseen, noise),
+        "noise_floor": noise_floor(found.fit, unseen),
     }
     progress("fitting all throws", 0.96)
-    seen = _fit_all(named, everything)
+    seen = _fit_all(found.fit, everything)
     final = fit_beside(seen, found.pushes) if found.pushes else seen
     final = with_earlier_paths(final, rng)
     return Discovery(
+        **vars(found),
         session=session,
         selection=selection,
-        named=named,
-        base=base,
-        final_base=refit(seen, base.model),
+        final_base=refit(seen, base),
         final=final,
         seen=seen,
-        effects=found.effects,
-        unproved=found.unproved,
-        unknown=found.unknown,
-        dependences=found.dependences,
-        structure=found.structure,
         held_out=held_out,
         gaps=gaps,
-        before=selection.before,
-        after=found.after,
         alternatives={e.label: alternatives(final, e.label) for e in found.effects},
     )
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field, replace
 
-import numpy as np
-
 from curling_env.typing import Progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.significance import (
@@ -51,17 +49,27 @@ OF_THE_PLACE = {("x", "along"), ("y", "along")}
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Named:
-    """The named effects of the training throws, and what they leave; as of `Discovery`.
+    """Effects of a selection that may be named, and what they leave.
 
-    The fit is to throws on which the `pushes` of the unknown act.
+    Parameters
+    ----------
+    fit : fit of the training throws with the effects that are named, and with the unknown acting on
+        them
+    effects : evidence for these effects
+    unproved : labels that were selected but not proved: proxies of something else
+    after : slow misfit that the effects leave
+    structure : circumstance that the throws' own frictions still follow, and p that it is chance
+    unknown : whether something is missing that no effect explains
+    dependences : variables that the unknown follows; empty where nothing is unknown
+    pushes : pushes of the unknown that act on the throws of the fit
     """
 
     fit: SessionFit
-    effects: list[EffectEvidence]
-    unproved: list[str]
+    effects: list[EffectEvidence] = field(default_factory=list[EffectEvidence])
+    unproved: list[str] = field(default_factory=list[str])
     after: Misfit
-    structure: Structure
-    unknown: bool
+    structure: Structure = ("", 1.0)
+    unknown: bool = False
     dependences: list[Dependence] = field(default_factory=list[Dependence])
     pushes: tuple[Following, ...] = ()
 
@@ -70,15 +78,14 @@ def name_effects(
     selection: Selection,
     unseen: Session,
     whole: Session,
-    rng: np.random.Generator,
     progress: Progress,
 ) -> Named:
     """The effects that may be named: proved throw by throw, and no proxies of something unknown."""
     own = {term.label for term in selection.base.model.terms}
-    named, effects, unproved = _proved(selection.best, own, unseen, whole, rng)
+    named, effects, unproved = _proved(selection.best, own, unseen, whole)
     after = misfit_of(named)
     if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
-        named, after = _with_lasting_noise(named, after, rng)
+        named, after = _with_lasting_noise(named, after)
     structure = _structure(named, whole)
     found = Named(
         fit=named,
@@ -93,10 +100,10 @@ def name_effects(
         return found
     progress("asking what the unknown follows", 0.8)
     # Friction that follows something else than the place may look like a map.
-    explanation = explain(selection.best, own, rng, beyond_map=not found.unknown)
+    explanation = explain(selection.best, own, beyond_map=not found.unknown)
     if explanation is None or not (found.unknown or _follows_no_place(explanation)):
         return found
-    return _beside_unknown(found, explanation, selection, rng)
+    return _beside_unknown(found, explanation, selection)
 
 
 def _follows_no_place(explanation: Explanation) -> bool:
@@ -104,9 +111,7 @@ def _follows_no_place(explanation: Explanation) -> bool:
     return any((d.variable, d.push) not in OF_THE_PLACE for d in explanation.dependences)
 
 
-def _beside_unknown(
-    found: Named, explanation: Explanation, selection: Selection, rng: np.random.Generator
-) -> Named:
+def _beside_unknown(found: Named, explanation: Explanation, selection: Selection) -> Named:
     """Return what may be named beside something unknown.
 
     Parameters
@@ -114,14 +119,13 @@ def _beside_unknown(
     found : what was proved, as if there were nothing else
     explanation : effects and an unknown that together explain the throws
     selection : how the effects were chosen
-    rng : source of the permutations
     """
     own = {term.label for term in selection.base.model.terms}
     training = selection.base.session
     named, effects, left, after = found.fit, found.effects, found.after, found.after
     explains = False
     if explanation.pushes:
-        calm, beside, _ = _proved(explanation.fit, own, None, explanation.fit.session, rng)
+        calm, beside, _ = _proved(explanation.fit, own, None, explanation.fit.session)
         remains = misfit_of(calm)
         # An unknown with which the throws fit worse than without has taken over what has a name.
         explains = remains.excess < found.after.excess
@@ -189,19 +193,17 @@ def _with_structure(dependences: list[Dependence], structure: Structure) -> list
     return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
 
 
-def _with_lasting_noise(
-    named: SessionFit, after: Misfit, rng: np.random.Generator
-) -> tuple[SessionFit, Misfit]:
+def _with_lasting_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, Misfit]:
     """The fit and its misfit with noise that lasts for seconds, if that is all that was left.
 
     Noise differs from throw to throw. What all throws share is no noise, however slow.
     """
-    if named.session.errs_slowly:
+    if named.session.smoothed:
         return named, after
     noise = estimate_noise(named.session, named.residuals, lasting=True)
     calm = refit(replace(named, noise=noise), named.model)
     left = misfit_of(calm)
-    if left.white and not find_dependences(calm, rng):
+    if left.white and not find_dependences(calm):
         return calm, left
     return named, after
 
@@ -226,7 +228,6 @@ def _proved(
     own: set[str],
     unseen: Session | None,
     whole: Session,
-    rng: np.random.Generator,
 ) -> tuple[SessionFit, list[EffectEvidence], list[str]]:
     """The fit with only those effects that throws prove one by one, and the labels of others.
 
@@ -234,12 +235,12 @@ def _proved(
     ----------
     fitted : fit with all of them
     own : labels of terms that are not in question
-    unseen, whole, rng : as of `weigh_evidence`
+    unseen, whole : as of `weigh_evidence`
     """
     unproved: list[str] = []
     while True:
         labels = [t.label for t in fitted.model.terms if t.label not in own]
-        effects = [weigh_evidence(fitted, label, unseen, whole, rng) for label in labels]
+        effects = [weigh_evidence(fitted, label, unseen, whole) for label in labels]
         failed = [e for e in effects if len(effects) * e.p > LARGEST_P]
         if not failed:
             return fitted, effects, unproved

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,7 +18,6 @@ from friction_estimation.discovery.evidence.intervals import standard_errors, wi
 from friction_estimation.discovery.evidence.next_throws import NextThrow
 from friction_estimation.discovery.evidence.significance import EffectEvidence
 from friction_estimation.discovery.model.candidates import Term, effect_of
-from friction_estimation.discovery.model.friction_field import FrictionField
 from friction_estimation.discovery.verdict import (
     changes,
     doubts,
@@ -74,7 +74,7 @@ def document(
                 model.ice.stone.spin_coupling * float(np.exp(model.ln_coupling))
             ),
             "effects": [term.name for term in model.terms],
-            "slow_misfit": number(found.before.ratio),
+            "slow_misfit": number(found.selection.before.ratio),
         },
         "remaining": {
             "slow_misfit": number(found.after.ratio),
@@ -97,36 +97,46 @@ def document(
     }
 
 
-def _parameters(term: Term, sigma: Mapping[tuple[str, str], float]) -> dict[str, Any]:
-    if term.map_field is not None:
-        return _parameters_of_map(term.map_field)
-    out: dict[str, Any] = {}
-    for p in term.card.parameters:
-        if p.name not in term.free and p.default is not None:
-            continue  # at its default: these data say nothing of it
-        error = sigma.get((term.label, p.name), 0.0)  # an identifier has none
-        out[p.name] = {
-            "value": number(term.values[p.name]),
-            "stderr": number(error),
-            "unit": p.unit,
-        }
-    return out
-
-
-def _parameters_of_map(field: FrictionField) -> dict[str, Any]:
-    """Return the unevenness of the ice where stones ran; the map itself is in the ice file."""
-    spread = float(field.ln_mu.ravel()[field.crossed].std())
+def _effect(
+    name: str,
+    where: str,
+    evidence: Mapping[str, Any],
+    *,
+    kind: str = "unknown",
+    parameters: Mapping[str, tuple[float, float, str]] = MappingProxyType({}),
+    depends_on: Sequence[str] = (),
+    alternatives: Sequence[str] = (),
+) -> dict[str, Any]:
+    """An effect of the report; its parameters are values, standard errors and units."""
     return {
-        "spread": {
-            "value": number(spread),
-            "stderr": number(spread / np.sqrt(2.0 * len(field))),
-            "unit": "1",
+        "name": name,
+        "kind": kind,
+        "parameters": {
+            key: {"value": number(value), "stderr": number(stderr), "unit": unit}
+            for key, (value, stderr, unit) in parameters.items()
         },
-        "length": {
-            "value": number(field.length),
-            "stderr": number(0.25 * field.length),
-            "unit": "m",
-        },
+        "depends_on": list(depends_on),
+        "where": where,
+        "evidence": dict(evidence),
+        "alternatives": list(alternatives),
+    }
+
+
+def _parameters(
+    term: Term, sigma: Mapping[tuple[str, str], float]
+) -> dict[str, tuple[float, float, str]]:
+    """Return the parameters of a term; of a map how uneven the ice is where stones ran."""
+    field = term.map_field
+    if field is not None:  # the map itself is in the ice file
+        spread = float(field.ln_mu.ravel()[field.crossed].std())
+        return {
+            "spread": (spread, spread / float(np.sqrt(2.0 * len(field))), "1"),
+            "length": (field.length, 0.25 * field.length, "m"),
+        }
+    return {
+        p.name: (term.values[p.name], sigma.get((term.label, p.name), 0.0), p.unit)
+        for p in term.card.parameters
+        if p.name in term.free or p.default is None  # at its default these data say nothing of it
     }
 
 
@@ -138,14 +148,10 @@ def _named(
     clear = np.argsort(-effect.improvements)[:3]
     numbers = np.sort(found.session.throws)[np.sort(clear)]
     sign = (term.variant or term.card).evidence
-    where = f"{sign}; clearest in throws {', '.join(str(n) for n in numbers)}"
-    return {
-        "name": term.name,
-        "kind": "physics" if term.card.is_physical else "measurement",
-        "parameters": _parameters(term, sigma),
-        "depends_on": [],
-        "where": where,
-        "evidence": {
+    return _effect(
+        term.name,
+        f"{sign}; clearest in throws {', '.join(str(n) for n in numbers)}",
+        {
             "label": effect.label,
             "gain": number(effect.gain),
             "p": number(effect.p),
@@ -156,30 +162,24 @@ def _named(
             "separating_throws": {a.name: a.throw for a in others},
             **({"metres_gained": metres_gained(found)} if term.name == "sweeping" else {}),
         },
-        "alternatives": [a.name for a in others],
-    }
+        kind="physics" if term.card.is_physical else "measurement",
+        parameters=_parameters(term, sigma),
+        alternatives=[a.name for a in others],
+    )
 
 
 def _calibration(found: Calibration) -> dict[str, Any]:
     what = QUANTITIES[found.name].singular
-    return {
-        "name": found.name,
-        "kind": "measurement",
-        "parameters": {
-            "factor": {
-                "value": number(found.factor),
-                "stderr": number(found.stderr),
-                "unit": "1",
-            }
-        },
-        "depends_on": [],
-        "where": f"every {what} in the tracks, by a {what} that was given",
-        "evidence": {
+    return _effect(
+        found.name,
+        f"every {what} in the tracks, by a {what} that was given",
+        {
             "known": [{"measured": r.measured, "true": r.true} for r in found.references],
             "standard_errors": number(abs(found.factor - 1.0) / max(found.stderr, 1e-12)),
         },
-        "alternatives": [],
-    }
+        kind="measurement",
+        parameters={"factor": (found.factor, found.stderr, "1")},
+    )
 
 
 def _undecidable(found: Discovery) -> dict[str, Any]:
@@ -197,35 +197,25 @@ def _undecidable(found: Discovery) -> dict[str, Any]:
 
 
 def _unknown(found: Discovery) -> dict[str, Any]:
-    return {
-        "name": "unknown",
-        "kind": "unknown",
-        "parameters": {},
-        "depends_on": [d.variable for d in found.dependences],
-        "where": "; ".join(f"a push {d.push} that follows {d.variable}" for d in found.dependences)
+    return _effect(
+        "unknown",
+        "; ".join(f"a push {d.push} that follows {d.variable}" for d in found.dependences)
         or "no single variable stands out",
-        "evidence": {
+        {
             "slow_misfit": number(found.after.ratio),
             "tolerated": found.after.tolerated,
             "shares": {d.variable: number(d.share) for d in found.dependences},
             "p": {d.variable: number(d.p) for d in found.dependences},
             "proxies": list(dict.fromkeys(effect_of(label) for label in found.unproved)),
         },
-        "alternatives": [],
-    }
+        depends_on=[d.variable for d in found.dependences],
+    )
 
 
 def _event(found: Discovery) -> dict[str, Any]:
     throws = ", ".join(str(throw) for throw in found.events)
-    return {
-        "name": "unknown",
-        "kind": "unknown",
-        "parameters": {},
-        "depends_on": ["event"],
-        "where": f"only in throw {throws}: a pick, a touch or a lost track",
-        "evidence": {"throws": found.events},
-        "alternatives": [],
-    }
+    where = f"only in throw {throws}: a pick, a touch or a lost track"
+    return _effect("unknown", where, {"throws": found.events}, depends_on=["event"])
 
 
 def ranked_candidates(found: Discovery) -> list[dict[str, Any]]:

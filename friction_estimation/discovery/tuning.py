@@ -31,8 +31,6 @@ LEAST_ROWS = 20
 """Rows below which a series is left as it is."""
 AT_LIMIT = 1e-6
 """Part of the range of a parameter within which its value counts as the limit."""
-FEWEST_NOISE_ROWS = 8
-"""Rows from which a raw series tells noise where no throw of the session has twice `LEAST_ROWS`."""
 LEAST_NOISE = (2e-4, 2e-4)
 """Smallest noise of a coordinate and of the heading [m, rad]: simulated tracks are rounded, and no
 other is perfect."""
@@ -53,11 +51,9 @@ winds about the stone's centre is faster; it is found even so, because it winds 
 throws."""
 SMOOTHED_PERIOD = 2.5
 """Whatever swings faster than this a smoother has flattened [s]."""
-SMOOTHED_JITTER = 0.3
+SMOOTHED_JITTER = 0.5
 """Jitter from row to row, over the standard error that a track claims, below which the track counts
-as smoothed. Tracks from film have 0.01 to 0.13."""
-CLAIMED_NOISE = 0.7
-"""The same from which on the claim is taken to be the noise of single rows."""
+as smoothed; above it the claim is the noise of single rows. Tracks from film have 0.01 to 0.13."""
 SMOOTHED_SPACING = 1.0 / 3.0
 """Time between the rows that are kept of a smoothed track [s]: those between say nothing new."""
 NOISE_THROWS = 24
@@ -121,8 +117,6 @@ CLEAR_RIPPLE_GAIN = 30.0
 of 1 mm in smoothed tracks bring up to 20."""
 LEAST_LIKENESS_OF_HALVES = 0.6
 """Least correlation between the ripples that two halves of the throws find."""
-LEAST_THROWS_FOR_RIPPLE = 6
-"""Throws from which on two halves can be compared."""
 LEAST_VARIETY = 0.2
 """Minimum variety of the signed v² at which throws pass the same places, for a ripple to be
 distinguished from the ice. Equal draws one way have 0.03, one way at 1.3 to 2.4 m/s 0.35, both
@@ -134,11 +128,9 @@ LEAST_SPREAD = 4e-4
 error of a tenth of a per mille would count as an effect."""
 USUAL_SPREAD, LEAST_THROWS_FOR_SPREAD = 0.004, 4
 """Spread that is taken where throws are too few to show one, and from how many they are enough."""
-TRIED_SPREADS = np.geomspace(LEAST_SPREAD, 0.3, 30)
-"""Throw-to-throw spreads of ln μ that a fit tries."""
-INTEGRATED_SPREADS = np.geomspace(LEAST_SPREAD, 0.3, 80)
-"""Throw-to-throw spreads of ln μ over which intervals integrate. All are equally likely beforehand
-(Gelman, Prior distributions for variance parameters, Bayesian Analysis 1 (2006))."""
+SPREADS = np.geomspace(LEAST_SPREAD, 0.3, 80)
+"""Throw-to-throw spreads of ln μ that are tried, and integrated over. All are equally likely
+beforehand (Gelman, Prior distributions for variance parameters, Bayesian Analysis 1 (2006))."""
 COUPLING_SIGMA = 0.15
 """Prior standard deviation of ln(m·r²/I), which turns friction into torque: inertia ±10 %, radius
 of the band ±5 %."""
@@ -157,7 +149,8 @@ PATH_STEP = 3e-3
 # --- selection ---------------------------------------------------------------------------------
 LEAST_GAIN = 16.0
 """Fall of −2 ln likelihood that an effect must bring. Chance brings as much once in three thousand
-sessions, even for effects between throws, of which a dozen throws tell."""
+sessions, even for effects between throws, of which a dozen throws tell. What is worse than a named
+effect by as much is ruled out in its place."""
 GAIN_PER_PARAMETER = 4.0
 """More of it for every parameter beyond the first."""
 LEAST_LINEAR_GAIN = 6.0
@@ -176,9 +169,6 @@ copy of others, and is dropped again, so that more are added than are named."""
 ASTRAY = 20.0
 """Slow misfit over that of noise from which on a selection counts as gone astray: what is missing,
 if it has a name, leaves a few at most."""
-RULED_OUT = 12.0
-"""A candidate whose −2 ln likelihood is worse than the chosen one's by this is ruled out (a
-likelihood ratio of 400)."""
 STILL_BELIEVED = 0.7
 """Standard error over the prior's from which on a parameter counts as believed, not measured."""
 CLEARLY_CHANGED = 2.0
@@ -190,19 +180,15 @@ CLEARLY_SEEN = 5.0
 PATCH_CELL = (0.25, 1.0)
 """Width and length of the cells of the search for a patch [m]: stones rarely run closer than this
 side by side."""
-FINE_PATCH_CELL = (0.0625, 0.5)
-"""The same where a map has taken a part of the patch. A smooth map takes all of it but its sides,
-so that a side that is misplaced by a quarter of a metre says nothing."""
 MOST_CELLS_ACROSS = 48
 """Most cells across the ice that stones crossed; of wider ice they are wider."""
 LONGEST_PATCH = 16.0
 """Longest rectangle that is tried [m]: a longer one is the sheet, not a patch."""
-_SIDE_SHIFTS = (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4)
-SIDE_SHIFTS = (*(-shift for shift in reversed(_SIDE_SHIFTS)), *_SIDE_SHIFTS)
+SIDE_SHIFTS = tuple(
+    sign * shift for shift in (0.06, 0.12, 0.2, 0.3, 0.5, 0.8, 1.2, 1.7, 2.4) for sign in (-1, 1)
+)
 """Shifts of a side of a patch that are tried for a better fit [m]. Between two lanes on which
 stones ran there may be a place that fits worse than either, where the map had taken a part."""
-PLACES_FITTED = 2
-"""Most places of a side of a patch that are fitted: those that promise most."""
 SIDE_SIGMA = 1.0
 """Standard deviation of a side of a patch from where it was placed, before it is fitted [m]: about
 a cell of the search for patches."""
@@ -241,6 +227,8 @@ EVENT_SHARE = 0.7
 """Part of all misfit that must go with the throws in which something may have happened once."""
 MOST_EVENTS = 0.15
 """Largest part of the throws in which something may have happened once; more is no accident."""
+LARGEST_IMPROVEMENT = 9.0
+"""Largest improvement of a throw's score that counts."""
 HELD_OUT_SHARE = 0.25
 """Part of the throws that is held out."""
 FORECAST_SECONDS = 4.0
@@ -258,8 +246,6 @@ USUAL_PUSHES = np.array([0.04, 0.004, 0.01, 0.04, 0.004])
 rad/s², 1, m/s²]: some per cent of friction."""
 PUSH_SCALES = (0.1, 0.3, 1.0, 3.0)
 """Multiples of these that are tried; the best for throws not seen is taken."""
-NEARBY_SPREADS = np.geomspace(1e-3, 0.2, 10)
-"""Throw-to-throw spreads of ln μ that are tried."""
 MOST_PUSHES = 4
 """Most pushes that are added to a model: an unknown that needs more is described by none."""
 COPY_ERROR = 0.003
@@ -284,16 +270,9 @@ MAP_SHAPES = (
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-MAP_CHANGES = (0.004, 0.008, 0.015, 0.03, 0.06)
-"""Standard deviations of the change of ln μ since an earlier map that are tried."""
-CHANGE_SHAPES = ((2.0, 2.5), (3.2, 2.5), (5.0, 2.5))
-"""Shapes of that change that are tried."""
 MAP_SHARE = 0.9999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
 MOST_MAP_PATTERNS = 120
 """Most patterns of a field."""
-ROUGH_MAP = 1.2
-"""Correlation length up to which a map may be the sides of a patch that was not found [m]. The maps
-that are tried in its place are longer."""
 BETTER_MAP = 1.0
 """Fall of −2 ln likelihood from which on a map of another length is taken."""

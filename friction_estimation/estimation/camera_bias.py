@@ -11,7 +11,7 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.search.ripple import RippleSearch
-from friction_estimation.discovery.tuning import LEAST_THROWS_FOR_RIPPLE
+from friction_estimation.discovery.tuning import LEAST_THROWS
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,7 +53,7 @@ class CameraBias:
             return f"no bias of the camera; one of {1000 * search.seen_from:.1f} mm would show"
         return (
             "a bias of the camera cannot be told from the ice: that needs "
-            f"{LEAST_THROWS_FOR_RIPPLE} throws or more, both ways or at speeds further apart"
+            f"{LEAST_THROWS} throws or more, both ways or at speeds further apart"
         )
 
     def summary(self) -> dict[str, Any]:

@@ -19,11 +19,10 @@ from friction_estimation.discovery.model.friction_field import (
     fields_to_try,
 )
 from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.tuning import MAP_SHAPES
 
 SIDEWAYS = "curl"
 """The effect that bends paths. A fit of friction alone leaves it free and out of its result."""
-USUAL_MAP_SHAPE = (3.2, 2.5)
-"""Correlation length [m] and Matérn order with which a fit of a map begins."""
 
 
 def believed_model(start: Ice, session: Session, *, from_map: bool = False) -> Model:
@@ -79,7 +78,7 @@ def _with_map(model: Model, session: Session, before: Ice | None) -> Model:
     paths = [session.xy[session.rows(i)] for i in range(len(session))]
     sheet = model.ice.sheet
     if before is None:
-        field = field_along(sheet, crossed_by(sheet, paths), *USUAL_MAP_SHAPE)
+        field = field_along(sheet, crossed_by(sheet, paths), *MAP_SHAPES[2])
     else:
         known: Floats = np.ravel(before.friction.sigma / before.friction.mu)
         tried = fields_to_try(sheet, paths, known)

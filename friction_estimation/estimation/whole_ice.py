@@ -71,7 +71,7 @@ def estimate_ice(
     camera_bias : whether a smooth bias of the camera along the sheet is fitted with the map:
         ``auto``, if the throws clearly show one; ``off``, never
     scene : scene of the camera that filmed the tracks, where it is known
-    seed : seed of the choice of held-out throws and of flipped signs
+    seed : seed of the choice of held-out throws
     progress : called as the fit advances
 
     Raises
@@ -90,20 +90,22 @@ def estimate_ice(
     from_map = prior is not None
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
-    if session.gates is not None:
-        with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
-            return _estimate_by_gates(tracks, session, first, effects, uniform=uniform)
-    if not session.turns.any():
+    if session.gates is None and not session.turns.any():
         session = session.with_spins_by_bends()
     # The matrices are too small to share: more threads of linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
         if effects == "none" or uniform:
+            uniform = uniform or session.gates is not None
             model = known_effects_model(first, session, uniform=uniform, from_map=from_map)
             progress("friction of all throws together", 0.1)
             fitted, search = _fit(model, session, camera_bias, uniform=uniform)
             progress("standard errors", 0.9)
             ice = replace(ice_of(fitted), effects=first.effects, stone=first.stone)
             return _estimate(ice, fitted, search, tracks, uniform=uniform)
+        if session.gates is not None:
+            # One friction, and how it follows the speed: gates show no places.
+            fitted = fit_with_noise(believed_model(first, session).without(MAP_CARD.name), session)
+            return _estimate(ice_of(fitted), fitted, None, tracks, uniform=True)
         progress("map and effects together", 0.1)
         model = believed_model(first, session, from_map=from_map)
         fitted, search = _fit(model, session, camera_bias)
@@ -114,44 +116,6 @@ def estimate_ice(
             part_of_progress(progress, 0.2, 1.0),
         )
         return _estimate(found.improved_ice(), found.final, search, tracks, discovery=found)
-
-
-def _estimate_by_gates(
-    tracks: Sequence[Trajectory],
-    session: Session,
-    first: Ice,
-    effects: EffectsChoice,
-    *,
-    uniform: bool,
-) -> Estimate:
-    """The ice of throws that light gates timed: one friction, and how it follows the speed.
-
-    Parameters
-    ----------
-    tracks, session : throws
-    first : sheet and stone, and effects that are expected
-    effects, uniform : as of `estimate_ice`
-    """
-    if effects == "none" or uniform:
-        model = known_effects_model(first, session, uniform=True)
-    else:
-        model = believed_model(first, session)
-        model = model.without(MAP_CARD.name)
-    fitted = fit_with_noise(model, session)
-    ice = ice_of(fitted)
-    if effects == "none" or uniform:
-        ice = replace(ice, effects=first.effects, stone=first.stone)
-    slides, _ = gate_slides(tracks)
-    return Estimate(
-        ice=ice,
-        method="trajectory",
-        uniform=True,
-        mu=float(ice.friction.mu.flat[0]),
-        sigma=float(ice.friction.mu.flat[0]) * level_error(fitted),
-        slides=tuple(slides),
-        skipped=session.left_out,
-        fit=fitted,
-    )
 
 
 def _fit(
@@ -181,7 +145,8 @@ def _estimate(
     discovery: Discovery | None = None,
 ) -> Estimate:
     """A fit as the estimate of an ice."""
-    slides, skipped = free_slides(tracks)
+    slides_of = free_slides if fitted.session.gates is None else gate_slides
+    slides, skipped = slides_of(tracks)
     events = [] if discovery is None else discovery.events
     kept = {*fitted.session.throws.tolist(), *events}
     friction = ice.friction

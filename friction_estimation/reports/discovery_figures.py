@@ -10,11 +10,13 @@ from typing import Literal
 import numpy as np
 from matplotlib.figure import Figure
 
+from curling_env.errors import InputError
 from curling_env.ice import Ice
+from curling_env.physics.aim import Aim
 from curling_env.physics.effects.card import Push
-from curling_env.physics.law import acceleration
+from curling_env.physics.slides import NO_BOUNDS, slide
 from curling_env.physics.state import State
-from curling_env.physics.wear import wear_under_contacts, worn
+from curling_env.physics.wear import IceInUse
 from curling_env.render.figures import (
     FAINT,
     INK,
@@ -26,21 +28,23 @@ from curling_env.render.figures import (
     show_house,
 )
 from curling_env.sheet import BACK_LINE_Y, HOG_LINE_Y, TEE_Y, Direction
+from curling_env.throw import Throw
 from curling_env.typing import Floats, Indices
-from curling_env.units import Units
+from curling_env.units import Units, short_length, speed
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.significance import own_frictions
 from friction_estimation.discovery.evidence.unknown.explanation import Dependence
 from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.model import Model
+from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.response import MEASURED
-from friction_estimation.reports.discovery_draw import DrawShift
 from friction_estimation.tracks.smoothing import local_fit
 
 BEFORE, AFTER, TRACK = "#c8433f", "#2b7a4b", "#22313f"
 ACCELERATION_WINDOW = 3.0
 """Width of the windows from which residual accelerations are taken [s]."""
+DRAW_SPIN = 1.5
+"""Spin of the draw, counter-clockwise [rad/s]: two and a half turns on the way."""
 EVERY_NTH_ROW = 8
 """Rows from one such window to the next."""
 COMPONENT = {"along": 0, "left": 1, "turn": 2, "along the sheet": 0, "across the sheet": 1}
@@ -97,32 +101,58 @@ def paths_picture(found: Discovery, when: Literal["before", "after"]) -> Figure:
     return figure
 
 
-def draw_picture(shift: DrawShift, ice: Ice, units: Units = Units.METRES) -> Figure:
-    """The house with the draw before and after, as the thrower sees it."""
+def draw_picture(found: Discovery, units: Units = Units.METRES) -> tuple[Figure, str] | None:
+    """Draw the house with a draw that the model as it was lays on the tee line, and describe where
+    it rests with what was found.
+
+    None where nothing was named, or no draw comes to rest there.
+    """
+    session = found.session
+    ices: list[Ice] = []
+    for fitted in (found.final_base, found.final):
+        in_use = IceInUse(fitted.model.improved_ice({}))
+        for ran in session.wear_tracks.paths:
+            in_use.ran(ran)
+        ices.append(in_use.now)
+    stone, order = int(session.stones[-1]), int(session.orders.max()) + 1
+    at = {"stone": stone, "order": order, "clock": float(session.clocks.max()) + 60.0}
+    weight = Aim(ices[0], **at).draw_weight(DRAW_SPIN) if found.effects else None
+    if weight is None:
+        return None
+    release = Throw(speed=weight, spin=DRAW_SPIN).release(Direction.AWAY, **at)
+    try:
+        runs = [slide(ice, release, bounds=NO_BOUNDS, fps=20.0).trajectory for ice in ices]
+    except InputError:
+        return None  # ice on which the stone never stops
     figure = new_figure(4.4, 4.3)
     ax = figure.subplots()
-    view = from_the_thrower(Direction.AWAY)
-    draw_sheet(ax, ice.sheet, view)
+    view, sheet = from_the_thrower(Direction.AWAY), ices[0].sheet
+    draw_sheet(ax, sheet, view)
     rests: list[Floats] = []
-    for xy, colour, name in (
-        (shift.before, BEFORE, "the model as it was"),
-        (shift.after, AFTER, "the improved model"),
+    for run, colour, name in zip(
+        runs, (BEFORE, AFTER), ("the model as it was", "the improved model"), strict=True
     ):
-        seen = view(xy)
-        ax.plot(*seen.T, color=colour, lw=2, zorder=5, label=name)
-        draw_stone(ax, ice.stone.radius, xy[-1], view, colour=colour)
-        rests.append(seen[-1])
+        assert run is not None  # a rate was given
+        ax.plot(*view(run.xy).T, color=colour, lw=2, zorder=5, label=name)
+        draw_stone(ax, ices[0].stone.radius, run.xy[-1], view, colour=colour)
+        rests.append(view(run.xy[-1:])[0])
     lowest, highest = min(r[1] for r in rests), max(r[1] for r in rests)
     show_house(
         ax,
-        ice.sheet,
+        sheet,
         short=float(np.clip(0.6 - lowest, 2.6, 8.0)),
         past=float(np.clip(highest + 0.6, 2.4, 4.5)),
         units=units,
     )
     ax.set_aspect("equal")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.12), fontsize=8, frameon=False)
-    return figure
+    right, past = (rests[1] - rests[0]).tolist()
+    return figure, (
+        f"The draw of {speed(weight, units)}, turning counter-clockwise, that the model as it was "
+        f"lays on the tee line rests {short_length(right, units)} to the "
+        f"{'right' if right > 0 else 'left'} and {short_length(past, units)} "
+        f"{'further' if past > 0 else 'shorter'} with what was found."
+    )
 
 
 def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
@@ -232,7 +262,9 @@ def _within_throws(
     model = _accelerations(after, after.predicted[:, MEASURED], window)
     # All other effects stay, so that the figure shows this one.
     unknown = label == "unknown"
-    base = _law_accelerations(before.model if unknown else after.model.without(label), after)
+    base_model = before.model if unknown else after.model.without(label)
+    base_path = predict(base_model, session, after.states, after.ln_factors)
+    base = _accelerations(after, base_path[:, MEASURED], window)
     pushes: Sequence[Push] = _pushes(label)
     if unknown:
         pushes = [d.push for d in dependences if d.variable == variable]
@@ -254,37 +286,6 @@ def _within_throws(
     )[part]
     found = None if unknown else _averaged(value, effect[:, part], session.owner)[:2]
     return _before_and_after(pairs, variable, what, found)
-
-
-def _law_accelerations(model: Model, after: SessionFit) -> Floats:
-    """Accelerations of a model on the paths of a fit, as of `_accelerations`, (rows, 3)."""
-    ice = model.improved_ice({})
-    session, path = after.session, after.predicted
-    wear, under_contacts = model.wear(session), wear_under_contacts(ice) != 0.0
-    unworn, ran = ice, session.wear_tracks.before(session.orders)
-    out = np.full((len(path), 3), np.nan)
-    for i in range(len(session)):
-        rows = np.arange(session.starts[i], session.starts[i + 1], EVERY_NTH_ROW)
-        if wear.along_path != 0.0:
-            ice = worn(unworn, wear.along_path * wear.passes[ran[i]])
-        if under_contacts:
-            ice = replace(ice, tracks=session.wear_tracks.tracks_before(ran[i], ice.sheet))
-        states = path[rows][:, [0, 1, 2, 3, 5]]
-        a = np.empty((len(rows), 3))
-        for swept in (False, True):
-            chosen = (session.swept[rows] > 0.5) == swept
-            if chosen.any():
-                a[chosen] = acceleration(
-                    ice,
-                    states[chosen],
-                    clock=float(session.clocks[i]),
-                    order=int(session.orders[i]),
-                    stone=int(session.stones[i]),
-                    swept=swept,
-                )
-        out[rows, :2] = _in_travel(a[:, :2], states[:, 2:4])
-        out[rows, 2] = a[:, 2]
-    return out
 
 
 def _in_travel(vectors: Floats, velocity: Floats) -> Floats:

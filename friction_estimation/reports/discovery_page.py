@@ -12,7 +12,6 @@ from matplotlib.figure import Figure
 from curling_env.units import Units, short_length
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.verdict import gain_in_words, readable
-from friction_estimation.reports.discovery_draw import draw_shift
 from friction_estimation.reports.discovery_figures import (
     draw_picture,
     paths_picture,
@@ -45,7 +44,7 @@ def write_report_page(
     draw = draw_facts(ice, float(ice.friction.mu.mean()), units)
     folded = [
         f"<h2>What this ice asks of a draw</h2>{facts(draw)}" if draw else "",
-        _draw_before_and_after(found, units),
+        _same_draw(found, units),
         *(_residuals(label, figure) for label, figure in residual_pictures(found)),
         throws,
         _candidates(report),
@@ -89,14 +88,12 @@ PICTURES: dict[Literal["before", "after"], str] = {
 }
 
 
-def _draw_before_and_after(found: Discovery, units: Units) -> str:
+def _same_draw(found: Discovery, units: Units) -> str:
     """The same draw on the ice before and after."""
-    shift = draw_shift(found)
-    if shift is None:
+    drawn = draw_picture(found, units)
+    if drawn is None:
         return ""
-    figure = draw_picture(shift, found.final.model.ice, units)
-    told = shift.words_in(units)
-    shown = picture(figure, "the same draw before and after", caption=told)
+    shown = picture(drawn[0], "the same draw before and after", caption=drawn[1])
     return f"<h2>The same draw</h2><div class=side>{shown}</div>"
 
 

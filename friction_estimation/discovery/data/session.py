@@ -39,7 +39,6 @@ from friction_estimation.discovery.data.outliers import (
 from friction_estimation.discovery.data.unknown_pushes import UnknownPushes
 from friction_estimation.discovery.data.wear_tracks import WearTracks, smoothed_path
 from friction_estimation.discovery.tuning import (
-    CLAIMED_NOISE,
     FORECAST_SECONDS,
     HIGHEST_FRAME_RATE,
     LEAST_HEADINGS,
@@ -64,6 +63,11 @@ AT_HOG_LINE = 0.05
 """A stone this close to the hog line counts as at it [m]: tracks begin with noise."""
 
 
+OF_THROWS = ("throws", "orders", "stones", "clocks", "rests", "usual_spins")
+OF_ROWS = ("times", "xy", "theta", "swept", "sigma")
+"""Columns of a session with an entry for each throw, and for each row."""
+
+
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Session:
     """Throws in order of play.
@@ -85,7 +89,6 @@ class Session:
     claimed : median standard error of a coordinate by the tracks' own columns [m]; 0 without them,
         and where they are no more than the noise of single rows
     claimed_turn : the same of the heading [rad]
-    smoothed : whether the tracks come smoothed
     left_out : for each throw that is not here, the reason
     measurements : effects that the camera may have on the tracks
     wear_tracks : tracks of the stones in all throws of the session; throws that are not searched
@@ -108,7 +111,6 @@ class Session:
     usual_spins: Floats
     claimed: float = 0.0
     claimed_turn: float = 0.0
-    smoothed: bool = False
     left_out: tuple[str, ...] = ()
     measurements: tuple[EffectCard, ...] = field(default_factory=measurement_effects)
     wear_tracks: WearTracks = field(default_factory=WearTracks)
@@ -128,10 +130,10 @@ class Session:
         return list(zip(*columns, strict=True))
 
     @property
-    def errs_slowly(self) -> bool:
-        """Return whether the errors of the tracks may last for seconds and belong to places.
+    def smoothed(self) -> bool:
+        """Return whether the tracks come smoothed, and say how wrong they are.
 
-        Only a track that says how wrong it is can count in the errors that all its frames share.
+        Their errors may then last for seconds and belong to places.
         """
         return self.claimed > 0.0
 
@@ -250,39 +252,20 @@ class Session:
         """The session without some rows, among which is no first row of a throw."""
         keep = ~dropped
         counts = np.add.reduceat(keep.astype(int), self.starts[:-1])
-        return replace(
-            self,
-            times=self.times[keep],
-            xy=self.xy[keep],
-            theta=self.theta[keep],
-            swept=self.swept[keep],
-            sigma=self.sigma[keep],
-            starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-        )
+        return self._with_rows(keep, counts)
 
     def only(self, chosen: Sequence[int] | Indices) -> Session:
         """The session of the throws with these indices."""
         chosen = np.asarray(chosen, dtype=np.intp)
-        rows = np.concatenate(
-            [np.arange(self.rows(i).start, self.rows(i).stop) for i in chosen.tolist()]
-        )
-        counts = np.diff(self.starts)[chosen]
-        return replace(
-            self,
-            throws=self.throws[chosen],
-            orders=self.orders[chosen],
-            stones=self.stones[chosen],
-            clocks=self.clocks[chosen],
-            rests=self.rests[chosen],
-            usual_spins=self.usual_spins[chosen],
-            times=self.times[rows],
-            xy=self.xy[rows],
-            theta=self.theta[rows],
-            swept=self.swept[rows],
-            sigma=self.sigma[rows],
-            starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-            pushes=self.pushes and self.pushes.only(chosen),
-        )
+        rows = np.concatenate([np.arange(*self.starts[i : i + 2]) for i in chosen.tolist()])
+        whole = self._with_rows(rows, np.diff(self.starts)[chosen])
+        pushes = self.pushes and self.pushes.only(chosen)
+        return replace(whole, pushes=pushes, **{n: getattr(self, n)[chosen] for n in OF_THROWS})
+
+    def _with_rows(self, rows: Flags | Indices, counts: Indices) -> Session:
+        """The session with some of its rows, and the number of rows of each throw."""
+        starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
+        return replace(self, starts=starts, **{n: getattr(self, n)[rows] for n in OF_ROWS})
 
 
 def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
@@ -364,14 +347,12 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
     claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
-    jitter = _jitter_over_claims(slides) if claims else 0.0
-    # Where a row jitters as much as it claims to err, the claim is its noise, and no more.
-    claimed = 0.0 if jitter > CLAIMED_NOISE else claimed
+    if claimed > 0.0 and _jitter_over_claims(slides) > SMOOTHED_JITTER:
+        claimed = 0.0
     turns = [s.track.sigma_theta[s.rows] for s in slides if s.track.sigma_theta.size]
     known_turns = np.concatenate([turn[np.isfinite(turn)] for turn in turns] or [np.empty(0)])
     claimed_turn = float(np.median(known_turns)) if claimed and len(known_turns) else 0.0
-    smoothed = claimed > 0.0 and jitter < SMOOTHED_JITTER
-    spacing = SMOOTHED_SPACING if smoothed else 0.0
+    spacing = SMOOTHED_SPACING if claimed else 0.0
     pairs, blind = _with_heading([(slide, _thinned(slide, spacing)) for slide in slides])
     counts = [len(rows) for _, rows in pairs]
     sigma = [
@@ -397,7 +378,6 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         usual_spins=np.full(len(pairs), USUAL_SPIN),
         claimed=claimed,
         claimed_turn=claimed_turn,
-        smoothed=smoothed,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
         left_out=(*off_sheet, *reasons, *blind),
         measurements=measurement_effects() if scene is None else measurement_effects_through(scene),

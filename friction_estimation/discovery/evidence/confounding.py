@@ -18,9 +18,9 @@ from friction_estimation.discovery.evidence.trial_throws import (
 from friction_estimation.discovery.model.candidates import candidates, effect_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.score_test import score_candidates, throw_deviances
+from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import refit, try_term
-from friction_estimation.discovery.tuning import RIVAL_GAIN, RULED_OUT
+from friction_estimation.discovery.tuning import LEAST_GAIN, RIVAL_GAIN
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,13 +53,13 @@ def alternatives(fitted: SessionFit, label: str) -> list[Alternative]:
         score
         for score in score_candidates(without, candidates(fitted.session, without.model.terms))
         if effect_of(score.term.label) != effect_of(label)
-        and score.gain > min(RIVAL_GAIN * gain, gain - RULED_OUT)
+        and score.gain > min(RIVAL_GAIN * gain, gain - LEAST_GAIN)
     ]
     found: list[Alternative] = []
     for rival in rivals[:3]:
         trial = try_term(without, rival.term)
         worse = gain - trial.gain
-        if worse < RULED_OUT and trial.gain > trial.needed:
+        if worse < LEAST_GAIN and trial.gain > trial.needed:
             throw, strength = separating_throw(fitted, trial.fit)
             found.append(
                 Alternative(name=effect_of(rival.term.label), throw=throw, strength=strength)
@@ -90,6 +90,7 @@ def separating_throw(one: SessionFit, other: SessionFit) -> tuple[str, float]:
     seen[session.starts[:-1]] = True
     session = replace(session, xy=ideal[:, :2], theta=ideal[:, State.THETA]).without_rows(~seen)
     adapted = fit(other.model, session, noise_of_rows(one), states=states, shared=False)
-    scores = np.where(playable, throw_deviances(adapted), -np.inf)
+    grams, log_terms = adapted.linear.each()
+    scores = np.where(playable, grams[:, -1, -1] + log_terms, -np.inf)
     k = int(np.argmax(scores))
     return in_words(throws[k], paths[k], sheet, terms), float(scores[k])

@@ -16,18 +16,11 @@ from curling_env.typing import Floats
 from friction_estimation.discovery.data.outliers import slow_basis
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.data.wear_tracks import SMOOTHED_PERIODS, WearTracks
-from friction_estimation.discovery.evidence.mixture import gaussian
-from friction_estimation.discovery.model.elimination import (
-    eliminate_factor,
-    eliminate_states,
-    gram_matrix,
-)
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import predict
 from friction_estimation.discovery.model.noise import SessionNoise
-from friction_estimation.discovery.model.quadratic import prior_gram
 from friction_estimation.discovery.model.response import MEASURED
-from friction_estimation.discovery.model.sensitivity import sensitivities_by_throw
 
 DRAWS = 8
 """Draws of the paths: they tell a standard deviation to a quarter."""
@@ -41,37 +34,19 @@ def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionF
     fitted : fit, with wear along paths or without
     rng : source of the errors
     """
-    model = fitted.model
+    model, session = fitted.model, fitted.session
     if not any(term.follows_paths for term in model.terms):
         return fitted
-    session, states, factors = fitted.session, fitted.states, fitted.ln_factors
-    found = sensitivities_by_throw(model, session, states, factors)
-    shifts: list[Floats] = []
+    at = fitted.states, fitted.ln_factors
+    steps: list[Floats] = []
     for _ in range(DRAWS):
         moved = replace(session, wear_tracks=_moved(session, fitted.noise, rng))
-        shifts.append((predict(model, moved, states, factors) - found.predicted)[:, MEASURED])
-    elsewhere = np.stack([*shifts, fitted.residuals], axis=2)
-    own = 7 + len(model.vector)
-    grams = np.array(
-        [
-            gram_matrix(
-                session,
-                fitted.noise,
-                i,
-                np.concatenate([found.of_throw(session.rows(i), i), elsewhere[session.rows(i)]], 2),
-            )
-            for i in range(len(session))
-        ]
-    )
-    prior = prior_gram(model, own - 6)
-    prior[:, -1], prior[-1] = 0.0, 0.0
-    spread = model.spread if fitted.only_spread is None else fitted.only_spread
-    steps: list[Floats] = []
-    for k in range(DRAWS):
-        at = np.append(np.arange(own), own + k)
-        reduced = eliminate_states(grams[:, at[:, None], at])
-        bands, _ = eliminate_factor(reduced, np.zeros(len(session)), spread)
-        steps.append(gaussian(bands.sum(axis=0) + prior).step)
+        shift = predict(model, moved, *at) - predict(model, session, *at)
+        linear = fitted.linear_in(model, fitted.columns, shift[:, MEASURED])
+        linear = replace(linear, ln_factors=np.zeros(len(session)))
+        total = linear.total(fitted.only_spread)
+        total[:, -1] -= linear.prior[:, -1]  # nothing but the shift moves the parameters
+        steps.append(minimum_of(total).step)
     return replace(fitted, by_paths=np.mean([np.outer(s, s) for s in steps], axis=0))
 
 

@@ -7,8 +7,8 @@ import numpy as np
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.fit import SessionFit, fit_to
-from friction_estimation.discovery.model.quadratic import solve_shared
-from friction_estimation.discovery.search.patch_sides import place_sides
+from friction_estimation.discovery.model.minimum import minimum_of
+from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import throw_tolerance_of
 from friction_estimation.discovery.tuning import EVENT_SHARE, MOST_EVENTS, SURPRISING_THROW
 
@@ -44,7 +44,7 @@ def _excess_without(whole: SessionFit, odd: list[int], dof: Floats) -> float:
     """χ² of the other throws beyond its expectation, fitted without the exceptional ones."""
     grams, _ = whole.linear.each()
     others = np.setdiff1d(np.arange(len(grams)), odd)
-    step, _ = solve_shared(grams[others].sum(axis=0) + whole.linear.prior)
+    step = minimum_of(grams[others].sum(axis=0) + whole.linear.prior).step
     move = np.append(-step, 1.0)
     chi2 = np.einsum("i,kij,j->k", move, grams[others], move)
     return float(np.maximum(chi2 - dof[others], 0.0).sum())

@@ -14,7 +14,7 @@ import numpy as np
 from curling_env.physics.state import State
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.elimination import gram_matrix
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
@@ -103,13 +103,9 @@ def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
     variance = np.empty(len(session.times))
     for i in range(len(session)):
         rows = session.rows(i)
-        one = session.only([i])
-        short = one.without_rows(~early[rows])
-        own = np.concatenate(
-            [columns[rows][early[rows]][:, :, :7], session.observed[rows][early[rows]][:, :, None]],
-            axis=2,
-        )
-        gram = gram_matrices(short, noise, own)[0]
+        known = np.where(early[rows, None], session.observed[rows], np.nan)
+        own = np.concatenate([columns[rows, :, :7], known[:, :, None]], axis=2)
+        gram = gram_matrix(session, noise, i, own)
         covariance = np.linalg.pinv(gram[:6, :6] + np.diag(1.0 / RELEASE_SIGMA**2))
         # A throw of more friction than usual looks like one that was released with less speed.
         taken_for_release = covariance @ gram[:6, 6]

@@ -19,19 +19,14 @@ from scipy.stats import norm
 from curling_env.ice_form import LevelError
 from curling_env.typing import Floats
 from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.fit import SessionFit, refit
+from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.model import GLOBALS
-from friction_estimation.discovery.search.patch_sides import (
-    foreseen_deviances,
-    sides_along,
-    with_side,
-)
-from friction_estimation.discovery.tuning import SIDE_SHIFTS
+from friction_estimation.discovery.search.patches import scan_side, sides_along
 
 NEARLY_ONE = 1e-9
 """Added to the diagonal of a correlation, which rounding may have left without a root."""
-IMPOSSIBLE = 40.0
-"""Rise of F beyond which a place weighs nothing, by what is foreseen of it."""
+LEAST_SIDE_SIGMA = 0.05
+"""Least standard error of a side of a patch [m]: places that are tried are no closer."""
 
 
 def standard_errors(fitted: SessionFit) -> dict[tuple[str, str], float]:
@@ -146,44 +141,13 @@ def with_sides(
     fitted : fit, with or without a patch
     sigma : standard errors for the sides where they are; those of the sides are added
     """
-    for term in fitted.model.terms:
-        if term.card.search.area is not None:
-            sigma = _with_sides_of(fitted, term.label, sigma)
-    return sigma
-
-
-def _with_sides_of(
-    fitted: SessionFit, label: str, sigma: dict[tuple[str, str], float]
-) -> dict[tuple[str, str], float]:
     out = dict(sigma)
-    own = [name for name in fitted.model.names if name[0] == label]
-    variance = {name: sigma[name] ** 2 for name in own}
-    term = fitted.model.term(label)
-    for side in sides_along(term):
-        if (label, side) in sigma:
-            continue  # it was fitted
-        vector = fitted.model.vector
-        tried: list[tuple[float, float, Floats]] = [(0.0, fitted.deviance, vector)]
-        places = (
-            (s, with_side(fitted.model, label, side, term.values[side] + s)) for s in SIDE_SHIFTS
-        )
-        models = {shift: model for shift, model in places if model is not None}
-        foreseen = foreseen_deviances(fitted, list(models.values()))
-        for (shift, model), deviance in zip(models.items(), foreseen.tolist(), strict=True):
-            if deviance - fitted.deviance > IMPOSSIBLE:
-                tried.append((shift, deviance, vector))
-                continue
-            other = refit(fitted, model, iterations=4)
-            order = [other.model.names.index(name) for name in fitted.model.names]
-            tried.append((shift, other.deviance, other.model.vector[order]))
-        tried.sort(key=lambda entry: entry[0])
-        shifts = np.array([entry[0] for entry in tried])
-        deviance = np.array([entry[1] for entry in tried])
-        values = np.array([entry[2] for entry in tried])
-        weights = np.exp(-0.5 * (deviance - deviance.min())) * np.gradient(shifts)
+    for label, side in sides_along(fitted.model):
+        shifts, deviances, steps = scan_side(fitted, label, side)
+        weights = np.exp(-0.5 * (deviances - deviances.min())) * np.gradient(shifts)
         weights /= weights.sum()
-        out[label, side] = float(np.sqrt(max(weights @ shifts**2, 0.05**2)))
-        moved = weights @ (values - fitted.model.vector) ** 2
-        for name in own:
-            variance[name] += float(moved[fitted.model.names.index(name)])
-    return out | {name: float(np.sqrt(value)) for name, value in variance.items()}
+        out[label, side] = float(np.sqrt(max(weights @ shifts**2, LEAST_SIDE_SIGMA**2)))
+        for name, moved in zip(fitted.model.names, weights @ steps**2, strict=True):
+            if name[0] == label:
+                out[name] = float(np.hypot(out[name], np.sqrt(moved)))
+    return out

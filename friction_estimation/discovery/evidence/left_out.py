@@ -14,8 +14,8 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.mixture import levels_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import Model
 
 WIDEST = 1e3
@@ -61,7 +61,7 @@ def left_out_scores(fitted: SessionFit) -> Floats:
     It is up to a constant of each throw.
     """
     each = left_out(fitted)
-    return levels_of(each.whole) - levels_of(each.others) + each.log_terms
+    return minimum_of(each.whole).level - minimum_of(each.others).level + each.log_terms
 
 
 def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
@@ -69,4 +69,4 @@ def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
     seen = fit(fitted.model, session, fitted.noise, shared=False)
     grams, log_terms = seen.linear.each(fitted.model.spread)
     whole = left_out(fitted).whole
-    return levels_of(whole + grams) - levels_of(whole) + log_terms
+    return minimum_of(whole + grams).level - minimum_of(whole).level + log_terms

@@ -24,7 +24,7 @@ from friction_estimation.design.greedy import (
     variance_removed,
 )
 from friction_estimation.discovery.evidence.left_out import broad_prior
-from friction_estimation.discovery.evidence.mixture import gaussian, mixture
+from friction_estimation.discovery.evidence.mixture import mixture
 from friction_estimation.discovery.evidence.trial_throws import (
     TrialThrow,
     hog_to_hog,
@@ -37,6 +37,7 @@ from friction_estimation.discovery.evidence.trial_throws import (
 )
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.sensitivity import sensitivities
 
@@ -143,7 +144,7 @@ def _sought(model: Model) -> list[_Sought]:
 
 def _covariance(fitted: SessionFit, spread: float) -> Floats:
     """Covariance of the shared parameters at one spread."""
-    return gaussian(fitted.linear.total(spread) + broad_prior(fitted.model)).covariance
+    return minimum_of(fitted.linear.total(spread) + broad_prior(fitted.model)).covariance
 
 
 def _told_by(
@@ -162,7 +163,9 @@ def _told_by(
         empty = np.zeros(columns.shape[:2])
         empty[:, 2] = np.nan if blind else 0.0
         even = np.zeros(len(session))
-        linear = Linearisation.whitened(session, noise, fitted.model, even, columns, empty)
+        whole = np.concatenate([columns, empty[:, :, None]], axis=2)
+        parts = np.split(whole, session.starts[1:-1])
+        linear = Linearisation.of(session, noise, fitted.model, states, even, parts)
         told += [Informative(everything, _root(gram[:-1, :-1])) for gram in linear.each(spread)[0]]
         paths += [path[session.rows(i)] for i in range(len(session))]
     return told, paths

@@ -14,7 +14,9 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.fit import FROZEN, SessionFit
+from friction_estimation.discovery.model.elimination import release_roots, release_steps
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.linearisation import FROZEN
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.whitening import whiten_session
@@ -121,7 +123,7 @@ def throw_constants(fitted: SessionFit) -> Floats:
     det of the information of the release, less that of the release's prior.
     """
     prior = release_precisions(fitted.session)
-    information = fitted.grams[:, :6, :6] + np.eye(6) / RELEASE_SIGMA**2
+    information = fitted.linear.grams[:, :6, :6] + np.eye(6) / RELEASE_SIGMA**2
     released = np.linalg.slogdet(information)[1] - np.log(prior).sum(axis=1)
     values = np.isfinite(fitted.session.observed).sum(axis=1)
     counts = np.add.reduceat(values, fitted.session.starts[:-1])
@@ -195,13 +197,10 @@ def _draw_factors(
 
 def _draw_states(fitted: SessionFit, changes: Floats, rng: np.random.Generator) -> Floats:
     """Releases of the throws, given the changes of all else, (n, k, 6)."""
-    grams = fitted.grams
-    inner = grams[:, :6, :6] + np.eye(6) / RELEASE_SIGMA**2
-    scale = 1.0 / np.sqrt(np.einsum("ijj->ij", inner))
-    scaled = inner * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
-    right = grams[:, :6, -1] - np.einsum("kij,nkj->nki", grams[:, :6, 6:-1], changes)
-    means = np.einsum("kij,nkj->nki", np.linalg.inv(scaled), scale * right)
+    grams = fitted.linear.grams
     # The inverse of the transposed Cholesky factor is a root of the covariance.
-    roots = np.swapaxes(np.linalg.inv(np.linalg.cholesky(scaled)), 1, 2)
+    root, scale = release_roots(grams)
+    roots = np.swapaxes(np.linalg.inv(root), 1, 2)
     noise = rng.standard_normal((len(changes), len(grams), 6))
-    return fitted.states + scale * (means + np.einsum("kij,nkj->nki", roots, noise))
+    scattered = scale * np.einsum("kij,nkj->nki", roots, noise)
+    return fitted.states + release_steps(grams, changes) + scattered

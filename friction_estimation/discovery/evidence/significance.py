@@ -2,9 +2,9 @@
 
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
 seen it, with and without the effect: by its density, in which all that is uncertain in the fit is
-integrated out. The signs of the differences are then flipped at random.
+integrated out. Student's t says whether the differences are above zero by chance.
 An effect between throws (wear, drift, a stone) shows once per throw, in the throw's own friction.
-It is tested by the correlation with what the frictions follow most, by Student's t. What one stone
+It is tested by Student's t of the correlation with what the frictions follow most. What one stone
 does within its throws shows in these few alone; it is tested in the same way, by what every throw
 shows of it.
 """
@@ -24,13 +24,13 @@ from friction_estimation.discovery.evidence.left_out import (
     unseen_scores,
 )
 from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.model.fit import SessionFit, fit_to, linearise
-from friction_estimation.discovery.model.linearisation import Linearisation
-from friction_estimation.discovery.search.score_test import (
-    sign_flip_p,
-)
+from friction_estimation.discovery.model.fit import SessionFit, fit_to
 from friction_estimation.discovery.search.selection import refit
-from friction_estimation.discovery.tuning import LARGEST_P_BETWEEN_THROWS, LEAST_SPREAD
+from friction_estimation.discovery.tuning import (
+    LARGEST_IMPROVEMENT,
+    LARGEST_P_BETWEEN_THROWS,
+    LEAST_SPREAD,
+)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -56,7 +56,6 @@ def weigh_evidence(
     label: str,
     held_out: Session | None,
     whole: Session,
-    rng: np.random.Generator,
 ) -> EffectEvidence:
     """Take an effect out again and see which throws fit worse without it.
 
@@ -66,7 +65,6 @@ def weigh_evidence(
     label : label of its term
     held_out : throws that no fit has seen, which count too, if there are some
     whole : all throws, for effects between throws and of one stone
-    rng : source of the flipped signs
     """
     term = fitted.model.term(label)
     model = fitted.model.without(label)
@@ -85,13 +83,25 @@ def weigh_evidence(
     elif term.stone is not None:
         p = _chosen(_p_of_stones(fit_to(without, whole), term))
     else:
-        p = sign_flip_p(improvements, rng)
+        p = p_of_mean(improvements)
     return EffectEvidence(
         label=label,
         gain=without.deviance - fitted.deviance,
         p=p,
         improvements=improvements[np.argsort(throws)],
     )
+
+
+def p_of_mean(improvements: Floats) -> float:
+    """Probability that chance alone gives so large a mean improvement of throws (k,).
+
+    By Student's t. No single throw decides, even if it gains a thousand times more than the others.
+    """
+    capped = np.clip(improvements, -LARGEST_IMPROVEMENT, LARGEST_IMPROVEMENT)
+    if len(capped) < 2 or capped.sum() <= 0.0:
+        return 1.0
+    error = float(capped.std(ddof=1)) / np.sqrt(len(capped))
+    return float(student_t.sf(float(capped.mean()) / max(error, 1e-12), len(capped) - 1))
 
 
 def own_frictions(fitted: SessionFit) -> tuple[Floats, Floats]:
@@ -194,9 +204,7 @@ def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
         replace(term, values=neutral_values(term.card, **{name: float(s)}), free=term.free[:1])
         for s in stones
     ]
-    model = fitted.model.with_terms(*terms)
-    _, _, reduced = linearise(model, session, fitted.noise, fitted.states, fitted.ln_factors)
-    grams, _ = Linearisation(model=model, ln_factors=fitted.ln_factors, reduced=reduced).each()
+    grams, _ = fitted.linear_with(*terms).each()
     rows, place = np.arange(len(session)), len(fitted.model.vector) + which
     h = np.maximum(grams[rows, place, place], 1e-12)
     return grams[rows, place, -1] / h, 1.0 / np.sqrt(h)

@@ -10,7 +10,7 @@ apart. It is written as a Gaussian field along the sheet, as the friction map is
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
@@ -19,6 +19,7 @@ from scipy.linalg import eigh
 
 from curling_env.typing import Floats
 from friction_estimation.design.matern import matern
+from friction_estimation.discovery.model.gaussian_field import CameraField
 from friction_estimation.discovery.tuning import (
     RIPPLE_AMPLITUDES,
     RIPPLE_NODE_SPACING,
@@ -27,24 +28,19 @@ from friction_estimation.discovery.tuning import (
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class CameraRipple:
-    """A displacement of measured places towards positive y, smooth along the sheet.
+class CameraRipple(CameraField):
+    """A displacement of measured places towards positive y, smooth along the sheet [m].
 
     Parameters
     ----------
     nodes : (n,) places along the sheet [m]
     length : distance over which it changes [m]
-    amplitude : standard deviation of the displacement [m]
-    values : (n,) coefficients
     """
 
+    name = "ripple"
     nodes: Floats
     length: float
     amplitude: float = USUAL_RIPPLE
-    values: Floats
-
-    def __len__(self) -> int:
-        return len(self.values)
 
     @cached_property
     def root(self) -> Floats:
@@ -74,14 +70,8 @@ class CameraRipple:
     def columns(self, xy: Floats, theta: Floats) -> Floats:
         """Displacements of places (rows, 2) per unit of each coefficient, (rows, 2, n)."""
         del theta  # a ripple turns with no stone
-        out = np.zeros((len(xy), 2, len(self)))
-        out[:, 1] = self.patterns_at(xy[:, 1])
-        return out
-
-    def displacement(self, xy: Floats, theta: Floats) -> Floats:
-        """Displacements of places (rows, 2), (rows, 2) [m]."""
-        del theta
-        return np.column_stack([np.zeros(len(xy)), self.patterns_at(xy[:, 1]) @ self.values])
+        patterns = self.patterns_at(xy[:, 1])
+        return np.stack([np.zeros_like(patterns), patterns], axis=1)
 
     @property
     def amplitudes(self) -> Floats:
@@ -89,22 +79,9 @@ class CameraRipple:
         return RIPPLE_AMPLITUDES
 
     @property
-    def deviations(self) -> Floats:
-        """Prior standard deviation of each coefficient, (n,) [m]."""
-        return np.full(len(self), self.amplitude)
-
-    @property
     def hyperprior(self) -> float:
         """−2 ln of the prior density of the amplitude, a half-Cauchy, up to a constant."""
         return 2.0 * float(np.log1p((self.amplitude / USUAL_RIPPLE) ** 2))
-
-    def at(self, values: Floats) -> CameraRipple:
-        """The same with other coefficients."""
-        return replace(self, values=values)
-
-    def with_amplitude(self, amplitude: float) -> CameraRipple:
-        """The same with another amplitude."""
-        return replace(self, amplitude=amplitude)
 
 
 def ripple_over(places: Sequence[Floats], length: float) -> CameraRipple:

@@ -6,34 +6,32 @@ the factor on its friction is integrated over. What remains concerns the shared 
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.model.minimum import project_out, scaled_root
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.whitening import whiten_session
 from friction_estimation.discovery.tuning import RELEASE_SIGMA
 
 
-def gram_matrices(session: Session, noise: SessionNoise, columns: Floats) -> Floats:
+def gram_matrices(session: Session, noise: SessionNoise, columns: Iterable[Floats]) -> Floats:
     """Whitened Gram matrices of each throw, (k, m, m).
 
     Parameters
     ----------
     session, noise : throws, and the noise that whitens
-    columns : (rows, 3, m) values for x, y and theta; the last column is NaN if nothing was measured
+    columns : (n, 3, m) for each throw, values for x, y and theta; the last column is NaN where
+        nothing was measured
     """
-    throws = range(len(session))
-    return np.array([gram_matrix(session, noise, i, columns[session.rows(i)]) for i in throws])
+    return np.array([gram_matrix(session, noise, i, each) for i, each in enumerate(columns)])
 
 
 def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) -> Floats:
-    """The same of the i-th throw alone, (m, m).
-
-    Parameters
-    ----------
-    columns : (n, 3, m) as of `gram_matrices`, for the rows of this throw
-    """
+    """The same of the i-th throw alone, (m, m)."""
     rows, m = session.rows(i), columns.shape[2]
     work = np.array(columns, order="C")
     times, sigma = session.times[rows], session.sigma[rows]
@@ -44,11 +42,33 @@ def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) 
 
 def eliminate_states(grams: Floats) -> Floats:
     """Gram matrices with the release states projected out, (k, m-6, m-6)."""
-    states = grams[:, :6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
-    scale = 1.0 / np.sqrt(np.einsum("ijj->ij", states))
-    scaled = states * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
-    cross = grams[:, :6, 6:] * scale[:, :, None]
-    return grams[:, 6:, 6:] - np.swapaxes(cross, 1, 2) @ np.linalg.solve(scaled, cross)
+    return project_out(_believed(grams), 6)
+
+
+def release_steps(grams: Floats, changes: Floats) -> Floats:
+    """Steps of the releases that are best after steps of all else, (n, k, 6).
+
+    Parameters
+    ----------
+    grams : (k, m, m) Gram matrices of releases, other parameters and residual
+    changes : (n, k, m-7) steps of the other parameters
+    """
+    root, scale = release_roots(grams)
+    right = grams[:, :6, -1] - np.einsum("kij,nkj->nki", grams[:, :6, 6:-1], changes)
+    inverse = np.linalg.inv(root)
+    return scale * np.einsum("kji,kjl,nkl->nki", inverse, inverse, scale * right)
+
+
+def release_roots(grams: Floats) -> tuple[Floats, Floats]:
+    """Roots of the information on each release, (k, 6, 6), and their units (k, 6)."""
+    return scaled_root(_believed(grams)[:, :6, :6])
+
+
+def _believed(grams: Floats) -> Floats:
+    """Gram matrices with the weak prior of a release."""
+    out = grams.copy()
+    out[:, range(6), range(6)] += RELEASE_SIGMA**-2
+    return out
 
 
 def eliminate_factor(reduced: Floats, ln_factors: Floats, spread: float) -> tuple[Floats, Floats]:

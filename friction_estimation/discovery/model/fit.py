@@ -18,7 +18,7 @@ from __future__ import annotations
 from collections.abc import Generator
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -27,21 +27,17 @@ from curling_env.errors import FitError
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import (
-    eliminate_factor,
-    eliminate_states,
-    gram_matrix,
-)
+from friction_estimation.discovery.model.candidates import Term
+from friction_estimation.discovery.model.elimination import release_steps
 from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.quadratic import (
     bounded_step,
-    integration_cost,
     prior_gram,
     profile_amplitudes,
     profile_spread,
-    solve_shared,
 )
 from friction_estimation.discovery.model.response import MEASURED, LinearisedPaths
 from friction_estimation.discovery.model.sensitivity import (
@@ -53,13 +49,8 @@ from friction_estimation.discovery.tuning import (
     CONVERGED,
     LARGEST_LN_FACTOR,
     LEAST_USUAL_SPIN,
-    RELEASE_SIGMA,
-    TRIED_SPREADS,
-    USUAL_SPIN_SIGMA,
+    SPREADS,
 )
-
-FROZEN = 1e14
-"""Information that keeps a release state where it is."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,42 +59,42 @@ class SessionFit:
 
     Parameters
     ----------
-    model : fitted model
     session : throws it was fitted to
     noise : noise that was assumed
     states : (k, 6) release states
-    ln_factors : (k,) deviation of ln μ of each throw
     predicted : (rows, 6) states at the measured times, as the camera sees them
-    grams : (k, m, m) whitened Gram matrices of [6 states, ln factor, shared, residual]
+    linear : the session, linear around the fit, with the fitted model
     deviance : F, which is −2 ln likelihood up to a constant of the data and the noise
     by_paths : (P, P) covariance of the shared parameters by errors of the paths of earlier stones,
         in addition to that by their own noise; None where it was not asked for, or nothing follows
         paths
-    only_spread : the one spread of ln μ between throws at which the Gram matrices hold; None where
-        they hold at any
+    only_spread : the one spread of ln μ between throws at which `linear` holds; None where it holds
+        at any
     """
 
-    model: Model
     session: Session
     noise: SessionNoise
     states: Floats
-    ln_factors: Floats
     predicted: Floats
-    grams: Floats
+    linear: Linearisation
     deviance: float
     by_paths: Floats | None = None
     only_spread: float | None = None
 
     @property
+    def model(self) -> Model:
+        """The fitted model."""
+        return self.linear.model
+
+    @property
+    def ln_factors(self) -> Floats:
+        """Deviation of ln μ of each throw, (k,)."""
+        return self.linear.ln_factors
+
+    @property
     def residuals(self) -> Floats:
         """Measured less predicted x, y, theta, (rows, 3)."""
         return self.session.observed - self.predicted[:, MEASURED]
-
-    @cached_property
-    def linear(self) -> Linearisation:
-        """The session, linear around the fit."""
-        reduced = eliminate_states(self.grams)
-        return Linearisation(model=self.model, ln_factors=self.ln_factors, reduced=reduced)
 
     @property
     def columns(self) -> Floats:
@@ -121,12 +112,22 @@ class SessionFit:
         Parameters
         ----------
         model : model; the spread is that of the fit
-        columns, residual : (rows, 3, 7 + P), (rows, 3) as of `Linearisation.whitened`
+        columns, residual : (rows, 3, 7 + P), (rows, 3) as of `sensitivities`, and what is left
         """
-        model = replace(model, spread=self.model.spread)
-        return Linearisation.whitened(
-            self.session, self.noise, model, self.ln_factors, columns, residual
+        whole = np.concatenate([columns, residual[:, :, None]], axis=2)
+        return Linearisation.of(
+            self.session,
+            self.noise,
+            replace(model, spread=self.model.spread),
+            self.states,
+            self.ln_factors,
+            np.split(whole, self.session.starts[1:-1]),
         )
+
+    def linear_with(self, *terms: Term) -> Linearisation:
+        """Return the session, linear around the fit, by its parameters and those of more terms."""
+        model = self.model.with_terms(*terms)
+        return linearise(model, self.session, self.noise, self.states, self.ln_factors)[1]
 
     def worst_throw(self) -> str:
         """Name the throw with the largest residuals, for an error message."""
@@ -173,55 +174,31 @@ def singular_fit_refused() -> Generator[None]:
 
 
 class Point(NamedTuple):
-    """Present state of a fit.
+    """Present state of a fit: releases, the session there, and F with these at their best."""
 
-    Parameters
-    ----------
-    model, states, ln_factors : as of `SessionFit`
-    grams : Gram matrices there
-    deviance : F with releases and factors at their best
-    """
-
-    model: Model
     states: Floats
-    ln_factors: Floats
-    grams: Floats
+    linear: Linearisation
     deviance: float
 
 
 def linearise(
     model: Model, session: Session, noise: SessionNoise, states: Floats, ln_factors: Floats
-) -> tuple[Floats, Floats, Floats]:
+) -> tuple[Floats, Linearisation]:
     """The model linearised at a point.
 
     Returns
     -------
     predicted : (rows, 6) states
-    grams : (k, m, m) Gram matrices, as of `SessionFit`
-    reduced : (k, m-6, m-6) the same with the release states projected out
+    linear : the session around them
     """
     found = sensitivities_by_throw(model, session, states, ln_factors)
-    predicted = found.predicted
-    residual = (session.observed - predicted[:, MEASURED])[:, :, None]
-
-    def gram(i: int) -> Floats:
-        rows = session.rows(i)
-        columns = np.concatenate([found.of_throw(rows, i), residual[rows]], axis=2)
-        return gram_matrix(session, noise, i, columns)
-
-    grams = np.array([gram(i) for i in range(len(session))])
-    # Without a heading only the last metres show the spin, which eases the drag of the band.
-    blind = ~session.turns
-    off = session.usual_spins[blind] - states[blind, State.OMEGA]
-    grams[blind, State.THETA, State.THETA] += FROZEN
-    if session.gates is not None:
-        for across in (State.X, State.VX):
-            grams[:, across, across] += FROZEN
-    grams[blind, State.OMEGA, State.OMEGA] += USUAL_SPIN_SIGMA**-2
-    grams[blind, State.OMEGA, -1] += off / USUAL_SPIN_SIGMA**2
-    grams[blind, -1, State.OMEGA] += off / USUAL_SPIN_SIGMA**2
-    grams[blind, -1, -1] += (off / USUAL_SPIN_SIGMA) ** 2
-    return predicted, grams, eliminate_states(grams)
+    residual = (session.observed - found.predicted[:, MEASURED])[:, :, None]
+    columns = (
+        np.concatenate([found.of_throw(rows, i), residual[rows]], axis=2)
+        for i, rows in enumerate(map(session.rows, range(len(session))))
+    )
+    linear = Linearisation.of(session, noise, model, states, ln_factors, columns)
+    return found.predicted, linear
 
 
 def fit(
@@ -231,7 +208,6 @@ def fit(
     *,
     states: Floats | None = None,
     ln_factors: Floats | None = None,
-    spreads: Floats = TRIED_SPREADS,
     iterations: int = 12,
     shared: bool = True,
 ) -> SessionFit:
@@ -244,7 +220,6 @@ def fit(
     noise : noise of the tracks
     states, ln_factors : releases and ln factors from which the fit begins; from the tracks and 0 by
         default
-    spreads : throw-to-throw spreads to choose from; a single one stays
     iterations : most steps
     shared : whether the shared parameters are fitted; else only releases and factors are
     """
@@ -255,42 +230,35 @@ def fit(
     for _ in range(iterations):
         # Stones of a step too far may fly off until the numbers overflow; it is refused.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
-            _, grams, reduced = linearise(model, session, noise, states, ln_factors)
+            _, linear = linearise(model, session, noise, states, ln_factors)
             if shared:
-                spread = _likeliest_spread(model, reduced, ln_factors, spreads)
-                model = replace(model, spread=spread)
-            prior = prior_gram(model, reduced.shape[1] - 1)
-            here = _deviance(model, reduced, ln_factors, prior)
+                spread = _likeliest_spread(linear)
+                linear = replace(linear, model=replace(model, spread=spread))
+            here = linear.deviance()
         if present is not None and not here < present.deviance + 1e-6:
             damping *= 0.3
             # What is left to gain is no more than was lost, which does not count.
             if damping < 0.02 or here - present.deviance < CONVERGED:
                 break
-            last = present
         else:
             arrived = present is not None and present.deviance - here < CONVERGED and damping == 1.0
             damping = min(1.0, 3.0 * damping)
-            last = Point(model, states, ln_factors, grams, here)
-            present = last
+            present = Point(states, linear, here)
             if arrived:
                 break
-        model, states, ln_factors = _step(last, session, damping, spreads, shared)
+        model, states, ln_factors = _step(present, session, damping, shared)
     assert present is not None
     # The deviance is that of the best releases; those of the last point are still a step behind.
-    model, states, ln_factors, grams, here = present
-    _, new_states, new_factors = _step(present, session, 1.0, spreads, False)
-    grams = _moved(grams, new_states - states, new_factors - ln_factors)
-    states, ln_factors = new_states, new_factors
-    predicted = predict(model, session, states, ln_factors)
+    _, states, ln_factors = _step(present, session, 1.0, False)
+    linear = present.linear
+    grams = _moved(linear.grams, states - present.states, ln_factors - linear.ln_factors)
     return SessionFit(
-        model=model,
         session=session,
         noise=noise,
         states=states,
-        ln_factors=ln_factors,
-        predicted=predicted,
-        grams=grams,
-        deviance=here,
+        predicted=predict(linear.model, session, states, ln_factors),
+        linear=replace(linear, ln_factors=ln_factors, grams=grams),
+        deviance=present.deviance,
     )
 
 
@@ -341,20 +309,15 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
     return states, ln_factors
 
 
-def _likeliest_spread(model: Model, reduced: Floats, ln_factors: Floats, spreads: Floats) -> float:
+def _likeliest_spread(linear: Linearisation) -> float:
     """The spread that minimises F at the present parameters.
 
     The spread that a step foresees is that of its end as if all were linear. Where it is nearly
     zero, what is not linear in the step would count a hundredfold, and the step be refused.
-
-    Parameters
-    ----------
-    model : model, whose own spread is tried too
-    reduced, ln_factors, spreads : as of `profile_spread`
     """
-    h = reduced[:, 0, 0]
-    own = ln_factors + reduced[:, 0, -1] / h
-    tried = np.append(spreads, model.spread if len(spreads) > 1 else spreads[0])[:, None]
+    h, reduced = linear.reduced[:, 0, 0], linear.reduced
+    own = linear.ln_factors + reduced[:, 0, -1] / h
+    tried = np.append(SPREADS, linear.model.spread)[:, None]
     values = own**2 / (tried**2 + 1.0 / h) + np.log1p(tried**2 * h)
     return float(tried[int(np.argmin(values.sum(axis=1))), 0])
 
@@ -369,17 +332,6 @@ def _moved(grams: Floats, state_step: Floats, factor_step: Floats) -> Floats:
     out[:, -1, :] += change[:, :, 0]
     out[:, -1, -1] += (np.swapaxes(move, 1, 2) @ change)[:, 0, 0]
     return out
-
-
-def _deviance(model: Model, reduced: Floats, ln_factors: Floats, prior: Floats) -> float:
-    """The deviance at the present parameters, with releases and factors at their best.
-
-    It is infinite where the numbers overflow.
-    """
-    grams, log_terms = eliminate_factor(reduced, ln_factors, model.spread)
-    deviance = float(grams[:, -1, -1].sum() + log_terms.sum() + prior[-1, -1])
-    deviance += integration_cost(model, grams.sum(axis=0))
-    return deviance if np.isfinite(deviance) else np.inf
 
 
 def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
@@ -397,22 +349,18 @@ def _part_of_the_way(model: Model, foreseen: Model, part: float) -> Model:
 
 
 def _step(
-    point: Point, session: Session, damping: float, spreads: Floats, shared: bool
+    point: Point, session: Session, damping: float, shared: bool
 ) -> tuple[Model, Floats, Floats]:
     """Model, releases and ln factors after a step from a point."""
-    model, states, ln_factors, grams, _ = point
-    reduced = eliminate_states(grams)
-    prior = prior_gram(model, reduced.shape[1] - 1)
+    states, linear, _ = point
+    model, reduced, ln_factors = linear.model, linear.reduced, linear.ln_factors
     if shared:
-        spread, step, _ = profile_spread(reduced, ln_factors, prior, spreads)
-        bands, _ = eliminate_factor(reduced, ln_factors, spread)
-        total = bands.sum(axis=0)
-        if model.fields:
-            foreseen, _ = profile_amplitudes(model, total)
-            prior = prior_gram(foreseen, len(total))
-            step, _ = solve_shared(total + prior)
-            model = _part_of_the_way(model, foreseen, damping)
-        step = damping * bounded_step(total + prior, step, model)
+        spread, _ = profile_spread(reduced, ln_factors, linear.prior)
+        total = linear.each(spread)[0].sum(axis=0)
+        foreseen = profile_amplitudes(model, total)[0]
+        whole = total + prior_gram(foreseen, len(total))
+        model = _part_of_the_way(model, foreseen, damping)
+        step = damping * bounded_step(whole, minimum_of(whole).step, model)
     else:
         spread, step = model.spread, np.zeros(len(model.vector))
     vector = model.vector
@@ -430,15 +378,8 @@ def _step(
         shift = -ln_factors
     # A step far beyond the linear range must not lead to friction that no ice has.
     shift = np.clip(ln_factors + shift, -LARGEST_LN_FACTOR, LARGEST_LN_FACTOR) - ln_factors
-    changes = np.concatenate(
-        [shift[:, None], np.broadcast_to(step, (len(session), len(step)))], axis=1
-    )
-    inner = grams[:, :6, :6] + np.diag(1.0 / RELEASE_SIGMA**2)
-    scale = 1.0 / np.sqrt(np.einsum("ijj->ij", inner))
-    right = grams[:, :6, -1] - np.einsum("ijk,ik->ij", grams[:, :6, 6:-1], changes)
-    scaled = inner * scale[:, :, None] * scale[:, None, :] + 1e-13 * np.eye(6)
-    state_step = scale * np.linalg.solve(scaled, (scale * right)[:, :, None])[:, :, 0]
-    states = states + state_step
+    changes = np.column_stack([shift, np.broadcast_to(step, (len(shift), len(step)))])
+    states = states + release_steps(linear.grams, changes[None])[0]
     blind = ~session.turns
     side = np.sign(session.usual_spins[blind])
     spins = np.maximum(side * states[blind, State.OMEGA], LEAST_USUAL_SPIN)

@@ -10,7 +10,7 @@ where it was known well, the field deviates only by what has changed since.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
@@ -21,11 +21,10 @@ from curling_env.physics.effects import EffectCard
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.design.matern import matern
+from friction_estimation.discovery.model.gaussian_field import GaussianField
 from friction_estimation.discovery.tuning import (
-    CHANGE_SHAPES,
     LOG_MAP_SD_SPREAD,
     MAP_AMPLITUDES,
-    MAP_CHANGES,
     MAP_SHAPES,
     MAP_SHARE,
     MOST_MAP_PATTERNS,
@@ -56,7 +55,7 @@ LEAST_SPACING = 0.3
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class FrictionField:
+class FrictionField(GaussianField):
     """Deviation of ln μ from the map of an ice.
 
     Parameters
@@ -65,33 +64,23 @@ class FrictionField:
     length, smoothness : correlation length [m] and order of the Matérn correlation
     crossed : (m,) flat indices of the cells that stones crossed
     patterns : (cells, r) ln μ of each cell by one unit of each coefficient, at unit deviation
-    amplitude : prior standard deviation of ln μ over the sheet
-    values : (r,) coefficients
     known : (cells,) standard error of ln μ in the map of the ice, if that holds but for a change of
         the size of `amplitude`; None if it is no more than a first guess
     """
 
+    name = "map"
     sheet: Sheet
     length: float
     smoothness: float
     crossed: Indices
     patterns: Floats
     amplitude: float = USUAL_MAP_SD
-    values: Floats
     known: Floats | None = None
-
-    def __len__(self) -> int:
-        return len(self.values)
 
     @property
     def amplitudes(self) -> Floats:
         """Amplitudes that may be tried with these patterns."""
         return MAP_AMPLITUDES if self.known is None else np.array([self.amplitude])
-
-    @property
-    def deviations(self) -> Floats:
-        """Prior standard deviation of each coefficient, (r,)."""
-        return np.full(len(self), self.amplitude)
 
     @property
     def hyperprior(self) -> float:
@@ -102,10 +91,6 @@ class FrictionField:
     def ln_mu(self) -> Floats:
         """The deviation of ln μ of every cell, (rows, columns)."""
         return (self.patterns @ self.values).reshape(self.sheet.shape)
-
-    def at(self, values: Floats) -> FrictionField:
-        """The same with other coefficients."""
-        return replace(self, values=values)
 
     def near(self, ln_mu: Floats) -> FrictionField:
         """The same with coefficients that come nearest to a deviation of ln μ where stones ran.
@@ -118,10 +103,6 @@ class FrictionField:
         inner = here.T @ here + np.diag(self.deviations**-2)
         values = np.linalg.solve(inner, here.T @ (ln_mu.ravel()[self.crossed] / NEAR))
         return self.at(np.asarray(values, dtype=np.float64))
-
-    def with_amplitude(self, amplitude: float) -> FrictionField:
-        """The same with another amplitude."""
-        return replace(self, amplitude=amplitude)
 
     def unresolved(self) -> Floats:
         """Part of the prior variance of each cell that the patterns leave out, (cells,).
@@ -257,8 +238,8 @@ def fields_to_try(
         return [field_along(sheet, crossed, *shape) for shape in MAP_SHAPES]
     return [
         field_along(sheet, crossed, *shape, known=known, change=change)
-        for shape in CHANGE_SHAPES
-        for change in MAP_CHANGES
+        for shape in MAP_SHAPES[1:4]
+        for change in MAP_AMPLITUDES[2:12:2].tolist()
     ]
 
 

@@ -1,18 +1,19 @@
 """A session, linear around a fit: its throws by the shared parameters of a model.
 
 Search, evidence, intervals, rivals and the planner of throws all ask this one object. A throw is
-the Gram matrix of its whitened columns, its release projected out (`elimination`). The friction of
-the throw is its first parameter, the residual its last; between them are those that all share.
+the Gram matrix of its whitened columns: the six numbers of its release, its own friction, the
+parameters that all share, and the residual. The release is projected out (`elimination`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.elimination import (
@@ -20,17 +21,19 @@ from friction_estimation.discovery.model.elimination import (
     eliminate_states,
     gram_matrices,
 )
+from friction_estimation.discovery.model.minimum import Minimum, minimum_of
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.quadratic import (
+    integration_cost,
     prior_gram,
     profile_amplitudes,
     profile_spread,
 )
-from friction_estimation.discovery.tuning import LEAST_SPREAD
+from friction_estimation.discovery.tuning import USUAL_SPIN_SIGMA
 
-SPREADS_OF_A_SEARCH = np.geomspace(LEAST_SPREAD, 0.3, 14)
-"""Throw-to-throw spreads of ln μ that are tried beside the present one."""
+FROZEN = 1e14
+"""Information that keeps a release state where it is."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -39,42 +42,58 @@ class Linearisation:
 
     Parameters
     ----------
-    model : model whose shared parameters are those of the matrices, at the point
+    model : model whose shared parameters are those of the matrices, at the point; it may have fewer
     ln_factors : (k,) deviation of ln μ of each throw there
-    reduced : (k, P + 2, P + 2) Gram matrices of ln factor, shared parameters and residual
+    grams : (k, 6 + P + 2, 6 + P + 2) of release, ln factor, shared parameters and residual
     """
 
     model: Model
     ln_factors: Floats
-    reduced: Floats
+    grams: Floats
 
     @classmethod
-    def whitened(
+    def of(
         cls,
         session: Session,
         noise: SessionNoise,
         model: Model,
+        states: Floats,
         ln_factors: Floats,
-        columns: Floats,
-        residual: Floats,
+        columns: Iterable[Floats],
     ) -> Linearisation:
-        """Whiten columns by the noise, and project the releases out.
+        """Whiten columns by the noise, and add what is known of releases.
 
         Parameters
         ----------
         session, noise : throws and their noise
         model, ln_factors : as of the class
-        columns : (rows, 3, 7 + P) derivatives of x, y and heading, as of `sensitivities`
-        residual : (rows, 3) what is left of them; NaN where not measured
+        states : (k, 6) releases there
+        columns : (n, 3, 7 + P + 1) for each throw, derivatives of x, y and heading, as of
+            `sensitivities`, and what is left of them, NaN where not measured
         """
-        stacked = np.concatenate([columns, residual[:, :, None]], axis=2)
-        reduced = eliminate_states(gram_matrices(session, noise, stacked))
-        return cls(model=model, ln_factors=ln_factors, reduced=reduced)
+        grams = gram_matrices(session, noise, columns)
+        # Without a heading only the last metres show the spin, which eases the drag of the band.
+        blind = ~session.turns
+        off = (session.usual_spins[blind] - states[blind, State.OMEGA]) / USUAL_SPIN_SIGMA
+        grams[blind, State.THETA, State.THETA] += FROZEN
+        if session.gates is not None:
+            for across in (State.X, State.VX):
+                grams[:, across, across] += FROZEN
+        grams[blind, State.OMEGA, State.OMEGA] += USUAL_SPIN_SIGMA**-2
+        grams[blind, State.OMEGA, -1] += off / USUAL_SPIN_SIGMA
+        grams[blind, -1, State.OMEGA] += off / USUAL_SPIN_SIGMA
+        grams[blind, -1, -1] += off**2
+        return cls(model=model, ln_factors=ln_factors, grams=grams)
+
+    @cached_property
+    def reduced(self) -> Floats:
+        """Gram matrices of ln factor, shared parameters and residual, (k, P + 2, P + 2)."""
+        return eliminate_states(self.grams)
 
     @cached_property
     def prior(self) -> Floats:
-        """Gram matrix of the priors of the shared parameters, (P + 1, P + 1)."""
-        return prior_gram(self.model, self.reduced.shape[1] - 1)
+        """Gram matrix of the priors of the model's parameters, (P + 1, P + 1)."""
+        return prior_gram(self.model, self.grams.shape[1] - 7)
 
     def each(self, spread: float | None = None) -> tuple[Floats, Floats]:
         """Return what each throw says of the shared parameters, its own friction integrated out.
@@ -95,6 +114,17 @@ class Linearisation:
         """Return what all throws and the priors say, (P + 1, P + 1); `spread` as of `each`."""
         return self.each(spread)[0].sum(axis=0) + self.prior
 
+    def minimum(self, spread: float | None = None) -> Minimum:
+        """The minimum of `total`."""
+        return minimum_of(self.total(spread))
+
+    def deviance(self) -> float:
+        """F at the point, with releases and factors at their best; infinite if numbers overflow."""
+        grams, log_terms = self.each()
+        deviance = float(grams[:, -1, -1].sum() + log_terms.sum() + self.prior[-1, -1])
+        deviance += integration_cost(self.model, grams.sum(axis=0))
+        return deviance if np.isfinite(deviance) else np.inf
+
     def least(self, kept: Sequence[int] | Indices | None = None) -> float:
         """Return F at its minimum over shared parameters, the spread and the sizes of fields.
 
@@ -106,9 +136,8 @@ class Linearisation:
         chosen = np.append(np.arange(count) if kept is None else kept, count).astype(np.intp)
         columns = np.concatenate([[0], chosen + 1])
         part = self.reduced[:, columns[:, None], columns]
-        spreads = np.array([*SPREADS_OF_A_SEARCH, max(self.model.spread, LEAST_SPREAD)])
         prior = self.prior[np.ix_(chosen, chosen)]
-        spread, _, least = profile_spread(part, self.ln_factors, prior, spreads)
+        spread, least = profile_spread(part, self.ln_factors, prior)
         if not self.model.fields:
             return least
         grams, log_terms = eliminate_factor(part, self.ln_factors, spread)

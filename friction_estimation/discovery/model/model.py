@@ -26,11 +26,8 @@ from friction_estimation.discovery.model.forward import (
     slide_session,
 )
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.model.gate_places import GatePlaces
-from friction_estimation.discovery.model.systematic_error import SystematicError
+from friction_estimation.discovery.model.gaussian_field import CameraField, GaussianField
 
-CameraField = SystematicError | GatePlaces | CameraRipple
-"""A displacement that all throws share, whose coefficients are fitted."""
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
 one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
@@ -60,81 +57,62 @@ class Model:
     ln_mu: float = 0.0
     ln_coupling: float = 0.0
     spread: float = 0.0
-    systematic_error: SystematicError | GatePlaces | None = None
+    systematic_error: CameraField | None = None
     ripple: CameraRipple | None = None
     own_cells_wear: bool = False
     steps: dict[tuple[str, str], float] = field(default_factory=dict, repr=False)
-
-    @property
-    def systematic_slice(self) -> slice:
-        """Slice of the coefficients of the systematic error among the shared parameters."""
-        count = len(self.systematic_error) if self.systematic_error else 0
-        return slice(len(GLOBALS), len(GLOBALS) + count)
-
-    @property
-    def ripple_slice(self) -> slice:
-        """Slice of the coefficients of the camera's ripple among the shared parameters."""
-        begin = self.systematic_slice.stop
-        return slice(begin, begin + (len(self.ripple) if self.ripple else 0))
-
-    @property
-    def map_slice(self) -> slice:
-        """Slice of the coefficients of the friction map among the shared parameters."""
-        begin = self.ripple_slice.stop
-        return slice(begin, begin + (len(self.map_field) if self.map_field else 0))
 
     @property
     def map_field(self) -> FrictionField | None:
         """The friction map, if it is one of the terms."""
         return next((term.map_field for term in self.terms if term.map_field), None)
 
-    def with_field(self, field: FrictionField) -> Model:
-        """The model with another friction map in place of the one that it has."""
-        return replace(
-            self, terms=tuple(replace(t, map_field=field) if t.map_field else t for t in self.terms)
-        )
+    @cached_property
+    def _places(self) -> list[tuple[slice, GaussianField | None]]:
+        """Slices of the shared parameters that belong to each field there may be."""
+        fields = (self.systematic_error, self.ripple, self.map_field)
+        ends = np.cumsum([len(GLOBALS), *(0 if f is None else len(f) for f in fields)]).tolist()
+        return [(slice(*ends[k : k + 2]), field) for k, field in enumerate(fields)]
 
     @property
-    def camera_fields(self) -> list[tuple[slice, CameraField]]:
-        """The fields that displace what the camera sees, and where their coefficients are."""
-        both = (
-            (self.systematic_slice, self.systematic_error),
-            (self.ripple_slice, self.ripple),
-        )
-        return [(place, field) for place, field in both if field is not None and len(field)]
+    def ripple_slice(self) -> slice:
+        """Slice of the coefficients of the camera's ripple among the shared parameters."""
+        return self._places[1][0]
+
+    @property
+    def map_slice(self) -> slice:
+        """Slice of the coefficients of the friction map among the shared parameters."""
+        return self._places[2][0]
 
     @cached_property
-    def fields(self) -> tuple[tuple[slice, CameraField | FrictionField], ...]:
+    def fields(self) -> tuple[tuple[slice, GaussianField], ...]:
         """The Gaussian fields whose coefficients are fitted, and where these are."""
-        found: list[tuple[slice, CameraField | FrictionField]] = [*self.camera_fields]
-        if self.map_field:
-            found.append((self.map_slice, self.map_field))
-        return tuple(found)
+        return tuple((place, field) for place, field in self._places if field)
 
     def with_amplitude(self, which: int, amplitude: float) -> Model:
         """The model with another amplitude of one of its `fields`."""
         field = self.fields[which][1].with_amplitude(amplitude)
-        if isinstance(field, FrictionField):
-            return self.with_field(field)
-        if isinstance(field, CameraRipple):
-            return replace(self, ripple=field)
-        return replace(self, systematic_error=field)
+        return self._with_fields({field.name: field})
+
+    def _with_fields(self, fields: Mapping[str, GaussianField]) -> Model:
+        """The model with other fields, by name."""
+        terms = tuple(
+            replace(t, map_field=fields.get("map", t.map_field)) if t.map_field else t
+            for t in self.terms
+        )
+        return replace(
+            self,
+            terms=terms,
+            systematic_error=fields.get("systematic_error", self.systematic_error),
+            ripple=fields.get("ripple", self.ripple),
+        )
 
     @property
     def names(self) -> list[tuple[str, str]]:
         """(term, parameter) of every shared parameter; the term is empty if it has none."""
-        places = {
-            "systematic_error": self.systematic_slice,
-            "ripple": self.ripple_slice,
-            "map": self.map_slice,
-        }
         return (
             [("", name) for name in GLOBALS]
-            + [
-                ("", f"{name}_{k}")
-                for name, place in places.items()
-                for k in range(place.stop - place.start)
-            ]
+            + [("", f"{field.name}_{k}") for _, field in self.fields for k in range(len(field))]
             + [(term.label, name) for term in self.terms for name in term.free]
         )
 
@@ -171,25 +149,13 @@ class Model:
         position = self.map_slice.stop
         terms: list[Term] = []
         for term in self.terms:
-            if term.map_field:
-                moved = term.map_field.at(vector[self.map_slice])
-                terms.append(replace(term, map_field=moved))
-                continue
-            changed: dict[str, float] = {}
-            for name in term.free:
-                changed[name] = float(vector[position])
-                position += 1
-            terms.append(term.with_values(**changed))
-        return replace(
-            self,
-            terms=tuple(terms),
-            ln_mu=float(vector[0]),
-            ln_coupling=float(vector[1]),
-            systematic_error=self.systematic_error.at(vector[self.systematic_slice])
-            if self.systematic_error
-            else self.systematic_error,
-            ripple=self.ripple.at(vector[self.ripple_slice]) if self.ripple else None,
+            changed = dict(zip(term.free, vector[position:].tolist(), strict=False))
+            position += len(term.free)
+            terms.append(term.with_values(**changed) if changed else term)
+        moved = replace(
+            self, terms=tuple(terms), ln_mu=float(vector[0]), ln_coupling=float(vector[1])
         )
+        return moved._with_fields({f.name: f.at(vector[place]) for place, f in self.fields})
 
     def with_terms(self, *terms: Term) -> Model:
         """The model with more terms."""

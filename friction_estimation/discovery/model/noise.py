@@ -6,7 +6,7 @@ Ornstein–Uhlenbeck process: a tracker's smoother, compression, a ripple of the
 The size is learnt from the part of the residuals that no slide can have, the part that no slow
 cosine follows. Slow residuals may be an effect that the model lacks, and must not pass for noise.
 
-Errors of tracks from film last for seconds (`Session.errs_slowly`), and so may the memory of their
+Errors of tracks from film last for seconds (`Session.smoothed`), and so may the memory of their
 noise. Errors slower than that belong to places (`systematic_error.py`).
 """
 
@@ -24,7 +24,6 @@ from friction_estimation.discovery.data.outliers import fast_series, robust_devi
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.whitening import restricted_square, whiten_series
 from friction_estimation.discovery.tuning import (
-    FEWEST_NOISE_ROWS,
     FILM_MEMORY_BOUNDS,
     LEAST_NOISE,
     LEAST_ROWS,
@@ -207,9 +206,9 @@ def estimate_noise(
             fading=(0.0, 0.0, 0.0),
             memory=(MEMORY_BOUNDS[0], MEMORY_BOUNDS[0], MEMORY_BOUNDS[0]),
         )
-    slow = lasting or session.errs_slowly or (start is not None and start.lasts)
+    slow = lasting or session.smoothed or (start is not None and start.lasts)
     chosen = np.unique(np.linspace(0, len(session) - 1, min(throws, len(session))).astype(int))
-    together = ((0,), (1,), (2,)) if session.errs_slowly else ((0, 1), (2,))
+    together = ((0,), (1,), (2,)) if session.smoothed else ((0, 1), (2,))
     found = {
         channels: _estimate_channel(
             session,
@@ -243,10 +242,7 @@ def _estimate_channel(
     least = LEAST_NOISE[channels[0] // 2]
     bounds = FILM_MEMORY_BOUNDS if slow else MEMORY_BOUNDS
     lasting_turn = SLOW_HEADING_SHARE * session.claimed_turn if channels == (2,) else 0.0
-    usual = LEAST_ROWS if session.smoothed else 2 * LEAST_ROWS
-    series = _series_of(session, residuals, chosen, channels, slow, usual)
-    if not series and not session.smoothed:
-        series = _series_of(session, residuals, chosen, channels, slow, FEWEST_NOISE_ROWS)
+    series = _series_of(session, residuals, chosen, channels, slow)
     if not series:
         # Rows this few show no noise. Those of a film err by what they claim, for as long as
         # its errors last.
@@ -266,7 +262,6 @@ def _series_of(
     chosen: Indices,
     channels: tuple[int, ...],
     slow: bool,
-    least_rows: int,
 ) -> list[Series]:
     """The series of some channels that have rows enough, with what may be no noise."""
     series: list[Series] = []
@@ -275,14 +270,15 @@ def _series_of(
         for channel in channels:
             values = residuals[rows, channel]
             known = np.isfinite(values)
-            if known.sum() < least_rows:
+            if known.sum() < (LEAST_ROWS if session.smoothed else 1):
                 continue
             t = session.times[rows][known]
             basis = slow_basis(t, SLOWEST_FILM_NOISE_PERIOD) if slow else slow_basis(t)
             if session.smoothed:
                 basis = np.column_stack([basis, fast_cosines(t)])
             sigma = session.sigma[rows, channel // 2][known]
-            series.append(Series(t, sigma, np.column_stack([basis, values[known]])))
+            if len(t) > basis.shape[1]:
+                series.append(Series(t, sigma, np.column_stack([basis, values[known]])))
     return series
 
 

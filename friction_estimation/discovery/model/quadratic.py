@@ -6,13 +6,12 @@ frictions and the amplitudes of Gaussian fields are profiled.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
+from friction_estimation.discovery.model.minimum import minimum_of, projected
 from friction_estimation.discovery.model.model import GLOBALS, Model
-from friction_estimation.discovery.tuning import COUPLING_SIGMA, TRIED_SPREADS
+from friction_estimation.discovery.tuning import COUPLING_SIGMA, SPREADS
 
 
 def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:
@@ -85,7 +84,7 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
             for amplitude in field.amplitudes:
                 other = best.with_amplitude(which, float(amplitude))
                 whole = total + prior_gram(other, len(total))
-                value = solve_shared(whole)[1] + integration_cost(other, total)
+                value = float(minimum_of(whole).value) + integration_cost(other, total)
                 if value < least:
                     best, least = other, value
     return best, least
@@ -101,15 +100,16 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     assert field is not None
     own = np.arange(size)[model.map_slice]
     whole = total + prior_gram(model, size, fields=False)
-    inner, right, least = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
+    alone = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
+    inner, right = alone[:-1, :-1], alone[:-1, -1]
     # As a function of the coefficients themselves, and not of a step from the present ones.
-    least += float(field.values @ (2.0 * right + inner @ field.values))
+    least = float(alone[-1, -1] + field.values @ (2.0 * right + inner @ field.values))
     right = right + inner @ field.values
     values, vectors = np.linalg.eigh(inner)
     shown = (vectors.T @ right) ** 2
     others = [place for place, other in model.fields if other is not field]
     beside = np.concatenate([np.arange(size)[place] for place in others] or [own[:0]])
-    integrated = np.linalg.eigvalsh(projected(whole, own, beside)[0])
+    integrated = np.linalg.eigvalsh(projected(whole, own, beside)[:-1, :-1])
     best = (field.amplitude, np.inf)
     for amplitude in field.amplitudes:
         trial = field.with_amplitude(float(amplitude))
@@ -126,53 +126,12 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     return best
 
 
-def projected(whole: Floats, kept: Indices, others: Indices) -> tuple[Floats, Floats, float]:
-    """A quadratic in some parameters, at the best of others; the rest stay as they are.
-
-    Parameters
-    ----------
-    whole : (P + 1, P + 1) Gram matrix of the parameters and the residual
-    kept, others : their places
-
-    Returns
-    -------
-    inner, right, least : the quadratic ``least - 2 right·step + step·inner·step``
-    """
-    inner, right, least = whole[np.ix_(kept, kept)], whole[kept, -1], float(whole[-1, -1])
-    if not len(others):
-        return inner, right, least
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(whole)[others], 1e-300))
-    scaled = whole[np.ix_(others, others)] * scale[:, None] * scale + 1e-10 * np.eye(len(others))
-    cross = scale[:, None] * np.column_stack([whole[np.ix_(others, kept)], whole[others, -1]])
-    solved = np.linalg.solve(scaled, cross)
-    reduction = cross.T @ solved
-    return (
-        inner - reduction[:-1, :-1],
-        right - reduction[:-1, -1],
-        least - float(reduction[-1, -1]),
-    )
-
-
-def solve_shared(total: Floats) -> tuple[Floats, float]:
-    """Step of the shared parameters that minimises a quadratic, and its minimum.
-
-    Parameters
-    ----------
-    total : (P + 1, P + 1) Gram matrix of the shared parameters and the residual, priors included
-    """
-    inner = total[:-1, :-1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner), 1e-300))
-    scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(len(inner))
-    step = scale * np.linalg.solve(scaled, scale * total[:-1, -1])
-    return step, float(total[-1, -1] - total[:-1, -1] @ step)
-
-
 def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
     """The step within the parameters' bounds: what would leave stops there, and the rest adapts.
 
     Parameters
     ----------
-    total : (P + 1, P + 1) Gram matrix, as of `solve_shared`
+    total : (P + 1, P + 1) Gram matrix of the shared parameters and the residual, priors included
     step : (P,) step that takes no notice of bounds
     model : model that has the bounds
     """
@@ -190,97 +149,41 @@ def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
         kept = np.append(free, True)
         part = total[np.ix_(kept, kept)].copy()
         part[:-1, -1] = part[-1, :-1] = right[free]
-        step[free] = solve_shared(part)[0] if free.any() else 0.0
+        step[free] = minimum_of(part).step if free.any() else 0.0
     return np.clip(step, low, high)
 
 
-def profile_spread(
-    reduced: Floats, ln_factors: Floats, prior: Floats, spreads: Floats = TRIED_SPREADS
-) -> tuple[float, Floats, float]:
-    """The spread and the step that together minimise F of the linearised model.
+def profile_spread(reduced: Floats, ln_factors: Floats, prior: Floats) -> tuple[float, float]:
+    """The spread that minimises F of the linearised model, and F there.
+
+    With the shared parameters at their best, F is a quadratic of the ln factors of the throws. On
+    its axes a spread costs a division.
 
     Parameters
     ----------
     reduced, ln_factors : as of `eliminate_factor`
     prior : Gram matrix of the priors
-    spreads : spreads that are tried; around the best of them a finer grid is tried too
-
-    Returns
-    -------
-    spread, step, F
     """
-    profile = _SpreadProfile.of(reduced, ln_factors, prior)
-    tried = np.unique(spreads)
-    values = profile.deviances(tried)
-    best = float(tried[int(np.argmin(values))])
-    if best > 0.0 and len(spreads) > 1:
-        ratio = float(spreads[2] / spreads[1])
-        finer = best * np.append(1.0, np.geomspace(1 / ratio, ratio, 13))
-        values = profile.deviances(finer)
-        best = float(finer[int(np.argmin(values))])
-    return best, profile.step(best), float(values.min())
+    throws, size = len(reduced), len(prior)
+    information = reduced[:, 0, 0]
+    whole = np.zeros((throws + size, throws + size))
+    whole[range(throws), range(throws)] = information
+    whole[:throws, throws:] = reduced[:, 0, 1:]
+    whole[throws:, :throws] = reduced[:, 0, 1:].T
+    whole[throws:, throws:] = reduced[:, 1:, 1:].sum(axis=0) + prior
+    own = projected(whole, np.arange(throws), np.arange(throws, throws + size - 1))
+    inner, slope = 0.5 * (own + own.T)[:-1, :-1], own[:-1, -1]
+    values, axes = np.linalg.eigh(inner)
+    right = axes.T @ (slope + inner @ ln_factors)
+    least = own[-1, -1] + ln_factors @ (2.0 * slope + inner @ ln_factors)
 
-
-class _SpreadProfile(NamedTuple):
-    """F at the best shared parameters, as a function of the ln factors of the throws.
-
-    The shared parameters are eliminated first. What is left is a quadratic of the ln factors, one
-    for each throw; on its axes a spread costs a division.
-
-    Parameters
-    ----------
-    least : F where all ln factors are zero, less the terms that depend on the spread
-    values, axes : (k,), (k, k) information of the ln factors about themselves
-    right : (k,) slope of F along the axes, over −2
-    information : (k,) h, the information of each throw about its own ln factor
-    ln_factors : (k,) present ln factors
-    held, response : (P,), (P, k) step of the shared parameters where the ln factors stay as they
-        are, and how it falls as they grow
-    """
-
-    least: float
-    values: Floats
-    axes: Floats
-    right: Floats
-    information: Floats
-    ln_factors: Floats
-    held: Floats
-    response: Floats
-
-    @classmethod
-    def of(cls, reduced: Floats, ln_factors: Floats, prior: Floats) -> _SpreadProfile:
-        """The profile of throws; parameters as of `profile_spread`."""
-        total = reduced[:, 1:, 1:].sum(axis=0) + prior
-        information, cross = reduced[:, 0, 0], reduced[:, 0, 1:-1]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(total)[:-1], 1e-300))
-        scaled = total[:-1, :-1] * scale[:, None] * scale + 1e-10 * np.eye(len(scale))
-        sides = scale[:, None] * np.column_stack([total[:-1, -1], cross.T])
-        solved = scale[:, None] * np.linalg.solve(scaled, sides)
-        held, response = solved[:, 0], solved[:, 1:]
-        own = np.diag(information) - cross @ response
-        values, axes = np.linalg.eigh(0.5 * (own + own.T))
-        slope = reduced[:, 0, -1] - cross @ held
-        least = (
-            total[-1, -1] - total[:-1, -1] @ held + ln_factors @ (2.0 * slope + own @ ln_factors)
-        )
-        return cls(
-            least=float(least),
-            values=np.maximum(values, 0.0),
-            axes=axes,
-            right=axes.T @ (slope + own @ ln_factors),
-            information=information,
-            ln_factors=ln_factors,
-            held=held,
-            response=response,
-        )
-
-    def deviances(self, spreads: Floats) -> Floats:
-        """F at its least for each of some spreads, (s,)."""
+    def deviances(spreads: Floats) -> Floats:
         variance = spreads[:, None] ** 2
-        shrunk = self.right**2 * variance / (1.0 + self.values * variance)
-        return self.least - shrunk.sum(axis=1) + np.log1p(variance * self.information).sum(axis=1)
+        shrunk = right**2 * variance / (1.0 + np.maximum(values, 0.0) * variance)
+        return least - shrunk.sum(axis=1) + np.log1p(variance * information).sum(axis=1)
 
-    def step(self, spread: float) -> Floats:
-        """The step of the shared parameters at a spread, (P,)."""
-        ln_factors = self.axes @ (self.right * spread**2 / (1.0 + self.values * spread**2))
-        return self.held - self.response @ (ln_factors - self.ln_factors)
+    best = SPREADS[int(np.argmin(deviances(SPREADS)))]
+    ratio = SPREADS[1] / SPREADS[0]
+    finer = best * np.append(1.0, np.geomspace(1 / ratio, ratio, 13))
+    found = deviances(finer)
+    return float(finer[int(np.argmin(found))]), float(found.min())

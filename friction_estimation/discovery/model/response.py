@@ -66,19 +66,6 @@ class LinearisedPaths(NamedTuple):
         """Positions at the instants, (n, 2) [m]."""
         return self.path[:, :2]
 
-    def responses_to_friction(self, patterns: Floats) -> Floats:
-        """Change of x, y and heading of every row by a change of ln μ.
-
-        Parameters
-        ----------
-        patterns : (n, r) change of ln μ at the instants
-
-        Returns
-        -------
-        (rows, 3, r)
-        """
-        return self.responses(self.friction, patterns)
-
     def responses(self, pushes: Floats, sizes: Floats) -> Floats:
         """Change of x, y and heading of every row by pushes.
 

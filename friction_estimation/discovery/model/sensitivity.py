@@ -10,6 +10,7 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.forward import friction_of_session
+from friction_estimation.discovery.model.gaussian_field import CameraField
 from friction_estimation.discovery.model.model import (
     Model,
     predict,
@@ -172,7 +173,9 @@ def sensitivities_by_throw(
     found: dict[int, Floats] = {}
     for j, step in enumerate(STATE_STEPS):
         found[j] = derivative(reported(model, moved[j][rows]), step)
-    for place, shift in model.camera_fields:
+    for place, shift in model.fields:
+        if not isinstance(shift, CameraField):
+            continue
         shifts = shift.columns(base[:, :2], base[:, State.THETA])
         found[7 + place.start] = np.concatenate([shifts, np.zeros_like(shifts[:, :1])], axis=1)
     for j in (1, *range(model.map_slice.stop, len(vector))):
@@ -189,7 +192,7 @@ def sensitivities_by_throw(
     paths = _linearised(model, session, ln_factors, instants, true[at_instants], elsewhere)
     # It is also a map, of one height. Computed in two ways, the difference of the two would look
     # like something that the throws tell, and fits would creep along it.
-    found[6] = found[7] = paths.responses_to_friction(np.ones((len(paths.xy), 1)))
+    found[6] = found[7] = paths.responses(paths.friction, np.ones((len(paths.xy), 1)))
     return Sensitivities(
         predicted=base,
         differences=found,

@@ -11,15 +11,16 @@ is to be found, not to be absorbed.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from curling_env.sheet import TEE_Y
 from curling_env.typing import Floats
+from friction_estimation.discovery.data.gates import GateErrors
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.gate_places import GatePlaces
+from friction_estimation.discovery.model.gaussian_field import CameraField
 from friction_estimation.discovery.tuning import (
     SYSTEMATIC_AMPLITUDES,
     SYSTEMATIC_LENGTH,
@@ -30,32 +31,28 @@ from friction_estimation.discovery.tuning import (
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class SystematicError:
+class SystematicError(CameraField):
     """A displacement of measured places, smooth along the sheet and linear across it, one of a
-    wrong scale and a bent one over the whole sheet, and another that turns with the stone.
+    wrong scale and a bent one over the whole sheet, and another that turns with the stone [m].
 
     Parameters
     ----------
     nodes : (n,) places along the sheet [m]
-    amplitudes : amplitudes that may be tried [m]
-    amplitude : standard deviation of each coordinate on the centre line [m]
-    slow : standard deviation of the parts that span the whole sheet [m]: throws hardly show them,
-        so that these are as large as the tracks claim
+    claimed : standard error of a coordinate that the tracks claim [m]
     values : (4 n + 6,) coefficients; the last six are the parts over the whole sheet, scale and
         bend, of x and of y, and ahead of the centre and to the left of the heading
-    held : whether the coefficients stay as they are, and are no parameters of a fit
     """
 
+    name = "systematic_error"
     nodes: Floats
-    amplitudes: Floats
-    amplitude: float
-    slow: float
-    values: Floats
-    held: bool = False
+    claimed: float
 
-    def __len__(self) -> int:
-        """Number of coefficients that a fit may change."""
-        return 0 if self.held else len(self.values)
+    @property
+    def amplitudes(self) -> Floats:
+        """Amplitudes that are tried [m]."""
+        claimed = np.array(SYSTEMATIC_OVER_CLAIMED) * self.claimed
+        least, most = np.minimum(claimed, SYSTEMATIC_LIMITS).tolist()
+        return np.geomspace(least, most, SYSTEMATIC_AMPLITUDES)
 
     @cached_property
     def _root(self) -> Floats:
@@ -74,14 +71,6 @@ class SystematicError:
         out[:, 0, -1], out[:, 1, -1] = -np.sin(theta), np.cos(theta)
         return out
 
-    def displacement(self, xy: Floats, theta: Floats) -> Floats:
-        """Displacements of places (rows, 2) with headings (rows,), (rows, 2) [m]."""
-        ahead, left = self.values[-2:]
-        cosine, sine = np.cos(theta), np.sin(theta)
-        turning = np.column_stack([ahead * cosine - left * sine, ahead * sine + left * cosine])
-        slow = _over_the_sheet(xy) @ self.values[-6:-2].reshape(2, -1).T
-        return self._shape(xy) @ self.values[:-6].reshape(2, -1).T + slow + turning
-
     def _shape(self, xy: Floats) -> Floats:
         along = _correlation(xy[:, 1], self.nodes) @ self._root
         return np.concatenate([along, along * xy[:, :1]], axis=1)
@@ -90,26 +79,14 @@ class SystematicError:
     def deviations(self) -> Floats:
         """Prior standard deviation of each coefficient, (4 n + 6,) [m].
 
-        For the two that turn with the stone it stays at the least amplitude: more is a tracked
-        point beside the centre, which is an effect and is to be found.
+        The parts that span the whole sheet hardly show in throws, and are as large as the tracks
+        claim. The two that turn with the stone stay at the least amplitude: more is a tracked point
+        beside the centre, which is an effect and is to be found.
         """
         out = np.full(len(self.values), self.amplitude)
-        out[-6:-2] = self.slow
+        out[-6:-2] = np.clip(self.claimed, *SYSTEMATIC_LIMITS)
         out[-2:] = self.amplitudes[0]
         return out
-
-    @property
-    def hyperprior(self) -> float:
-        """−2 ln of the prior density of the amplitude: all that may be tried are alike."""
-        return 0.0
-
-    def at(self, values: Floats) -> SystematicError:
-        """The same with other coefficients."""
-        return replace(self, values=values)
-
-    def with_amplitude(self, amplitude: float) -> SystematicError:
-        """The same with another amplitude."""
-        return replace(self, amplitude=amplitude)
 
 
 def _correlation(y: Floats, nodes: Floats) -> Floats:
@@ -123,7 +100,40 @@ def _over_the_sheet(xy: Floats) -> Floats:
     return np.column_stack([along, along**2])
 
 
-def systematic_error_of(session: Session) -> SystematicError | GatePlaces | None:
+@dataclass(frozen=True, kw_only=True, eq=False)
+class GatePlaces(CameraField):
+    """Displacements along the sheet of the places at which light gates time stones [m].
+
+    How high a beam is, and so how long the stone is there, and how far the gate stands from its
+    line are known to about a centimetre. Each edge of the stone at each gate has its own.
+
+    Parameters
+    ----------
+    places : (n,) places along the sheet [m]
+    """
+
+    name = "systematic_error"
+    places: Floats
+
+    @classmethod
+    def of(cls, errors: GateErrors) -> GatePlaces:
+        """No displacement of the places of a session."""
+        return cls(
+            places=errors.places,
+            amplitude=errors.place_sigma,
+            values=np.zeros(len(errors.places)),
+        )
+
+    def columns(self, xy: Floats, theta: Floats) -> Floats:
+        """Displacements per unit of each coefficient, (rows, 2, n)."""
+        del theta  # a gate sees no heading
+        nearest = np.argmin(np.abs(xy[:, 1, None] - self.places), axis=1)
+        out = np.zeros((len(xy), 2, len(self.places)))
+        out[np.arange(len(xy)), 1, nearest] = 1.0
+        return out
+
+
+def systematic_error_of(session: Session) -> CameraField | None:
     """A systematic error of zero over all places of a session; None for tracks without any."""
     if session.gates is not None:
         return GatePlaces.of(session.gates)
@@ -131,12 +141,7 @@ def systematic_error_of(session: Session) -> SystematicError | GatePlaces | None
         return None
     low, high = float(session.xy[:, 1].min()), float(session.xy[:, 1].max())
     nodes = np.linspace(low, high, max(3, int(np.ceil((high - low) / SYSTEMATIC_NODE_SPACING)) + 1))
-    least, most = np.minimum(np.array(SYSTEMATIC_OVER_CLAIMED) * session.claimed, SYSTEMATIC_LIMITS)
-    amplitudes = np.geomspace(least, most, SYSTEMATIC_AMPLITUDES)
-    return SystematicError(
-        nodes=nodes,
-        amplitudes=amplitudes,
-        amplitude=float(amplitudes[0]),
-        slow=float(np.clip(session.claimed, *SYSTEMATIC_LIMITS)),
-        values=np.zeros(4 * len(nodes) + 6),
+    error = SystematicError(
+        nodes=nodes, claimed=session.claimed, amplitude=0.0, values=np.zeros(4 * len(nodes) + 6)
     )
+    return error.with_amplitude(float(error.amplitudes[0]))

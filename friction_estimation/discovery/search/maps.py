@@ -6,9 +6,8 @@ several lengths can be compared without fitting any of them.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import NamedTuple
 
 import numpy as np
 
@@ -29,11 +28,9 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
     """
     if fitted.model.map_field is not None or fitted.session.gates is not None:
         return None
-    without = fitted.linear.least()
-    fields = fields_of(fitted.session, fitted.model.ice.sheet)
-    scores = _deviances(fitted, fitted.model, fields)
-    field = min(scores, key=lambda f: scores[f])
-    return Term(card=CARD, map_field=field), without - scores[field]
+    fields = _fields_of(fitted.session, fitted.model.ice.sheet)
+    field, least = _best_of(fitted, fitted.model, fields)
+    return Term(card=CARD, map_field=field), fitted.linear.least() - least
 
 
 def renew_map(fitted: SessionFit) -> SessionFit:
@@ -44,11 +41,10 @@ def renew_map(fitted: SessionFit) -> SessionFit:
     bare = fitted.model.without(CARD.name)
     # Around the present map the other fields are deviations from it.
     if present.known is None:
-        fields = fields_of(fitted.session, present.sheet)
+        fields = _fields_of(fitted.session, present.sheet)
     else:
         fields = fields_to_try(present.sheet, _paths(fitted.session), present.known)
-    scores = _deviances(fitted, bare, fields)
-    field = min(scores, key=lambda f: scores[f])
+    field, _ = _best_of(fitted, bare, fields)
     alike = (field.length, field.smoothness) == (present.length, present.smoothness)
     if alike and (present.known is None or field.amplitude == present.amplitude):
         return fitted
@@ -59,7 +55,7 @@ def renew_map(fitted: SessionFit) -> SessionFit:
 
 
 @lru_cache(maxsize=2)
-def fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
+def _fields_of(session: Session, sheet: Sheet) -> list[FrictionField]:
     """Fields of zero of all shapes, made once: they follow from where the stones ran alone."""
     return fields_to_try(sheet, _paths(session))
 
@@ -69,63 +65,30 @@ def _paths(session: Session) -> list[Floats]:
     return [session.xy[session.rows(i)] for i in range(len(session))]
 
 
-def _deviances(
+def _best_of(
     fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
-) -> dict[FrictionField, float]:
-    """F with fields of several lengths if everything stays linear around a fit.
-
-    Parameters
-    ----------
-    fitted, bare, fields : as of `with_other_maps`
-    """
-    return {
-        other.field: fitted.linear_in(other.model, other.columns, other.residual).least()
-        for other in with_other_maps(fitted, bare, fields)
-    }
-
-
-class OtherMap(NamedTuple):
-    """A model with another map, linear around a fit.
-
-    Parameters
-    ----------
-    field : the map, of zero
-    model : the model with it
-    columns : (rows, 3, 7 + P) sensitivities of that model
-    residual : (rows, 3) what it leaves without a map
-    """
-
-    field: FrictionField
-    model: Model
-    columns: Floats
-    residual: Floats
-
-
-def with_other_maps(
-    fitted: SessionFit, bare: Model, fields: Sequence[FrictionField]
-) -> Iterator[OtherMap]:
-    """Models with other maps in place of that of a fit.
+) -> tuple[FrictionField, float]:
+    """The field that is best in place of the map of a fit, if all stays linear, and F with it.
 
     Parameters
     ----------
     fitted : fit, with or without a map
     bare : its model without a map
-    fields : the fields
+    fields : the fields, of zero
     """
-    model, columns, paths = fitted.model, fitted.columns, fitted.paths
-    residual = fitted.residuals
-    own = columns
+    model, own, paths, residual = fitted.model, fitted.columns, fitted.paths, fitted.residuals
     if model.map_field is not None:
         # What the present map explains is given back, to be explained by the other.
         area = slice(7 + model.map_slice.start, 7 + model.map_slice.stop)
-        residual = residual + columns[:, :, area] @ model.map_field.values
-        own = np.delete(columns, np.r_[area], axis=2)
+        residual = residual + own[:, :, area] @ model.map_field.values
+        own = np.delete(own, np.r_[area], axis=2)
     at = 7 + bare.map_slice.start
+    best, least = fields[0], np.inf
     for field in fields:
-        response = paths.responses_to_friction(field.patterns_at(paths.xy))
-        yield OtherMap(
-            field,
-            bare.with_terms(Term(card=CARD, map_field=field)),
-            np.concatenate([own[:, :, :at], response, own[:, :, at:]], axis=2),
-            residual,
-        )
+        response = paths.responses(paths.friction, field.patterns_at(paths.xy))
+        columns = np.concatenate([own[:, :, :at], response, own[:, :, at:]], axis=2)
+        other = bare.with_terms(Term(card=CARD, map_field=field))
+        value = fitted.linear_in(other, columns, residual).least()
+        if value < least:
+            best, least = field, value
+    return best, least

@@ -2,11 +2,14 @@
 
 Around a fit, more friction over one cell shortens the rest of a path. The linear response to it is
 a column of sensitivities per cell. The gain of any rectangle then follows from sums over its cells,
-so that all rectangles can be tried.
+so that all rectangles can be tried. The effect of a side that runs along the sheet changes only
+when it passes a stone's path, so that no derivative finds its place. The linear response to a
+little more or less friction beside it gives F at every place.
 """
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -15,16 +18,18 @@ from curling_env.physics.effects import EffectCard
 from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.model.candidates import Term, known_effects
-from friction_estimation.discovery.model.elimination import (
-    eliminate_factor,
-    eliminate_states,
-    gram_matrix,
-)
-from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.fit import SessionFit, refit
+from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.minimum import projected
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.quadratic import prior_gram
-from friction_estimation.discovery.model.response import LinearisedPaths
-from friction_estimation.discovery.tuning import LONGEST_PATCH, MOST_CELLS_ACROSS, PATCH_CELL
+from friction_estimation.discovery.model.sensitivity import friction_along
+from friction_estimation.discovery.tuning import (
+    LONGEST_PATCH,
+    MOST_CELLS_ACROSS,
+    NARROWEST_PATCH,
+    PATCH_CELL,
+    SIDE_SHIFTS,
+)
 
 Rectangle = tuple[float, float, float, float]
 """Least and greatest x, least and greatest y [m]."""
@@ -79,107 +84,60 @@ def find_patches(fitted: SessionFit) -> list[Term]:
     They are the effects of the catalogue whose card names an area, unless the model has them. Gates
     time the way between them as a whole, and show no places.
     """
-    cards = cards_of_areas(fitted)
+    present = {term.name for term in fitted.model.terms}
+    known = known_effects(fitted.session.measurements).values()
+    cards = [card for card in known if card.search.area is not None and card.name not in present]
     if not cards or fitted.session.gates is not None:
         return []
     grid = grid_over(fitted.predicted[:, :2], PATCH_CELL)
-    cells = responses_of_cells(fitted.paths, grid)
-    found = rectangle_beside(fitted, fitted.model, fitted.columns, fitted.residuals, cells, grid)
-    return [] if found is None else [term_within(card, found.rectangle) for card in cards]
+    rectangle = find_rectangle(fitted, grid)
+    return [] if rectangle is None else [_term_within(card, rectangle) for card in cards]
 
 
-def cards_of_areas(fitted: SessionFit) -> list[EffectCard]:
-    """Effects whose card names an area, and that the model of a fit does not have."""
-    present = {term.name for term in fitted.model.terms}
-    known = known_effects(fitted.session.measurements).values()
-    return [card for card in known if card.search.area is not None and card.name not in present]
-
-
-def term_within(card: EffectCard, rectangle: Rectangle) -> Term:
+def _term_within(card: EffectCard, rectangle: Rectangle) -> Term:
     """An effect within a rectangle, at its neutral values."""
     sides = dict(zip(card.search.area or (), rectangle, strict=True))
     return Term(card=card, values={**sides, **card.neutral}, free=card.first)
 
 
-def responses_of_cells(paths: LinearisedPaths, grid: Grid) -> list[tuple[Indices, Floats]]:
-    """For every throw the cells that it crosses, (c,), and how its rows respond, (rows, 3, c)."""
-    found: list[tuple[Indices, Floats]] = []
-    for i in range(len(paths.session)):
-        at = paths.instants_of_throw(i)
-        cell = grid.cells_of(paths.xy[at])
-        crossed = np.unique(cell)
-        inside = (cell[:, None] == crossed).astype(np.float64)
-        found.append((crossed, paths.responses_of_throw(i, paths.friction[at], inside)))
-    return found
-
-
-class Promised(NamedTuple):
-    """A rectangle with its promised gain.
-
-    Parameters
-    ----------
-    rectangle : the rectangle
-    gain : fall of −2 ln likelihood if everything stays linear
-    """
-
-    rectangle: Rectangle
-    gain: float
-
-
-def rectangle_beside(
-    fitted: SessionFit,
-    model: Model,
-    columns: Floats,
-    residual: Floats,
-    cells: list[tuple[Indices, Floats]],
-    grid: Grid,
-) -> Promised | None:
+def find_rectangle(fitted: SessionFit, grid: Grid) -> Rectangle | None:
     """The rectangle whose friction, if it were free, would improve a fit most.
 
     Parameters
     ----------
     fitted : the fit
-    model : its model, or one that is linear around it
-    columns, residual : (rows, 3, 7 + P), (rows, 3) sensitivities of that model, and what it leaves
-    cells, grid : the cells and the responses to them, as of `responses_of_cells`
+    grid : cells of which it consists
     """
-    session, (nx, ny) = fitted.session, grid.shape
-    shared = len(model.vector)
+    session, paths, (nx, ny) = fitted.session, fitted.paths, grid.shape
+    shared = nx * ny + np.arange(len(fitted.model.vector))
+    whole = np.zeros((nx * ny + len(shared) + 1,) * 2)
+    whole[nx * ny :, nx * ny :] = fitted.linear.prior
+    for i in range(len(session)):
+        rows, at = session.rows(i), paths.instants_of_throw(i)
+        cell = grid.cells_of(paths.xy[at])
+        crossed = np.unique(cell)
+        inside = (cell[:, None] == crossed).astype(np.float64)
+        response = paths.responses_of_throw(i, paths.friction[at], inside)
+        residual = fitted.residuals[rows][:, :, None]
+        columns = np.concatenate([fitted.columns[rows], response, residual], axis=2)
+        one = session.only([i]), fitted.noise, fitted.model
+        linear = Linearisation.of(*one, fitted.states[[i]], fitted.ln_factors[[i]], [columns])
+        places = np.concatenate([shared, crossed, [len(whole) - 1]])
+        whole[np.ix_(places, places)] += linear.each()[0][0]
+    anywhere = np.flatnonzero(whole.diagonal()[: nx * ny])
+    own = projected(whole, anywhere, shared)
     information, right_side = np.zeros((nx * ny, nx * ny)), np.zeros(nx * ny)
-    prior = prior_gram(model, shared + 1)
-    cross_all, inner_all, right_all = np.zeros((nx * ny, shared)), prior[:-1, :-1], prior[:-1, -1]
-    for i, (crossed, response) in enumerate(cells):
-        rows = session.rows(i)
-        stacked = np.concatenate([columns[rows], response, residual[rows][:, :, None]], axis=2)
-        grams = eliminate_states(gram_matrix(session, fitted.noise, i, stacked)[None])
-        reduced = eliminate_factor(grams, fitted.ln_factors[[i]], fitted.model.spread)[0][0]
-        own = slice(shared, -1)
-        information[np.ix_(crossed, crossed)] += reduced[own, own]
-        cross_all[crossed] += reduced[own, :shared]
-        inner_all += reduced[:shared, :shared]
-        right_all += reduced[:shared, -1]
-        right_side[crossed] += reduced[own, -1]
-    scale = 1.0 / np.sqrt(np.maximum(np.diag(inner_all), 1e-300))
-    scaled = inner_all * scale[:, None] * scale + 1e-10 * np.eye(shared)
-    anywhere = np.unique(np.concatenate([crossed for crossed, _ in cells]))
-    cross = cross_all[anywhere] * scale
-    half = np.linalg.solve(scaled, cross.T)
-    information[np.ix_(anywhere, anywhere)] -= cross @ half
-    right_side[anywhere] -= half.T @ (scale * right_all)
+    information[np.ix_(anywhere, anywhere)] = own[:-1, :-1]
+    right_side[anywhere] = own[:-1, -1]
     longest = round(LONGEST_PATCH / grid.size[1])
-    found = _best_rectangle(
+    block = _best_rectangle(
         information.reshape(nx, ny, nx, ny), right_side.reshape(nx, ny), longest
     )
-    if found is None:
-        return None
-    rectangle = grid.rectangle(found[0], model.ice.sheet)
-    return None if rectangle is None else Promised(rectangle, found[1])
+    return None if block is None else grid.rectangle(block, fitted.model.ice.sheet)
 
 
-def _best_rectangle(
-    information: Floats, right_side: Floats, longest: int
-) -> tuple[Block, float] | None:
-    """The block of cells that gains most, no longer than some cells, and its gain."""
+def _best_rectangle(information: Floats, right_side: Floats, longest: int) -> Block | None:
+    """The block of cells that gains most, no longer than some cells."""
     nx, ny = right_side.shape
     best, found = 0.0, None
     a, b = np.triu_indices(ny + 1, 1)
@@ -207,4 +165,96 @@ def _best_rectangle(
             wider = found is not None and found[1] == last + 1 and gains[k] == best
             if gains[k] > best or wider:
                 best, found = float(gains[k]), (i0, last + 1, int(a[k]), int(b[k]))
-    return None if found is None else (found, best)
+    return found
+
+
+# --- the sides that run along the sheet ----------------------------------------------------------
+
+
+class SideScan(NamedTuple):
+    """A side of a patch at several places, if all stays linear around a fit.
+
+    Parameters
+    ----------
+    shifts : (n,) distances from where it is [m]
+    deviances : (n,) F there
+    steps : (n, P) steps of the shared parameters that are best there
+    """
+
+    shifts: Floats
+    deviances: Floats
+    steps: Floats
+
+
+def place_sides(fitted: SessionFit) -> SessionFit:
+    """Move the sides of patches that run along the sheet to where they fit best."""
+    for label, side in sides_along(fitted.model):
+        scan = scan_side(fitted, label, side)
+        shift = float(scan.shifts[int(np.argmin(scan.deviances))])
+        if shift != 0.0:
+            trial = refit(fitted, _with_side(fitted.model, label, side, shift), iterations=5)
+            fitted = trial if trial.deviance < fitted.deviance - 1.0 else fitted
+    return fitted
+
+
+def sides_along(model: Model) -> list[tuple[str, str]]:
+    """Term and parameter of every side of a patch that runs along the sheet and is not fitted."""
+    return [
+        (term.label, side)
+        for term in model.terms
+        for side in (term.card.search.area or ())[:2]
+        if side not in term.free
+    ]
+
+
+def scan_side(fitted: SessionFit, label: str, side: str) -> SideScan:
+    """Return F with a side of a patch at several places.
+
+    Parameters
+    ----------
+    fitted : fit with the patch
+    label, side : as of `sides_along`
+    """
+    edge, term = fitted.model.ice.sheet.width / 2, fitted.model.term(label)
+    models = {0.0: fitted.model}
+    for shift in SIDE_SHIFTS:
+        model = _with_side(fitted.model, label, side, shift)
+        if abs(term.values[side] + shift) <= edge and _width(model.term(label)) >= NARROWEST_PATCH:
+            models[shift] = model
+    paths, always = fitted.paths, np.ones((len(fitted.paths.path), 1))
+    moved = [
+        paths.responses(
+            friction_along(model, fitted.session, fitted.ln_factors, paths) - paths.friction, always
+        )
+        for model in models.values()
+    ]
+    wide = np.concatenate([fitted.columns, *moved], axis=2)
+    grams = fitted.linear_in(fitted.model, wide, fitted.residuals).grams
+    count = fitted.columns.shape[2]
+    own = [*range(count), grams.shape[1] - 1]
+    deviances: list[float] = []
+    steps: list[Floats] = []
+    for k in range(len(models)):
+        # The residual from that model is the residual less what the change foresees.
+        change = np.eye(grams.shape[1])
+        change[count + k, -1] = -1.0
+        around = change.T @ grams @ change
+        linear = replace(fitted.linear, grams=around[:, own][:, :, own])
+        deviances.append(linear.least())
+        steps.append(linear.minimum().step)
+    order = np.argsort(list(models))
+    shifts = np.array(list(models))[order]
+    return SideScan(shifts, np.array(deviances)[order], np.array(steps)[order])
+
+
+def _width(term: Term) -> float:
+    area = term.card.search.area
+    assert area is not None
+    return term.values[area[1]] - term.values[area[0]]
+
+
+def _with_side(model: Model, label: str, side: str, shift: float) -> Model:
+    """The model with one side of a patch elsewhere."""
+    term = model.term(label)
+    moved = term.with_values(**{side: term.values[side] + shift})
+    return model.without(label).with_terms(moved)

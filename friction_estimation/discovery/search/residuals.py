@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import gram_matrices
+from friction_estimation.discovery.model.elimination import gram_matrix
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.minimum import project_out
 from friction_estimation.discovery.tuning import (
     NOT_WHITE,
     SLOWEST_NOISE_PERIOD,
@@ -52,11 +53,6 @@ class Misfit:
         return float(np.sqrt(2.0 * max(self.dof.sum(), 1.0)))
 
     @property
-    def uncertainty(self) -> float:
-        """The same with the noise as uncertain as it is: a third of what is tolerated."""
-        return float(np.hypot(self.chance, (self.tolerated - 1.0) / 3.0 * self.dof.sum()))
-
-    @property
     def z(self) -> float:
         """Excess in standard deviations."""
         return self.excess / self.chance
@@ -73,11 +69,6 @@ class Misfit:
             2.0 * np.maximum(self.dof, 1.0)
         )
 
-    def without(self, left_out: Indices) -> Misfit:
-        """The misfit of the other throws."""
-        keep = np.setdiff1d(np.arange(len(self.chi2)), left_out)
-        return replace(self, chi2=self.chi2[keep], dof=self.dof[keep])
-
 
 def slow_columns(t: Floats) -> Floats:
     """Slow cosines of a throw, without the constant: shapes that an effect may have, (n, K)."""
@@ -93,7 +84,6 @@ def misfit_of(fitted: SessionFit) -> Misfit:
     residual = fitted.residuals
     for i in range(len(session)):
         rows = session.rows(i)
-        one = session.only([i])
         slow = slow_columns(session.times[rows])
         k = slow.shape[1]
         channels = 3 if session.turns[i] else 2
@@ -101,18 +91,15 @@ def misfit_of(fitted: SessionFit) -> Misfit:
         for channel in range(channels):
             basis[:, channel, channel * k : (channel + 1) * k] = slow
         stacked = np.concatenate([columns[rows, :, :7], basis, residual[rows][:, :, None]], axis=2)
-        gram = gram_matrices(one, noise, stacked)[0]
-        scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
-        scale[-1] = 1.0
-        gram = gram * scale[:, None] * scale
-        own = gram[:7, :7] + 1e-10 * np.eye(7)
-        reduced = gram[7:, 7:] - gram[7:, :7] @ np.linalg.solve(own, gram[:7, 7:])
+        gram = gram_matrix(session, noise, i, stacked)
+        scale = np.append(1.0 / np.sqrt(np.maximum(np.diag(gram)[7:-1], 1e-300)), 1.0)
+        reduced = project_out(gram, 7) * scale[:, None] * scale
         values, vectors = np.linalg.eigh(reduced[:-1, :-1])
         seen = values > 1e-6 * values.max()
         parts = (vectors[:, seen].T @ reduced[:-1, -1]) / np.sqrt(values[seen])
         chi2[i], dof[i] = float((parts**2).sum()), float(seen.sum())
     tolerated = WHITE_RATIO_WITH_MEMORY if noise.remembers else WHITE_RATIO
-    if session.errs_slowly:
+    if session.smoothed:
         tolerated = WHITE_RATIO_OF_FILM
     return Misfit(
         chi2=chi2, dof=dof, tolerated=tolerated, throw_tolerance=throw_tolerance_of(session)
@@ -124,4 +111,4 @@ def throw_tolerance_of(session: Session) -> float:
 
     Some films are tracked better than others: the look of a stone is learnt from its own film.
     """
-    return WHITE_RATIO_OF_FILM if session.errs_slowly else 1.0
+    return WHITE_RATIO_OF_FILM if session.smoothed else 1.0

@@ -21,17 +21,14 @@ from friction_estimation.discovery.model.camera_ripple import CameraRipple, ripp
 from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.minimum import minimum_of, projected
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.quadratic import (
-    profile_amplitudes,
-    projected,
-    solve_shared,
-)
+from friction_estimation.discovery.model.quadratic import profile_amplitudes
 from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.tuning import (
     CLEAR_RIPPLE_GAIN,
     LEAST_LIKENESS_OF_HALVES,
-    LEAST_THROWS_FOR_RIPPLE,
+    LEAST_THROWS,
     LEAST_VARIETY,
     RIPPLE_LENGTHS,
 )
@@ -74,7 +71,7 @@ def find_ripple(fitted: SessionFit) -> RippleSearch:
     """
     squares, places = _signed_squares(fitted)
     varied = variety(places, squares)
-    if len(fitted.session) < LEAST_THROWS_FOR_RIPPLE or varied < LEAST_VARIETY:
+    if len(fitted.session) < LEAST_THROWS or varied < LEAST_VARIETY:
         return RippleSearch(outcome="inseparable", variety=varied)
     model = fitted.model.with_terms(*_camera_like_terms(fitted.model))
     session = fitted.session
@@ -149,7 +146,7 @@ def _information(linear: Linearisation) -> Floats:
     free = replace(model, ripple=model.ripple.with_amplitude(np.inf))
     whole = replace(linear, model=free).total()
     own = np.arange(len(whole))[model.ripple_slice]
-    return projected(whole, own, np.setdiff1d(np.arange(len(whole) - 1), own))[0]
+    return projected(whole, own, np.setdiff1d(np.arange(len(whole) - 1), own))[:-1, :-1]
 
 
 def _likeness(linear: Linearisation, squares: Sequence[Floats]) -> float:
@@ -167,7 +164,7 @@ def _likeness(linear: Linearisation, squares: Sequence[Floats]) -> float:
     directions = np.array([float(np.sign(np.median(v))) for v in squares])
     grams, _ = linear.each()
     one, other = (
-        solve_shared(grams[half].sum(axis=0) + linear.prior)[0][linear.model.ripple_slice]
+        minimum_of(grams[half].sum(axis=0) + linear.prior).step[linear.model.ripple_slice]
         for half in split_throws(speeds, directions)
     )
     inner = _information(linear)

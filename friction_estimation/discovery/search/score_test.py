@@ -12,11 +12,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from curling_env.typing import Floats
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.fit import SessionFit, linearise
-from friction_estimation.discovery.model.linearisation import Linearisation
-from friction_estimation.discovery.model.quadratic import projected
+from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.minimum import projected
 from friction_estimation.discovery.tuning import CLEARLY_SEEN
 
 
@@ -40,13 +38,11 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
     """The scores of candidates around a fit, the most promising first."""
     if not terms:
         return []
-    model = fitted.model.with_terms(*terms)
-    _, _, reduced = linearise(model, fitted.session, fitted.noise, fitted.states, fitted.ln_factors)
-    linear = Linearisation(model=model, ln_factors=fitted.ln_factors, reduced=reduced)
+    linear = fitted.linear_with(*terms)
     own = np.arange(len(fitted.model.vector))
-    others = np.arange(len(own), len(model.vector))
+    others = np.arange(len(own), len(linear.model.vector))
     base = linear.least(own)
-    information = projected(linear.total(), others, own)[0]
+    information = projected(linear.total(), others, own)
     scores: list[CandidateScore] = []
     position = 0
     for term in terms:
@@ -58,24 +54,3 @@ def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[Candidat
         gain = base - linear.least(np.concatenate([own, others[place]]))
         scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest))
     return sorted(scores, key=lambda score: -score.gain)
-
-
-def throw_deviances(fitted: SessionFit) -> Floats:
-    """Deviance of every throw under a fit whose shared parameters were not fitted to it, (k,)."""
-    grams, log_terms = fitted.linear.each()
-    return grams[:, -1, -1] + log_terms
-
-
-def sign_flip_p(improvements: Floats, rng: np.random.Generator) -> float:
-    """Probability of so large a mean improvement if the sign of each throw is chance."""
-    n = len(improvements)
-    if n == 0 or improvements.sum() <= 0:
-        return 1.0
-    # No single throw may decide, even if it gains a thousand times more than the others.
-    capped = np.clip(improvements, -9.0, 9.0)
-    if n <= 14:
-        signs = 1.0 - 2.0 * ((np.arange(2**n)[:, None] >> np.arange(n)) & 1)
-        sums = signs @ capped
-        return float((sums >= capped.sum() - 1e-9).mean())
-    signs = rng.choice([-1.0, 1.0], size=(20_000, n))
-    return float(((signs @ capped >= capped.sum() - 1e-9).sum() + 1) / 20_001)

@@ -9,17 +9,10 @@ from curling_env.typing import Progress, no_progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit, releases_near
-from friction_estimation.discovery.model.friction_field import CARD
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
 from friction_estimation.discovery.search.maps import find_map, renew_map
-from friction_estimation.discovery.search.patch_and_map import find_patch_and_map
-from friction_estimation.discovery.search.patch_sides import place_sides_of
-from friction_estimation.discovery.search.patches import (
-    cards_of_areas,
-    find_patches,
-    term_within,
-)
+from friction_estimation.discovery.search.patches import find_patches, place_sides
 from friction_estimation.discovery.search.residuals import Misfit, misfit_of
 from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
 from friction_estimation.discovery.tuning import (
@@ -30,7 +23,6 @@ from friction_estimation.discovery.tuning import (
     MOST_BETWEEN_THROWS_TRIALS,
     MOST_EFFECTS,
     MOST_TRIALS,
-    ROUGH_MAP,
 )
 
 FIRST_NOISE = SessionNoise(
@@ -218,10 +210,6 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
         scores = score_candidates(present, candidates(present.session, present.model.terms))
         trials = best_trials(present, scores)
         good = [t for t in trials if t.gain > t.needed]
-        if not good and _has_rough_map(present, kept):
-            swapped = patch_and_smoother_map(present)
-            good = [swapped] if swapped and swapped.gain > swapped.needed else []
-            trials = [*good, *trials]
         unknown = number >= MOST_EFFECTS and not misfit_of(present).white
         if not good or unknown or number == MOST_ADDITIONS:
             rounds.append(SelectionRound(scores=scores, trials=trials, chosen=""))
@@ -238,18 +226,10 @@ def select(base: SessionFit, *, progress: Progress = no_progress) -> Selection:
     )
 
 
-def _has_rough_map(fitted: SessionFit, kept: set[str]) -> bool:
-    """Return whether an added map is as rough as the sides of a patch, and may be just that."""
-    field = fitted.model.map_field
-    given = kept & {CARD.name, *(patch.label for patch in _patches(fitted))}
-    return field is not None and field.length <= ROUGH_MAP and not given
-
-
 def refine(fitted: SessionFit) -> SessionFit:
     """Fit the finer forms of the terms where that pays."""
+    fitted = place_sides(fitted)
     for label in [term.label for term in fitted.model.terms]:
-        if fitted.model.term(label).card.search.area is not None:
-            fitted = place_sides_of(fitted, label)
         term = fitted.model.term(label)
         best = fitted
         for begin in term.card.search.finer(term.values):
@@ -302,45 +282,10 @@ def _without(fitted: SessionFit, term: Term) -> SessionFit:
 def with_patches_sought_again(fitted: SessionFit) -> SessionFit:
     """The fit with each of its patches where it is best now, if that is better."""
     best = fitted
-    for patch in _patches(fitted):
+    for patch in [term for term in fitted.model.terms if term.card.search.area is not None]:
         bare = refit(best, best.model.without(patch.label))
         for sought in find_patches(bare):
             if sought.name == patch.name:
                 again = refine(try_term(bare, sought).fit)
                 best = min(best, again, key=lambda fit: fit.deviance)
     return best
-
-
-def patch_and_smoother_map(fitted: SessionFit) -> Trial | None:
-    """A patch with a smoother map, in place of a rough map with or without a patch.
-
-    Parameters
-    ----------
-    fitted : fit of a model with a map
-
-    Returns
-    -------
-    the patch as a trial beside that fit; None where none promises anything
-    """
-    patches = _patches(fitted)
-    bare = refit(fitted, fitted.model.without(*(p.label for p in patches))) if patches else fitted
-    found = find_patch_and_map(bare)
-    if found is None:
-        return None
-    rectangle, field = found
-    model = bare.model.without(CARD.name).with_terms(Term(card=CARD, map_field=field))
-    smooth = refit(bare, model)
-    best: Trial | None = None
-    for card in cards_of_areas(smooth):
-        beside = try_term(smooth, term_within(card, rectangle))
-        fit = renew_map(beside.fit)
-        gain = fitted.deviance - fit.deviance
-        if best is None or gain > best.gain:
-            term, cost = fit.model.term(beside.term.label), 0 if patches else beside.cost
-            best = Trial(term=term, fit=fit, gain=gain, cost=cost)
-    return best
-
-
-def _patches(fitted: SessionFit) -> list[Term]:
-    """The terms of a fit that act within an area."""
-    return [term for term in fitted.model.terms if term.card.search.area is not None]

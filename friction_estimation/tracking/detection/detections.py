@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.sheet import Sheet
+from curling_env.sheet import BACK_LINE_Y, Sheet
 from curling_env.typing import Flags, Floats, Image, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
@@ -273,7 +273,8 @@ def _still(
     places, scores = finder(whole, boxes)
     for xy, score in zip(places, scores, strict=True):
         px = model.extent_px(camera, xy)
-        if len(px) and score > numbers.STILL_SCORE:
+        in_play = abs(xy[1]) < BACK_LINE_Y + model.radius  # others are parked
+        if len(px) and in_play and score > numbers.STILL_SCORE:
             stones.append(_Resting(xy=xy, px=px, score=float(score)))
     return _Still(stones=tuple(stones), places=(*others, *places))
 

@@ -52,7 +52,7 @@ def test_what_lasts_for_seconds_is_learnt_as_noise(make_session, as_filmed):
 
 def test_raw_tracks_are_not_taken_for_a_films(make_session):
     session = open_session(make_session())
-    assert not session.errs_slowly
+    assert not session.smoothed
     assert base_model(None, session).systematic_error is None
 
 

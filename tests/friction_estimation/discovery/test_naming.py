@@ -19,8 +19,8 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
 ):
     """An explanation that goes astray, here on purpose, must not cost what is proved."""
 
-    def astray(fitted, own, rng, *, beyond_map):
-        told = explain(fitted, own, rng, beyond_map=beyond_map)
+    def astray(fitted, own, *, beyond_map):
+        told = explain(fitted, own, beyond_map=beyond_map)
         session = told.fit.session
         bend = np.zeros((len(session.times), 3))
         side = np.nan_to_num(np.sign(session.theta - session.theta[0]))

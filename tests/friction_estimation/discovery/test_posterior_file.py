@@ -63,8 +63,8 @@ def test_arviz_leaves_throws_out_to_the_same_densities(fitted, tmp_path):
     theirs = arviz.loo(arviz.from_netcdf(tmp_path / "posterior.nc"), pointwise=True)
     found = mixture(fitted)
     at_each = [
-        replace(fitted, model=replace(fitted.model, spread=float(spread)))
-        for spread in found.spreads
+        replace(fitted, linear=replace(fitted.linear, model=replace(fitted.model, spread=spread)))
+        for spread in found.spreads.tolist()
     ]
     inverse = [0.5 * (left_out_scores(each) + throw_constants(each)) for each in at_each]
     with np.errstate(divide="ignore"):

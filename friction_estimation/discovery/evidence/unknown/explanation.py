@@ -14,6 +14,7 @@ import numpy as np
 
 from curling_env.physics.effects.card import Push
 from friction_estimation.discovery.evidence.mixture import has_few_throws
+from friction_estimation.discovery.evidence.significance import p_of_mean
 from friction_estimation.discovery.evidence.unknown.nearby import (
     Combination,
     Following,
@@ -21,11 +22,9 @@ from friction_estimation.discovery.evidence.unknown.nearby import (
     nearby,
 )
 from friction_estimation.discovery.model.candidates import Term, candidates
-from friction_estimation.discovery.model.elimination import gram_matrices
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.noise import estimate_noise
-from friction_estimation.discovery.search.score_test import sign_flip_p
 from friction_estimation.discovery.search.selection import (
     refine,
     try_term,
@@ -69,7 +68,7 @@ class Dependence:
     ----------
     variable : name of the variable, as in the `depends_on` of a report
     share : part of the discrepancy that is left without it and not with it
-    p : probability that chance does as well, by flipping the signs of throws
+    p : probability that chance does as well, by Student's t over throws
     push : push by which it acts most
     """
 
@@ -120,7 +119,7 @@ def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bo
     if terms[1] <= terms[0]:
         return False
     had, has = (around.fall_short(made) for made in (before, after))
-    pushed = around.fall_short(replace(after, pushes=(), scales=())) - has
+    pushed = around.fall_short(replace(after, pushes={})) - has
     rest = has - around.values
     return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
@@ -169,18 +168,15 @@ def _explained(around: Nearby, made: Combination, label: str) -> float:
     return around.fall_short(made.toggled(label)) - around.fall_short(made)
 
 
-def dependences(
-    around: Nearby, made: Combination, dispersion: float, rng: np.random.Generator
-) -> list[Dependence]:
+def dependences(around: Nearby, made: Combination, dispersion: float) -> list[Dependence]:
     """The variables that the pushes of a combination follow, at most three, the strongest first.
 
     Parameters
     ----------
     around, made, dispersion : as of `search`
-    rng : source of the flipped signs
     """
     whole, scores = around.fall_short(made), around.scores(made, dispersion)
-    bare = replace(made, pushes=(), scales=())
+    bare = replace(made, pushes={})
     lacking = max(around.fall_short(bare) - around.values, around.fall_short(bare) - whole, 1.0)
     found: list[Dependence] = []
     for variable in dict.fromkeys(
@@ -201,7 +197,7 @@ def dependences(
             Dependence(
                 variable=variable,
                 share=min((around.fall_short(bare) - around.fall_short(alone)) / lacking, 1.0),
-                p=sign_flip_p(improvements, rng),
+                p=p_of_mean(improvements),
                 push=max(own, key=lambda push: gains[push]).push,
             )
         )
@@ -213,17 +209,16 @@ def dependences(
     ]
 
 
-def find_dependences(fitted: SessionFit, rng: np.random.Generator) -> list[Dependence]:
+def find_dependences(fitted: SessionFit) -> list[Dependence]:
     """The variables that the discrepancy of a fit follows, at most three, the strongest first.
 
     Parameters
     ----------
     fitted : fit that leaves the discrepancy
-    rng : source of the flipped signs
     """
     around = nearby(fitted, ())
     made, dispersion = search(around, (), held=True)
-    return dependences(around, made, dispersion, rng)
+    return dependences(around, made, dispersion)
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -245,7 +240,6 @@ class Explanation:
 def explain(
     fitted: SessionFit,
     given: Iterable[str],
-    rng: np.random.Generator,
     *,
     beyond_map: bool = False,
 ) -> Explanation | None:
@@ -255,7 +249,6 @@ def explain(
     ----------
     fitted : fit with effects that were selected without the unknown
     given : labels of terms that stay in any case
-    rng : source of the flipped signs
     beyond_map : whether they must explain more than the friction map of the fit
 
     Returns
@@ -286,8 +279,8 @@ def explain(
     calm = with_patches_sought_again(calm)
     return Explanation(
         fit=calm,
-        pushes=made.pushes,
-        dependences=dependences(around, made, dispersion, rng),
+        pushes=tuple(made.pushes),
+        dependences=dependences(around, made, dispersion),
     )
 
 
@@ -351,11 +344,10 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     if has_few_throws(fitted):
         made = replace(made, spread=USUAL_SPREAD)
     again = nearby(calm, ())
-    # What is taken off and what it is taken off from are of one linearisation.
     own = 7 + len(calm.model.vector)
-    columns = np.concatenate([again.columns[:, :, :own], calm.residuals[:, :, None]], axis=2)
-    grams = gram_matrices(calm.session, calm.noise, columns)
+    linear = calm.linear_in(calm.model, calm.columns, calm.residuals)
+    grams = linear.grams.copy()
     grams[:, 7:own, 7:own] -= again.taken_over(made) / len(grams)
     # What neither explains counts as noise that is larger.
     grams /= again.dispersion(made)
-    return replace(calm, grams=grams, only_spread=made.spread)
+    return replace(calm, linear=replace(linear, grams=grams), only_spread=made.spread)

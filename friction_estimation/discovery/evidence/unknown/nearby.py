@@ -11,22 +11,16 @@ term must pay for itself beside that.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_triangular
 
 from curling_env.physics.effects.card import Push
 from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.unknown.minimum import (
-    best_step,
-    minimum_of,
-    root_of,
-)
 from friction_estimation.discovery.evidence.unknown.pushes import (
     PUSHES,
     pushes_over_time,
@@ -35,25 +29,22 @@ from friction_estimation.discovery.evidence.unknown.pushes import (
     variables,
 )
 from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.model.elimination import (
-    eliminate_factor,
-    eliminate_states,
-    gram_matrices,
-)
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.model.friction_field import CARD
+from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.minimum import minimum_of, project_out
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.quadratic import prior_gram
 from friction_estimation.discovery.model.response import LinearisedPaths
 from friction_estimation.discovery.model.sensitivity import sensitivities
 from friction_estimation.discovery.search.residuals import slow_columns
 from friction_estimation.discovery.tuning import (
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
-    NEARBY_SPREADS,
     PUSH_SCALES,
+    SPREADS,
     THE_SAME,
     USUAL_PUSHES,
+    USUAL_SPREAD,
 )
 
 
@@ -63,11 +54,6 @@ class Following(NamedTuple):
     variable: str
     push: Push
 
-    @property
-    def name(self) -> str:
-        """The variable as a report names it."""
-        return self.variable.partition(" ")[0]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Combination:
@@ -76,28 +62,26 @@ class Combination:
     Parameters
     ----------
     effects : labels of those terms that it has, beside the ones that all models have
-    pushes : pushes of the unknown that it has
-    scales : for each of these its prior standard deviation over the usual one
+    pushes : pushes of the unknown that it has, and for each its prior standard deviation over the
+        usual one
     spread : standard deviation of ln μ from throw to throw
     """
 
     effects: frozenset[str] = frozenset()
-    pushes: tuple[Following, ...] = ()
-    scales: tuple[float, ...] = ()
-    spread: float = float(NEARBY_SPREADS[len(NEARBY_SPREADS) // 3])
+    pushes: Mapping[Following, float] = field(default_factory=dict[Following, float])
+    spread: float = USUAL_SPREAD
 
     def toggled(self, label: str) -> Combination:
         """With an effect, or without it if it is there."""
         return replace(self, effects=self.effects ^ {label})
 
     def following(self, push: Following, scale: float = 1.0) -> Combination:
-        """With another push."""
-        return replace(self, pushes=(*self.pushes, push), scales=(*self.scales, scale))
+        """With a push at some scale."""
+        return replace(self, pushes={**self.pushes, push: scale})
 
     def without(self, push: Following) -> Combination:
         """Without a push."""
-        kept = [pair for pair in zip(self.pushes, self.scales, strict=True) if pair[0] != push]
-        return replace(self, pushes=tuple(p for p, _ in kept), scales=tuple(s for _, s in kept))
+        return replace(self, pushes={p: s for p, s in self.pushes.items() if p != push})
 
 
 class Quadratic(NamedTuple):
@@ -125,21 +109,17 @@ class Nearby:
     ----------
     fitted : the fit
     model : its model with the candidates at their neutral values
-    columns : (rows, 3, 7 + m) derivatives of x, y and heading by releases, factors and parameters
-    residuals : (rows, 3) what the fit leaves, and what the pushes that it has explain
     paths, functions : how paths respond, and the functions of each variable at their instants
-    reduced : (k, m + 2, m + 2) Gram matrices, as of `eliminate_factor`
+    linear : the session by the m parameters of the model and of the pushes
     optional : labels of terms that a combination may have or lack
     pushes : places of the pushes among the m parameters
     """
 
     fitted: SessionFit
     model: Model
-    columns: Floats
-    residuals: Floats
     paths: LinearisedPaths
     functions: dict[str, Floats]
-    reduced: Floats
+    linear: Linearisation
     optional: tuple[str, ...]
     pushes: dict[Following, Indices]
     _totals: dict[float, tuple[Floats, float]] = field(default_factory=dict, repr=False)
@@ -147,17 +127,7 @@ class Nearby:
     @property
     def size(self) -> int:
         """Number of parameters, and one for the residual."""
-        return self.reduced.shape[1] - 1
-
-    @cached_property
-    def prior(self) -> Floats:
-        """Gram matrix of the priors of all but the pushes, (size, size)."""
-        count = len(self.model.vector)
-        own = prior_gram(self.model, count + 1)
-        at = np.append(np.arange(count), self.size - 1)
-        prior = np.zeros((self.size, self.size))
-        prior[np.ix_(at, at)] = own
-        return prior
+        return len(self.linear.prior)
 
     @cached_property
     def places(self) -> dict[str, Indices]:
@@ -214,12 +184,10 @@ class Nearby:
         pushed = np.concatenate(none + [self.pushes[push] for push in made.pushes])
         if not len(effects) or not len(pushed):
             return False
-        total = self._total(made.spread)[0]
-        size = np.sqrt(np.maximum(total.diagonal(), 1e-300))
-        root = root_of(total[np.ix_(pushed, pushed)] / np.outer(size[pushed], size[pushed]))
-        cross = total[np.ix_(pushed, effects)] / np.outer(size[pushed], size[effects])
-        copied = solve_triangular(root, cross, lower=True, check_finite=False)
-        return bool(((copied**2).sum(axis=0) > THE_SAME).any())
+        at = np.concatenate([pushed, effects])
+        both = self._total(made.spread)[0][at[:, None], at]
+        left = project_out(both, len(pushed)).diagonal()
+        return bool((left < (1.0 - THE_SAME) * both.diagonal()[len(pushed) :]).any())
 
     @cached_property
     def values(self) -> float:
@@ -242,7 +210,7 @@ class Nearby:
 
     def _total(self, spread: float) -> tuple[Floats, float]:
         if spread not in self._totals:
-            grams, log_terms = eliminate_factor(self.reduced, self.fitted.ln_factors, spread)
+            grams, log_terms = self.linear.each(spread)
             self._totals[spread] = grams.sum(axis=0), float(log_terms.sum())
         return self._totals[spread]
 
@@ -271,13 +239,13 @@ class Nearby:
                 *(self.model.map_field.deviations for _ in fields if self.model.map_field),
                 *(
                     np.full(len(self.pushes[push]), scale * USUAL_PUSHES[PUSHES.index(push.push)])
-                    for push, scale in zip(made.pushes, made.scales, strict=True)
+                    for push, scale in made.pushes.items()
                 ),
                 np.empty(0),
             ]
         )
         if priors:
-            gram += self.prior[block]
+            gram += self.linear.prior[block]
             if self.model.map_field and not fields and CARD.name in self.optional:
                 field = self.model.map_field
                 gram[-1, -1] -= float(((field.values / field.deviations) ** 2).sum())
@@ -288,11 +256,11 @@ class Nearby:
     def steps(self, made: Combination, dispersion: float = 1.0) -> tuple[Floats, Quadratic]:
         """The step of the parameters that is best for a combination, and its quadratic."""
         quadratic = self.quadratic(made, dispersion)
-        return best_step(quadratic.gram), quadratic
+        return minimum_of(quadratic.gram).step, quadratic
 
     def fall_short(self, made: Combination, dispersion: float = 1.0) -> float:
         """Least −2 ln likelihood of a combination, its priors included."""
-        return minimum_of(self.quadratic(made, dispersion).gram).value
+        return float(minimum_of(self.quadratic(made, dispersion).gram).value)
 
     def value(self, made: Combination, dispersion: float) -> float:
         """−2 ln of the evidence of a combination, and what its terms must bring."""
@@ -303,7 +271,7 @@ class Nearby:
         for label in made.effects:
             if label not in self.mapped:
                 needed += GAIN_PER_PARAMETER * (len(self.places[label]) - 1)
-        return least.value + integrated + self._total(made.spread)[1] + needed
+        return float(least.value) + integrated + self._total(made.spread)[1] + needed
 
     def dispersion(self, made: Combination) -> float:
         """Return the ratio of what a combination leaves to the noise; at least one."""
@@ -315,14 +283,10 @@ class Nearby:
         best = self.value(made, dispersion), made
         for _ in range(3):
             before = best[0]
-            tried = [replace(best[1], spread=float(spread)) for spread in NEARBY_SPREADS]
+            tried = [replace(best[1], spread=float(spread)) for spread in SPREADS[11::8]]
             best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
-            for k in range(len(made.pushes)):
-                scales = list(best[1].scales)
-                tried = [
-                    replace(best[1], scales=(*scales[:k], scale, *scales[k + 1 :]))
-                    for scale in PUSH_SCALES
-                ]
+            for push in made.pushes:
+                tried = [best[1].following(push, scale) for scale in PUSH_SCALES]
                 best = min([best, *((self.value(m, dispersion), m) for m in tried)], key=_first)
             if before - best[0] < 0.5:
                 break
@@ -330,12 +294,12 @@ class Nearby:
 
     def scores(self, made: Combination, dispersion: float) -> Floats:
         """Deviance of every throw under the best fit of a combination to all the others, (k,)."""
-        grams, _ = eliminate_factor(self.reduced, self.fitted.ln_factors, made.spread)
+        grams, _ = self.linear.each(made.spread)
         whole = self.quadratic(made, dispersion).gram
         scores = np.empty(len(grams))
         for i, one in enumerate(grams):
             gram = self._quadratic(made, one, priors=False).gram
-            step = best_step(whole - gram / dispersion)
+            step = minimum_of(whole - gram / dispersion).step
             own = gram[-1, -1] - 2 * gram[:-1, -1] @ step + step @ gram[:-1, :-1] @ step
             scores[i] = own / dispersion
         return scores
@@ -365,11 +329,9 @@ class Nearby:
         count, own = len(quadratic.sizes), len(self.fitted.model.vector)
         if not made.pushes:
             return np.zeros((own, own))
-        pushed = slice(-1 - count, -1)
-        inner, cross = quadratic.gram[pushed, pushed], quadratic.gram[pushed, :own]
-        scale = 1.0 / np.sqrt(np.diag(inner))
-        scaled = inner * scale[:, None] * scale + 1e-10 * np.eye(count)
-        return (cross * scale[:, None]).T @ np.linalg.solve(scaled, scale[:, None] * cross)
+        at = np.r_[len(quadratic.gram) - 1 - count : len(quadratic.gram) - 1, :own]
+        both = quadratic.gram[at[:, None], at]
+        return both[count:, count:] - project_out(both, count)
 
 
 def _first(entry: tuple[float, Combination]) -> float:
@@ -387,7 +349,9 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
     """
     session = fitted.session
     model = fitted.model.with_terms(*candidates)
-    _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
+    columns = fitted.columns
+    if candidates:
+        _, columns = sensitivities(model, session, fitted.states, fitted.ln_factors)
     paths = fitted.paths
     residuals = fitted.residuals
     variable = variables(paths, paths.at_instants(np.nan_to_num(residuals)))
@@ -406,15 +370,12 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
                 begin = position + k * width
                 pushes[Following(name, push)] = np.arange(begin, begin + width)
         position += len(PUSHES) * width
-    whole = np.concatenate([*stacked, residuals[:, :, None]], axis=2)
     return Nearby(
         fitted=fitted,
         model=model,
-        columns=whole[:, :, :-1],
-        residuals=residuals,
         paths=paths,
         functions=functions,
-        reduced=eliminate_states(gram_matrices(session, fitted.noise, whole)),
+        linear=fitted.linear_in(model, np.concatenate(stacked, axis=2), residuals),
         optional=(*optional, *(term.label for term in candidates)),
         pushes=pushes,
     )

@@ -144,9 +144,9 @@ def test_the_forward_model_runs_on_the_ice_that_stones_have_left(rng, felt, cell
     session = open_session(play(ice, rng, throws=6, sigma=0.0, scatter=0.0))
     exact = SessionNoise(white=(1e-3, 1e-3, 1e-2), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))
     model = base_model(ice, session)
-    worn = fit(model, session, exact, spreads=np.zeros(1), shared=False)
+    worn = fit(model, session, exact, shared=False)
     untouched = model.without(model.terms[0].label)
-    plain = fit(untouched, session, exact, spreads=np.zeros(1), shared=False)
+    plain = fit(untouched, session, exact, shared=False)
     assert np.abs(worn.residuals[:, :2]).max() < 2e-3
     assert np.abs(plain.residuals[:, :2]).max() > 2e-2
 

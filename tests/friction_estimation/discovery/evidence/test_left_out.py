@@ -35,8 +35,8 @@ def test_the_density_of_a_throw_given_the_others_is_that_of_their_joint_gaussian
     fitted = curl_fit(throws=4, scatter=0.01)
     model, session, states = replace(fitted.model, spread=spread), fitted.session, fitted.states
     factors = np.zeros(len(session))
-    _, grams, _ = linearise(model, session, WHITE, states, factors)
-    fitted = replace(fitted, model=model, noise=WHITE, grams=grams, ln_factors=factors)
+    linear = linearise(model, session, WHITE, states, factors)[1]
+    fitted = replace(fitted, noise=WHITE, linear=linear)
     found = densities(fitted)[3]
 
     # All rows of all throws together; every unknown is Gaussian and integrated out.
@@ -84,7 +84,7 @@ def test_a_throw_that_was_not_seen_scores_as_one_that_is_left_out(curl_fit):
     others = fitted.session.only(np.arange(5))
     model, noise = fitted.model, fitted.noise
     start = {"states": fitted.states[:5], "ln_factors": fitted.ln_factors[:5]}
-    part = fit(model, others, noise, **start, spreads=np.array([model.spread]))
+    part = fit(model, others, noise, **start, shared=False)
     unseen = unseen_scores(part, fitted.session.only(np.array([5])))
     assert unseen == pytest.approx(left_out_scores(fitted)[5:], abs=0.5)
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.evidence.mixture import gaussian, levels_of, weights_of, widths
+from friction_estimation.discovery.evidence.mixture import weights_of, widths
+from friction_estimation.discovery.model.minimum import minimum_of
 
 
 def test_a_spread_stands_for_the_axis_half_way_to_its_neighbours():
@@ -17,7 +18,7 @@ def test_a_quadratic_is_the_gaussian_of_least_squares():
     rng = np.random.default_rng(2)
     columns, values = rng.normal(size=(30, 4)) * [1.0, 1e-3, 1e3, 5.0], rng.normal(size=30)
     whole = np.column_stack([columns, values])
-    found = gaussian(whole.T @ whole)
+    found = minimum_of(whole.T @ whole)
     best, least, *_ = np.linalg.lstsq(columns, values)
     assert found.step == pytest.approx(best, rel=1e-6)
     information = columns.T @ columns
@@ -30,19 +31,22 @@ def test_of_what_no_throw_feels_the_error_is_huge_and_the_rest_as_it_was():
     rng = np.random.default_rng(4)
     whole = rng.normal(size=(20, 4))
     whole[:, 1] = 0.0
-    felt, found = gaussian(whole[:, [0, 2, 3]].T @ whole[:, [0, 2, 3]]), gaussian(whole.T @ whole)
+    known = whole[:, [0, 2, 3]]
+    felt, found = minimum_of(known.T @ known), minimum_of(whole.T @ whole)
     others = np.ix_([0, 2], [0, 2])
     assert np.isfinite(found.covariance).all()
     assert found.covariance[1, 1] > 1e50
     assert found.covariance[others] == pytest.approx(felt.covariance, rel=1e-6)
 
 
-def test_levels_are_those_of_the_gaussians_for_many_at_once():
+def test_many_at_once_are_as_each_alone():
     rng = np.random.default_rng(3)
     wholes = rng.normal(size=(5, 20, 4)) * [1.0, 1e-3, 10.0, 1.0]
     totals = np.swapaxes(wholes, 1, 2) @ wholes
-    assert levels_of(totals) == pytest.approx(gaussian(totals).level, rel=1e-9)
-    assert gaussian(totals).step[3] == pytest.approx(gaussian(totals[3]).step)
+    found, alone = minimum_of(totals), minimum_of(totals[3])
+    assert found.level[3] == pytest.approx(float(alone.level), rel=1e-9)
+    assert found.step[3] == pytest.approx(alone.step)
+    assert found.covariance[3] == pytest.approx(alone.covariance)
 
 
 def test_weights_count_likelihood_and_the_part_of_the_axis():

@@ -82,9 +82,8 @@ def test_few_throws_have_the_usual_spread(curl_fit):
     alone = replace(
         fitted,
         session=fitted.session.only([0, 1, 2]),
-        grams=fitted.grams[:3],
+        linear=replace(fitted.linear, grams=fitted.linear.grams[:3], ln_factors=np.zeros(3)),
         states=fitted.states[:3],
-        ln_factors=np.zeros(3),
     )
     drawn = draw_posterior(alone, np.random.default_rng(1), draws=400)
     assert (drawn.spreads == USUAL_SPREAD).all()
@@ -95,9 +94,9 @@ def test_the_likelihood_is_a_density_of_the_rows(curl_fit):
     """Of white noise it is that of a Gaussian whose covariance is written out."""
     fitted = curl_fit(throws=8)
     one, state, factor = fitted.session.only([2]), fitted.states[2:3], np.zeros(1)
-    _, grams, reduced = linearise(fitted.model, one, WHITE, state, factor)
-    alone = replace(fitted, session=one, noise=WHITE, grams=grams, states=state, ln_factors=factor)
-    found = reduced[0, -1, -1] + throw_constants(alone)[0]
+    linear = linearise(fitted.model, one, WHITE, state, factor)[1]
+    alone = replace(fitted, session=one, noise=WHITE, linear=linear, states=state)
+    found = linear.reduced[0, -1, -1] + throw_constants(alone)[0]
 
     predicted, columns = sensitivities(fitted.model, one, state, factor)
     rows = columns[:, :, :6].reshape(-1, 6)

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
-from scipy.stats import pearsonr
+from scipy.stats import pearsonr, ttest_1samp
 
 from curling_env.physics import catalogue
 from friction_estimation.discovery import (
@@ -18,6 +18,7 @@ from friction_estimation.discovery import (
     neutral_values,
     open_session,
     own_frictions,
+    p_of_mean,
     refit,
 )
 from friction_estimation.discovery.evidence.significance import (
@@ -42,6 +43,20 @@ def test_the_chance_of_one_column_is_that_of_pearsons_correlation(rng):
     values = 0.5 * column[:, 0] + rng.normal(size=12) + 7.0
     expected = pearsonr(column[:, 0], values).pvalue
     assert follows_most(column, values) == (0, pytest.approx(expected))
+
+
+def test_the_mean_improvement_is_tested_by_students_t():
+    improvements = np.array([3.0, 2.0, 1.0, -0.5, 0.2])
+    expected = ttest_1samp(improvements, 0.0, alternative="greater").pvalue
+    assert p_of_mean(improvements) == pytest.approx(expected)
+    assert p_of_mean(np.ones(8)) < 1e-9
+    assert p_of_mean(-np.ones(8)) == p_of_mean(np.zeros(8)) == p_of_mean(np.ones(1)) == 1.0
+
+
+def test_one_throw_alone_proves_nothing():
+    improvements = np.array([1e6, -0.1, 0.1, -0.1, 0.1, -0.1, 0.1, -0.1])
+    assert p_of_mean(improvements) > 0.15
+    assert p_of_mean(-improvements[::-1] * 1e-6 + 1.0) < 0.001
 
 
 def test_more_columns_prove_less(rng):

@@ -7,7 +7,8 @@ import pytest
 
 from friction_estimation.discovery import base_model
 from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
-from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread, solve_shared
+from friction_estimation.discovery.model.minimum import minimum_of
+from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread
 from friction_estimation.discovery.tuning import LEAST_SPREAD, RELEASE_SIGMA
 
 THROWS, ROWS, SHARED = 5, 40, 2
@@ -55,10 +56,10 @@ def test_elimination_gives_what_one_large_fit_gives(problem, spread, rng):
     prior = np.diag([4.0, 0.25, 0.0])
     reduced = eliminate_states(grams)
     left, log_terms = eliminate_factor(reduced, ln_factors, spread)
-    step, least = solve_shared(left.sum(axis=0) + prior)
+    found = minimum_of(left.sum(axis=0) + prior)
     expected, minimum = least_squares(columns, ln_factors, spread, np.array([4.0, 0.25]))
-    assert step == pytest.approx(expected, rel=1e-6)
-    assert least == pytest.approx(minimum, rel=1e-8)
+    assert found.step == pytest.approx(expected, rel=1e-6)
+    assert float(found.value) == pytest.approx(minimum, rel=1e-8)
     # h is the information of a throw about its own friction, its release being free.
     for k, block in enumerate(columns):
         weak = np.vstack([block[:, :6], np.diag(1.0 / RELEASE_SIGMA)])
@@ -72,16 +73,14 @@ def test_the_spread_is_where_its_likelihood_is_greatest(problem, rng):
     reduced = eliminate_states(grams)
     ln_factors = 0.1 * rng.normal(size=THROWS)
     prior = np.diag([1.0, 1.0, 0.0])
-    spread, step, value = profile_spread(reduced, ln_factors, prior)
+    spread, value = profile_spread(reduced, ln_factors, prior)
 
     def deviance(tau: float) -> float:
         left, log_terms = eliminate_factor(reduced, ln_factors, tau)
-        return solve_shared(left.sum(axis=0) + prior)[1] + float(log_terms.sum())
+        return float(minimum_of(left.sum(axis=0) + prior).value) + float(log_terms.sum())
 
     assert value == pytest.approx(deviance(spread))
     assert value <= min(deviance(t) for t in np.geomspace(LEAST_SPREAD, 0.3, 200)) + 1e-3
-    left, _ = eliminate_factor(reduced, ln_factors, spread)
-    assert step == pytest.approx(solve_shared(left.sum(axis=0) + prior)[0])
 
 
 def test_a_step_stops_at_a_bound_and_the_rest_adapts(make_session):
@@ -98,8 +97,8 @@ def test_a_step_stops_at_a_bound_and_the_rest_adapts(make_session):
     total[:2, 2] = total[2, :2] = inner @ wanted
     total[2, 2] = 100.0
     assert (low[1], high[1]) == (-1.0, 1.0)
-    step = bounded_step(total, solve_shared(total)[0], model)
+    step = bounded_step(total, minimum_of(total).step, model)
     assert step == pytest.approx([-0.5 + 0.8 * (3.0 - 1.0) / 2.0, 1.0])
     inside = np.array([0.1, -0.2])
     total[:2, 2] = total[2, :2] = inner @ inside
-    assert bounded_step(total, solve_shared(total)[0], model) == pytest.approx(inside)
+    assert bounded_step(total, minimum_of(total).step, model) == pytest.approx(inside)

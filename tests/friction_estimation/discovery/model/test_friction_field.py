@@ -22,13 +22,12 @@ from friction_estimation.discovery import (
     predict,
     refit,
 )
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.friction_field import cells_at
+from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.quadratic import (
     integration_cost,
     prior_gram,
     profile_amplitudes,
-    solve_shared,
 )
 from friction_estimation.discovery.model.sensitivity import linearised_paths
 
@@ -116,7 +115,7 @@ def test_paths_respond_to_a_pattern_as_paths_on_the_changed_map_do(mapped) -> No
     fitted, _ = mapped
     model, session = fitted.model, fitted.session
     paths = linearised_paths(model, session, fitted.states, fitted.ln_factors)
-    columns = paths.responses_to_friction(model.map_field.patterns_at(paths.xy))
+    columns = paths.responses(paths.friction, model.map_field.patterns_at(paths.xy))
     here = predict(model, session, fitted.states, fitted.ln_factors)[:, MEASURED]
     for j in (0, 4, 9):
         moved = model.vector
@@ -128,16 +127,13 @@ def test_paths_respond_to_a_pattern_as_paths_on_the_changed_map_do(mapped) -> No
 
 def test_the_best_amplitude_is_that_of_a_search_over_all(mapped) -> None:
     fitted, _ = mapped
-    grams, _ = eliminate_factor(
-        eliminate_states(fitted.grams), fitted.ln_factors, fitted.model.spread
-    )
-    total = grams.sum(axis=0)
+    total = fitted.linear.each()[0].sum(axis=0)
     found, least = profile_amplitudes(fitted.model, total)
     tried = {}
     for amplitude in fitted.model.map_field.amplitudes:
         other = fitted.model.with_amplitude(0, float(amplitude))
         whole = total + prior_gram(other, len(total))
-        tried[amplitude] = solve_shared(whole)[1] + integration_cost(other, total)
+        tried[amplitude] = float(minimum_of(whole).value) + integration_cost(other, total)
     assert found.map_field.amplitude == min(tried, key=lambda a: tried[a])
     assert least == pytest.approx(min(tried.values()), rel=1e-8)
 
@@ -166,7 +162,8 @@ def test_a_fit_that_begins_at_a_much_too_large_map_comes_back(mapped) -> None:
     """The size of the map goes no further than its coefficients, which are still large."""
     fitted, _ = mapped
     field = fitted.model.map_field
-    model = fitted.model.with_field(field.at(4.0 * field.values).with_amplitude(0.3))
+    large = Term(card=CARD, map_field=field.at(4.0 * field.values).with_amplitude(0.3))
+    model = fitted.model.without(CARD.name).with_terms(large)
     begin = {"states": fitted.states, "ln_factors": fitted.ln_factors}
     again = fit(model, fitted.session, fitted.noise, **begin)
     assert again.model.map_field.amplitude < 0.25

@@ -5,13 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from curling_env.sheet import PAPER_SHEET
 from friction_estimation.discovery import (
-    CARD,
     Term,
     base_model,
-    crossed_by,
-    field_along,
     fit_with_noise,
     open_session,
     refit,
@@ -19,12 +15,12 @@ from friction_estimation.discovery import (
 )
 from friction_estimation.discovery.evidence.intervals import with_sides
 from friction_estimation.discovery.model.candidates import known_effects
-from friction_estimation.discovery.search.patch_sides import (
-    foreseen_deviances,
+from friction_estimation.discovery.search.patches import (
     place_sides,
+    scan_side,
     sides_along,
-    with_side,
 )
+from friction_estimation.discovery.tuning import NARROWEST_PATCH
 from tests.friction_estimation.discovery.conftest import effect
 
 PATCH = {"x_min": -0.4, "x_max": 0.6, "y_min": -4.0, "y_max": 6.0}
@@ -43,24 +39,28 @@ def off_to_the_right(make_session):
 
 
 def test_what_a_place_would_bring_is_foreseen(off_to_the_right) -> None:
-    label = "friction_patch"
-    places = (-0.8, -0.4, -0.2, 0.1, 0.3)
-    models = [with_side(off_to_the_right.model, label, "x_min", place) for place in places]
-    assert all(model is not None for model in models)
-    kept = [model for model in models if model is not None]
-    foreseen = foreseen_deviances(off_to_the_right, kept)
-    fitted = np.array([refit(off_to_the_right, model).deviance for model in kept])
-    assert int(np.argmin(foreseen)) == int(np.argmin(fitted)) == 1
+    label, values = "friction_patch", off_to_the_right.model.term("friction_patch").values
+    scan = scan_side(off_to_the_right, label, "x_min")
+    assert (np.diff(scan.shifts) > 0).all()
+    assert (scan.shifts < values["x_max"] - values["x_min"] - NARROWEST_PATCH).all()
+    fitted: list[float] = []
+    for shift in scan.shifts:
+        moved = off_to_the_right.model.term(label).with_values(x_min=values["x_min"] + shift)
+        model = off_to_the_right.model.without(label).with_terms(moved)
+        fitted.append(refit(off_to_the_right, model).deviance)
+    best = int(np.argmin(fitted))
+    assert int(np.argmin(scan.deviances)) == best
+    assert values["x_min"] + scan.shifts[best] == pytest.approx(-0.4, abs=0.05)
     # Where a place is better, the gain is foreseen within a third of it.
-    gain = off_to_the_right.deviance - fitted[1]
+    gain = off_to_the_right.deviance - fitted[best]
     assert gain > 100
-    assert off_to_the_right.deviance - foreseen[1] == pytest.approx(gain, rel=0.33)
+    assert off_to_the_right.deviance - scan.deviances[best] == pytest.approx(gain, rel=0.33)
 
 
 def test_a_side_goes_where_it_fits(off_to_the_right) -> None:
     placed = place_sides(off_to_the_right)
     term = placed.model.term("friction_patch")
-    assert sides_along(term) == ("x_min", "x_max")
+    assert sides_along(placed.model) == [(term.label, "x_min"), (term.label, "x_max")]
     assert term.values["x_min"] == pytest.approx(-0.4, abs=0.15)
     assert term.values["factor"] == pytest.approx(0.9, abs=0.01)
     # What is not known of the sides makes the rest less sure too.
@@ -72,24 +72,3 @@ def test_a_side_goes_where_it_fits(off_to_the_right) -> None:
     strength = "friction_patch", "factor"
     assert plain[strength] <= sigma[strength] < 4 * plain[strength]
     assert abs(term.values["factor"] - 0.9) < 3 * sigma[strength]
-
-
-def test_beside_a_map_a_side_elsewhere_begins_with_the_friction_that_was_there(
-    off_to_the_right,
-) -> None:
-    model, session = off_to_the_right.model, off_to_the_right.session
-    paths = [session.xy[session.rows(i)] for i in range(len(session))]
-    field = field_along(PAPER_SHEET, crossed_by(PAPER_SHEET, paths), 1.0, np.inf)
-    mapped = model.with_terms(Term(card=CARD, map_field=field))
-    wider = with_side(mapped, "friction_patch", "x_min", -1.1)
-    assert wider is not None
-    assert wider.map_field is not None
-    x, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
-    taken = (x >= -1.1) & (x < -0.1) & (y >= PATCH["y_min"]) & (y <= PATCH["y_max"])
-    crossed = np.zeros(PAPER_SHEET.shape, dtype=bool)
-    crossed.ravel()[wider.map_field.crossed] = True
-    change = wider.map_field.ln_mu
-    # The patch has taken these cells; the map gives back as much.
-    factor = model.term("friction_patch").values["factor"]
-    assert change[taken & crossed].mean() == pytest.approx(-np.log(factor), abs=0.015)
-    assert np.abs(change[~taken & crossed]).mean() < 0.01

@@ -1,10 +1,5 @@
 from __future__ import annotations
 
-import itertools
-
-import numpy as np
-import pytest
-
 from friction_estimation.discovery import (
     base_model,
     candidates,
@@ -13,29 +8,10 @@ from friction_estimation.discovery import (
     open_session,
     refit,
     score_candidates,
-    sign_flip_p,
 )
 from friction_estimation.discovery.search.selection import with_patches_sought_again
 
 from ..conftest import effect
-
-
-def test_sign_flip_is_exact_for_few_throws(rng):
-    assert sign_flip_p(np.ones(8), rng) == pytest.approx(1 / 256)
-    assert sign_flip_p(-np.ones(8), rng) == 1.0
-
-
-@pytest.mark.parametrize("improvements", [[3.0, 2.0, 1.0, -0.5, 0.2], [40.0, -8.0, 5.0, 1.0]])
-def test_of_few_throws_every_choice_of_signs_is_counted(improvements, rng):
-    capped = np.clip(improvements, -9.0, 9.0)
-    sums = [np.dot(signs, capped) for signs in itertools.product([1, -1], repeat=len(capped))]
-    expected = np.mean(np.array(sums) >= capped.sum() - 1e-9)
-    assert sign_flip_p(np.array(improvements), rng) == pytest.approx(expected)
-
-
-def test_one_throw_alone_proves_nothing(rng):
-    improvements = np.array([1e6, -0.1, 0.1, -0.1, 0.1, -0.1, 0.1, -0.1])
-    assert sign_flip_p(improvements, rng) > 0.3
 
 
 def test_the_hidden_effect_comes_first(make_session):

@@ -54,7 +54,7 @@ def test_an_effect_of_the_ice_is_worth_more_than_one_that_is_not_there(around):
 
 def test_a_push_does_what_the_effect_did(around):
     push = Following("", "across the sheet")
-    bare = replace(at_spread(around), pushes=(push,), scales=(0.3,))
+    bare = replace(at_spread(around), pushes={push: 0.3})
     assert around.fall_short(bare) < around.fall_short(at_spread(around)) - 10
     pushed = around.pushed(bare, 1.0)
     assert pushed.pushes is not None
@@ -80,7 +80,7 @@ def test_throws_left_out_are_worse_than_those_that_were_fitted(around):
 
 def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around):
     push = Following("", "across the sheet")
-    made = replace(at_spread(around, "slope"), pushes=(push,), scales=(1.0,))
+    made = replace(at_spread(around, "slope"), pushes={push: 1.0})
     lost = np.diag(around.taken_over(made))
     names = around.fitted.model.names
     x, y = names.index(("slope", "x")), names.index(("slope", "y"))
@@ -93,8 +93,7 @@ def test_what_pushes_can_do_is_no_effect_besides(around):
     """A constant push across the sheet is a slope, and one over time may be constant."""
 
     def beside(variable, push, effect="slope"):
-        pushes = (Following(variable, push),)
-        return replace(at_spread(around, effect), pushes=pushes, scales=(1.0,))
+        return replace(at_spread(around, effect), pushes={Following(variable, push): 1.0})
 
     assert around.repeats(beside("", "across the sheet"))
     assert around.repeats(beside("t", "across the sheet"))
