@@ -11,11 +11,17 @@ from __future__ import annotations
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
-from agents.shots.decisions import BUDGET, decisions_of, summary_of
+from agents.shots.decisions import (
+    BUDGET,
+    decisions_of,
+    power_plays_of,
+    summary_of,
+    summary_of_power_plays,
+)
 from agents.shots.table import read_shots
 from curling_env.commands.cli import print_json
 from curling_env.errors import CurlingError
@@ -33,23 +39,30 @@ def main(
     as_json: Annotated[bool, typer.Option("--json", help="JSON with every decision.")] = False,
 ) -> None:
     """Print agreement, cost and pay of calls by situation."""
-    found = decisions_of(
-        read_shots(table), load_skill(hands), shots=shots, budget=search, seed=seed
-    )
-    summary = summary_of(found)
+    shots_table = read_shots(table)
+    found = decisions_of(shots_table, load_skill(hands), shots=shots, budget=search, seed=seed)
+    summary = {
+        "calls": summary_of(found),
+        "power_plays": summary_of_power_plays(power_plays_of(shots_table)),
+    }
     if as_json:
-        print_json({"summary": summary, "decisions": [asdict(one) for one in found]})
+        print_json({**summary, "decisions": [asdict(one) for one in found]})
         return
-    print(f"{'':28} {'calls':>6} {'agree':>7} {'cost':>7} {'others paid':>12} {'same paid':>10}")
-    for situation, row in summary.items():
-        cells = [
-            "–" if row[name] is None else f"{100 * row[name]:.1f} %"
-            for name in ("agree", "cost_of_others", "others_paid", "same_paid")
-        ]
-        print(
-            f"{situation:28} {row['calls']:6} {cells[0]:>7} {cells[1]:>7} "
-            f"{cells[2]:>12} {cells[3]:>10}"
-        )
+    for title, rows in summary.items():
+        names = list(next(iter(rows.values())))
+        print(f"{title.replace('_', ' '):28}" + "".join(f"{name:>24}" for name in names))
+        for situation, row in rows.items():
+            print(f"{situation:28}" + "".join(f"{_in_words(row[name]):>24}" for name in names))
+
+
+def _in_words(value: Any) -> str:
+    """Return a count, a share, or a share with its interval."""
+    if isinstance(value, dict):
+        value, low, high = (100 * value[name] for name in ("value", "low", "high"))
+        return f"{value:.1f} % ({low:.1f} to {high:.1f})"
+    if value is None:
+        return "–"
+    return f"{100 * value:.0f} %" if isinstance(value, float) else str(value)
 
 
 if __name__ == "__main__":

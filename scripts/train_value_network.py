@@ -319,7 +319,7 @@ def played_ends(
     # another kind leave.
     until = np.where(rng.random(n) < 0.3, 0, rng.integers(0, simulator.rules.deliveries, n))
     prefix = ExploratoryPrefix(until, rng.random((2, n)))
-    skill = skill_feature(usual.sigma_angle) + other
+    skill = skill_feature(usual) + other
     players = network, network
     return play_ends(simulator, players, values, sigma, rng, skill=skill, prefix=prefix)
 

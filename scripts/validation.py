@@ -210,7 +210,7 @@ def main(
     hands: Annotated[
         str, typer.Option(metavar="SKILL", help="Hands, from `curling hands` on that table.")
     ] = "championship",
-    ends: Annotated[int, typer.Option(min=10, help="Number of ends played beside it.")] = 300,
+    ends: Annotated[int, typer.Option(min=10, help="Number of ends played beside it.")] = 600,
     pictures: Annotated[
         Path | None, typer.Option(metavar="DIR", help="Draw the figures of docs/validation.md.")
     ] = None,

@@ -22,8 +22,8 @@ def hands(
     ] = None,
     ice: IceOption = "standard",
     positions: Annotated[
-        int, Option(min=10, max=5000, help="Number of real positions for each task of hits.")
-    ] = 60,
+        int, Option(min=10, max=5000, help="Number of real positions of each task.")
+    ] = 100,
     seed: SeedOption = 0,
     *,
     results: Results,
@@ -35,11 +35,11 @@ def hands(
         curling hands Stones.csv -o hands
         curling plan --ice ice.json --target 0,17.37 --skill hands/all.skill.json
 
-    First draws of ends show the errors of weight and line, because their call is known. The errors
-    of hits are those with which the engine makes the same share from the same positions. Each
-    player's errors follow from its grades, by a model whose scatter is estimated, with 95 %
-    intervals. Takes about a minute on one core. The table cannot separate ice, sweeping and intent:
-    see docs/championships.md.
+    Real positions are thrown from: errors are those with which the stones' real places are most
+    likely, if teams call what the search values. Each task has errors with 95 % intervals. Each
+    player's errors follow from its grades, by a model whose scatter is estimated. Takes about two
+    minutes of one core. See docs/championships.md for what the table cannot separate: ice, sweeping
+    and intent.
     """
     from agents.shots.hands import fit_hands, in_words, write_hands
     from agents.shots.table import is_shot_table, read_shots

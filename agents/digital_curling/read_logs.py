@@ -173,10 +173,10 @@ def _end(sections: list[_Section], first: Team, path: str | Path, faults: list[s
         shots.append(
             PlacedShot(
                 team=team,
-                number=k // 2,
+                number=k,
                 after=_stones(after, first, path),
                 spin=1.0 if run[2:3] == [_LEFT] else -1.0,
-                shot=" ".join(section.values.get("SHOTNAME", [])).lower().replace("notdefined", ""),
+                task=" ".join(section.values.get("SHOTNAME", [])).lower().replace("notdefined", ""),
             )
         )
     score = None

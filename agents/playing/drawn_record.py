@@ -9,7 +9,7 @@ Places before and after are those of the source.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cache
 from typing import Any
 
@@ -50,19 +50,27 @@ class PlacedShot:
 
     Parameters
     ----------
-    team, number : the team that delivered, and the number of the stone within it
+    team, number : the team that delivered, and the number of the delivery in its end, from 0
     after : stones on the sheet afterwards, as ruled; delivery frame
     spin : positive for a counter-clockwise handle
-    shot : name of the shot in the sport's words
-    more : further members of the line, such as a grade
+    task : name of the shot in the sport's words
     """
 
     team: Team
     number: int
     after: Stones
     spin: float = 1.0
-    shot: str = ""
-    more: Mapping[str, Any] = field(default_factory=dict[str, Any])
+    task: str = ""
+
+    @property
+    def stone(self) -> tuple[Team, int]:
+        """The delivered stone, by team and number."""
+        return self.team, self.number // 2
+
+    @property
+    def more(self) -> Mapping[str, Any]:
+        """Further members of the line, such as a grade."""
+        return {}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -147,7 +155,7 @@ def _lines_of_end(end: PlacedEnd, number: int, ice: str) -> list[dict[str, Any]]
                 "hammer": end.hammer.label,
                 "direction": direction.name.lower(),
                 "power_play": end.power_play,
-                "shot": shot.shot,
+                "shot": shot.task,
                 "meant": thrown,
                 "thrown": thrown,
                 "sweep": [0.0, 0.0],
@@ -174,18 +182,20 @@ def _table(ice: str) -> AimingTable:
     return AimingTable(load_ice(ice), Direction.AWAY)
 
 
-def _places(stones: Stones) -> dict[tuple[Team, int], RestingStone]:
+def places_of(stones: Stones) -> dict[tuple[Team, int], RestingStone]:
+    """Return stones by team and number."""
     return {(stone.team, stone.number): stone for stone in stones}
 
 
-def _moved(before: Stones, shot: PlacedShot) -> list[RestingStone]:
-    """Return the stones that a delivery moved, the nearest to the thrower first."""
-    after = _places(shot.after)
-    moved: list[RestingStone] = []
-    for stone in before:
-        now = after.get((stone.team, stone.number))
-        if now is None or np.hypot(now.x - stone.x, now.y - stone.y) > MOVED:
-            moved.append(stone)
+def moved_stones(before: Stones, after: Stones, least: float = MOVED) -> list[RestingStone]:
+    """Return the stones that a delivery moved farther, the nearest to the thrower first."""
+    new = places_of(after)
+    moved = [
+        stone
+        for stone in before
+        if (now := new.get((stone.team, stone.number))) is None
+        or np.hypot(now.x - stone.x, now.y - stone.y) > least
+    ]
     return sorted(moved, key=lambda stone: stone.y)
 
 
@@ -202,10 +212,10 @@ def _slides(end: PlacedEnd, ice: str) -> tuple[Floats, list[Floats]]:
     before = end.before
     for k, shot in enumerate(end.shots):
         spin = table.delivery.spin * (1.0 if shot.spin > 0 else -1.0)
-        rest, moved = _places(shot.after).get((shot.team, shot.number)), _moved(before, shot)
+        rest, moved = places_of(shot.after).get(shot.stone), moved_stones(before, shot.after)
         if moved:
             until[k] = moved[0].y - touch
-            after = _places(shot.after)
+            after = places_of(shot.after)
             now = [after.get((stone.team, stone.number)) for stone in moved]
             farthest = max(
                 np.inf if new is None else float(np.hypot(new.x - old.x, new.y - old.y))
@@ -244,7 +254,7 @@ def _paths(
     """Return the drawn paths of all stones that a delivery moved, the delivered one last; sheet
     frame.
     """
-    after, moved = _places(shot.after), _moved(before, shot)
+    after, moved = places_of(shot.after), moved_stones(before, shot.after)
     contact = float(slide[-1, 0]) if moved else 0.0
     x, y = slide[-1, 1:3].tolist()
     paths: list[dict[str, Any]] = []
@@ -252,14 +262,14 @@ def _paths(
         now = after.get((stone.team, stone.number))
         way = _straight((stone.x, stone.y), now, contact, away_from=(x, y))
         paths.append(_path(stone.stone, way, now, direction))
-    rest = after.get((shot.team, shot.number))
+    rest = after.get(shot.stone)
     rows = slide
     if moved:
         rows = np.vstack([slide, _straight((x, y), rest, contact, heading=float(slide[-1, 3]))[1:]])
     elif rest is not None:
         rows = slide.copy()
         rows[-1, 1:3] = rest.x, rest.y  # the table of throws is exact to a centimetre
-    paths.append(_path(STONES_PER_TEAM * shot.team + shot.number, rows, rest, direction))
+    paths.append(_path(STONES_PER_TEAM * shot.team + shot.number // 2, rows, rest, direction))
     return paths
 
 

@@ -18,13 +18,17 @@ from agents.playing.board.recorded import state_before
 from agents.playing.search import SearchPlayer
 from agents.playing.search.evaluator import PositionEvaluator
 from agents.playing.search.positions import position_of
+from agents.playing.search.tuning import MIN_POWER_PLAY_GAIN
 from agents.playing.search.value_network import skill_feature
+from agents.playing.search.win_probability import WinProbability
+from agents.playing.tournament import wilson
 from agents.shots.inversion import Inversion
 from agents.shots.records import record_of
 from agents.shots.table import RULES, Shot, ShotTable, TableEnd, TableGame
 from curling_env.game import GameSimulator
+from curling_env.game.rules import Team
 from curling_env.throw import Skill
-from curling_env.typing import Progress, no_progress
+from curling_env.typing import Floats, Progress, no_progress
 
 FAMILIES = {
     "draw": ("draw", "come-around"),
@@ -134,7 +138,7 @@ def _decision(
         player.network(simulator.rules, view.ice),
         simulator.rules,
         simulator.lines,
-        skill_feature(view.skill.sigma_angle),
+        skill_feature(view.skill),
     )
     reached = evaluator.win_probabilities(view, position_of(after)[None], after.delivered)[0]
     hammer = "with hammer" if shot.team is end.hammer else "without hammer"
@@ -151,24 +155,95 @@ def _decision(
 
 
 def summary_of(decisions: Sequence[Decision]) -> dict[str, dict[str, Any]]:
-    """Number, agreement, cost and pay of calls by situation, and in all."""
+    """Return number, agreement, cost and pay of calls by situation, and in all, with intervals."""
     situations = ["all", *sorted({one.situation for one in decisions})]
     found: dict[str, dict[str, Any]] = {}
     for situation in situations:
         own = [one for one in decisions if situation in ("all", one.situation)]
         other = [one for one in own if not one.agrees]
-        same = [one for one in own if one.agrees]
-        costs = [one.cost for one in other if one.cost is not None]
+        costs = np.array([one.cost for one in other if one.cost is not None])
         found[situation] = {
             "calls": len(own),
             "others": len(other),
             "agree": _share([one.agrees for one in own]),
-            "cost_of_others": float(np.mean(costs)) if costs else None,
+            "cost_of_others": _mean(costs),
             "others_paid": _share([one.paid for one in other]),
-            "same_paid": _share([one.paid for one in same]),
+            "same_paid": _share([one.paid for one in own if one.agrees]),
         }
     return found
 
 
-def _share(flags: Sequence[bool]) -> float | None:
-    return float(np.mean(flags)) if flags else None
+@dataclass(frozen=True, kw_only=True)
+class PowerPlay:
+    """Decision on a power play, before an end of a team that has not had its own.
+
+    Parameters
+    ----------
+    ends_left : scheduled ends that are not complete, with this one
+    lead : lead of the team in points
+    played : true if the team played it
+    gain : win probability that a power play now gains over a later one, by the odds
+    """
+
+    ends_left: int
+    lead: int
+    played: bool
+    gain: float
+
+    @property
+    def cost(self) -> float:
+        """Win probability that the decision gives away, by the odds."""
+        return max(-self.gain if self.played else self.gain, 0.0)
+
+
+def power_plays_of(table: ShotTable) -> list[PowerPlay]:
+    """Return the decision before each end in which a power play was free."""
+    odds = WinProbability(RULES)
+    found: list[PowerPlay] = []
+    for game in table.games:
+        had: set[Team] = set()
+        home = 0
+        for end in game.ends:
+            team, left = end.hammer, RULES.ends - end.number
+            if team not in had and left > 0:
+                lead = home if team is Team.HOME else -home
+                gain = odds.power_play_gain(lead, left, opponent=team.other not in had)
+                played = end.power_play is not None
+                found.append(PowerPlay(ends_left=left, lead=lead, played=played, gain=gain))
+            if end.power_play is not None:
+                had.add(team)
+            home += 0 if end.score is None else end.score[0] - end.score[1]
+    return found
+
+
+def summary_of_power_plays(decisions: Sequence[PowerPlay]) -> dict[str, dict[str, Any]]:
+    """Return how often power plays were played, and would be by the odds, by ends left and lead."""
+    found: dict[str, dict[str, Any]] = {}
+    for left in range(RULES.ends, 0, -1):
+        for words, sign in (("behind", -1), ("level", 0), ("ahead", 1)):
+            own = [one for one in decisions if (one.ends_left, np.sign(one.lead)) == (left, sign)]
+            if own:
+                found[f"{left} to play, {words}"] = {
+                    "ends": len(own),
+                    "played": _share([one.played for one in own]),
+                    "by_the_odds": float(np.mean([one.gain > MIN_POWER_PLAY_GAIN for one in own])),
+                    "cost": _mean(np.array([one.cost for one in own])),
+                }
+    return found
+
+
+def _share(flags: Sequence[bool]) -> dict[str, float] | None:
+    """Return a share with its 95 % interval (Wilson)."""
+    if not flags:
+        return None
+    low, high = wilson(sum(flags), len(flags))
+    return {"value": float(np.mean(flags)), "low": low, "high": high}
+
+
+def _mean(values: Floats) -> dict[str, float] | None:
+    """Return a mean with its 95 % interval."""
+    if not len(values):
+        return None
+    spread = 1.96 * float(values.std()) / len(values) ** 0.5
+    mean = float(values.mean())
+    return {"value": mean, "low": mean - spread, "high": mean + spread}

@@ -16,6 +16,7 @@ import numpy as np
 from scipy.optimize import minimize
 from scipy.special import expit
 
+from agents.shots.checks import RULES
 from agents.shots.table import BEST_GRADE, Shot, TableGame
 from curling_env.errors import InputError
 from curling_env.typing import Floats, Indices
@@ -42,10 +43,14 @@ class GradedShot:
     ----------
     shot : the shot
     game : its game
+    lead : points by which the team with the hammer leads before the end
+    ends_left : scheduled ends that are not complete, with this one; 0 in an extra end
     """
 
     shot: Shot
     game: TableGame
+    lead: int = 0
+    ends_left: int = 1
 
     @property
     def team(self) -> int:
@@ -60,13 +65,19 @@ class GradedShot:
 
 def graded_shots(games: Sequence[TableGame]) -> list[GradedShot]:
     """The shots of games that have a task and a grade."""
-    return [
-        GradedShot(shot=shot, game=game)
-        for game in games
-        for end in game.ends
-        for shot in end.shots
-        if shot.grade is not None and shot.task
-    ]
+    found: list[GradedShot] = []
+    for game in games:
+        ahead = 0
+        for end in game.ends:
+            lead = -ahead if end.hammer else ahead
+            left = max(RULES.ends - end.number, 0)
+            found += [
+                GradedShot(shot=shot, game=game, lead=lead, ends_left=left)
+                for shot in end.shots
+                if shot.grade is not None and shot.task
+            ]
+            ahead += 0 if end.score is None else end.score[0] - end.score[1]
+    return found
 
 
 @dataclass(frozen=True, kw_only=True)

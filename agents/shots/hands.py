@@ -1,8 +1,8 @@
-"""Hands of championship players: errors of openings and hits, and each player's by its grades.
+"""Hands of championship players: errors of all, of each task, and of each player by its grades.
 
-The errors of all hands together come from openings (`openings`) and hits (`hits`). A player's
-differ from them by its grades: an ability that is worth one in the logit of a grade makes errors
-smaller by e to the power of one over `Openings.slope`.
+The errors of all hands together and of each task come from where the stones went (`execution`). A
+player's differ from them by its grades: an ability that is worth one in the logit of a grade makes
+errors smaller by e to the power of `Execution.by_ability`.
 """
 
 from __future__ import annotations
@@ -10,10 +10,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
+from agents.shots.execution import Execution, Measured, TaskErrors, fit_execution
 from agents.shots.grades import (
     Effect,
     GradeModel,
@@ -22,8 +23,6 @@ from agents.shots.grades import (
     graded_shots,
     held_out_score,
 )
-from agents.shots.hits import POSITIONS, HitErrors, fit_hits
-from agents.shots.openings import Measured, Openings, fit_openings
 from agents.shots.table import ShotTable, TableGame
 from curling_env.game.skill_file import save_skill
 from curling_env.ice import Ice
@@ -33,13 +32,18 @@ from curling_env.infrastructure.provenance import provenance
 from curling_env.throw import Skill
 from curling_env.typing import Progress, no_progress
 
+NONE = Effect(value=0.0, stderr=0.0, shots=0)
+"""Effect that no shot has shown."""
 SPIN = 0.1
 """Standard deviation of the spin, which the table says nothing of [rad/s]."""
+POSITIONS = 100
+"""Number of real positions of each task, by default."""
 NOT_SEPARATED = (
     "ice: its weight and curl differ between sheets and games, and count as errors",
     "sweeping: weight is the speed that explains the rest, after the sweepers",
-    "intent: teams that call other openings than most, or other hits than the surest one, "
-    "seem to throw worse",
+    "intent: teams that value positions otherwise than the search seem to throw worse, and less "
+    "so in depth than across",
+    "speed of hits: the stones hardly show it",
     "grades: whoever grades more strictly in a game makes its players seem worse",
 )
 """Influences that the table cannot separate from hands."""
@@ -73,30 +77,34 @@ class Hands:
 
     Parameters
     ----------
-    openings : errors of first deliveries, all hands together
-    hits : errors of hits by task
+    execution : errors of all hands together, and of each task
     grades : the model of grades
     held_out : how well it predicts the grades of other games; None for a single game
     players : the hand of each player
     """
 
-    openings: Openings
-    hits: list[HitErrors]
+    execution: Execution
     grades: GradeModel
     held_out: HeldOut | None
     players: list[PlayerHand]
 
     @property
-    def skill(self) -> Skill:
-        """All hands together."""
-        return skill_of(self.openings)
+    def skills(self) -> list[Skill]:
+        """All hands together, those of each task, and each player's."""
+        return [
+            skill_of(self.execution),
+            *(
+                skill_of(self.execution, f"task-{one.task.replace(' ', '-')}", task=one)
+                for one in self.execution.tasks
+            ),
+            *(player.skill for player in self.players),
+        ]
 
     def as_dict(self) -> dict[str, Any]:
         """The report."""
         grades = self.grades
         return {
-            "openings": asdict(self.openings),
-            "hits": [asdict(one) for one in self.hits],
+            "execution": asdict(self.execution),
             "grades": {
                 "scatter": grades.scatter,
                 "handle_by_task": {
@@ -113,15 +121,27 @@ class Hands:
         }
 
 
-def skill_of(openings: Openings, factor: float = 1.0, name: str = "all") -> Skill:
-    """The hand with the errors of openings times a factor."""
+def skill_of(
+    execution: Execution,
+    name: str = "all",
+    *,
+    task: TaskErrors | None = None,
+    factor: float = 1.0,
+) -> Skill:
+    """Return all hands with their errors times a factor, or those of one task.
+
+    A task that shows no speed has that of all.
+    """
+    speed, line = execution.speed, execution.line
+    if task is not None:
+        speed, line = task.speed or speed, task.line
     return Skill(
         name=name,
-        sigma_speed=factor * openings.speed.value,
-        sigma_angle=factor * openings.line.value,
+        sigma_speed=factor * speed.value,
+        sigma_angle=factor * line.value,
         sigma_spin=SPIN,
-        tails=openings.tails,
-        source="first deliveries and grades of a table of shots; with sweeping, ice and intent",
+        tails=execution.tails,
+        source="places of stones and grades of a table of shots; with sweeping, ice and intent",
     )
 
 
@@ -147,58 +167,60 @@ def fit_hands(
     ------
     InputError : fewer first deliveries than a fit needs
     """
-    games = table.games
-    openings = fit_openings(games, ice, seed=seed)
-    shots = graded_shots(games)
+    shots = graded_shots(table.games)
     model = fit_grades(shots)
+    execution = fit_execution(
+        shots,
+        ice,
+        positions=positions,
+        seed=seed,
+        progress=progress,
+    )
     return Hands(
-        openings=openings,
-        hits=fit_hits(
-            shots, ice, skill_of(openings), positions=positions, seed=seed, progress=progress
-        ),
+        execution=execution,
         grades=model,
-        held_out=held_out_score(games) if len(games) > 1 else None,
-        players=_players(games, model, openings),
+        held_out=held_out_score(table.games) if len(table.games) > 1 else None,
+        players=_players(table.games, model, execution),
     )
 
 
-def _players(games: Sequence[TableGame], model: GradeModel, openings: Openings) -> list[PlayerHand]:
-    """The hand of each player, in order of name."""
+def _players(
+    games: Sequence[TableGame], model: GradeModel, execution: Execution
+) -> list[PlayerHand]:
+    """Return the hand of each player, in order of name."""
     names = {
         team: name for game in games for team, name in zip(game.teams, game.names, strict=True)
     }
-    none = Effect(value=0.0, stderr=0.0, shots=0)
     found: list[PlayerHand] = []
     for key, own in model.effects["player"].items():
-        competition, team, player = key  # pyright: ignore[reportGeneralTypeIssues]
-        of_team = model.effects["team"].get(team, none)
+        competition, team, player = cast("tuple[int, int, int]", key)
+        of_team = model.effects["team"].get(team, NONE)
         ability = Effect(
             value=own.value + of_team.value,
             stderr=float(np.hypot(own.stderr, of_team.stderr)),
             shots=own.shots,
         )
         name = f"{names[team]}-{competition}-{player}"
-        factor = _factor(ability, openings.slope)
+        factor = _factor(ability, execution.slope)
         found.append(
             PlayerHand(
                 name=name,
-                shots=own.shots,
+                shots=ability.shots,
                 ability=ability,
-                by_handle=model.effects["player by handle"].get(key, none),
+                by_handle=model.effects["player by handle"].get(key, NONE),
                 factor=factor,
-                skill=skill_of(openings, factor.value, name),
+                skill=skill_of(execution, name, factor=factor.value),
             )
         )
     return sorted(found, key=lambda one: one.name)
 
 
 def _factor(ability: Effect, slope: Measured) -> Measured:
-    """Errors over those of all hands, by ability; the slope's own error counts too."""
+    """Return errors over those of all hands, by ability; the slope's own error counts too."""
     value = -ability.value / slope.value
     of_slope = ability.value / slope.value**2 * (slope.high - slope.low) / 3.92
     spread = 1.96 * float(np.hypot(ability.stderr / slope.value, of_slope))
-    ends = (float(np.exp(value + sign * spread)) for sign in (-1.0, 1.0))
-    low, high = ends
+    low, high = (float(np.exp(value + sign * spread)) for sign in (-1.0, 1.0))
     return Measured(value=float(np.exp(value)), low=low, high=high)
 
 
@@ -221,7 +243,7 @@ def write_hands(folder: str | Path, hands: Hands, source: str | Path, *, seed: i
     files = [place / "report.json"]
     with together():
         write_json(files[0], {**hands.as_dict(), "provenance": origin})
-        for skill in (hands.skill, *(player.skill for player in hands.players)):
+        for skill in hands.skills:
             files.append(place / f"{skill.name}.skill.json")
             save_skill(skill, files[-1], provenance=origin)
     return files
@@ -229,17 +251,15 @@ def write_hands(folder: str | Path, hands: Hands, source: str | Path, *, seed: i
 
 def in_words(hands: Hands) -> list[str]:
     """The result in sentences."""
-    openings, held = hands.openings, hands.held_out
+    execution, held = hands.execution, hands.held_out
     text = [
-        f"{openings.shots} first draws: speed ± {1000 * openings.speed.value:.0f} mm/s "
-        f"({1000 * openings.speed.low:.0f} to {1000 * openings.speed.high:.0f}), line ± "
-        f"{np.degrees(openings.line.value):.2f}° ({np.degrees(openings.line.low):.2f} to "
-        f"{np.degrees(openings.line.high):.2f}), {openings.tails:.1f} degrees of freedom"
+        f"{execution.shots} shots of {len(execution.tasks)} tasks: speed {_mm(execution.speed)}, "
+        f"line {_degrees(execution.line)}, {execution.tails:.0f} degrees of freedom"
     ]
     text += [
-        f"{one.task}: {100 * one.made:.0f} % made, {100 * one.with_openings:.0f} % with these "
-        f"errors; errors × {one.factor.value:.2f} ({one.factor.low:.2f} to {one.factor.high:.2f})"
-        for one in hands.hits
+        f"{one.task}: line {_degrees(one.line)}"
+        + ("" if one.speed is None else f", speed {_mm(one.speed)}")
+        for one in execution.tasks
     ]
     ratios = [one.factor.value for one in hands.players]
     text.append(
@@ -251,3 +271,13 @@ def in_words(hands: Hands) -> list[str]:
             "over the shares of each task (mean log score)"
         )
     return text
+
+
+def _mm(speed: Measured) -> str:
+    low, high = 1000 * speed.low, 1000 * speed.high
+    return f"± {1000 * speed.value:.0f} mm/s ({low:.0f} to {high:.0f})"
+
+
+def _degrees(line: Measured) -> str:
+    value, low, high = np.degrees([line.value, line.low, line.high])
+    return f"± {value:.2f}° ({low:.2f} to {high:.2f})"

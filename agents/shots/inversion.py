@@ -13,6 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from agents.playing.board.recorded import playable
+from agents.playing.drawn_record import moved_stones, places_of
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.positions import EndSimulator, position_of
 from agents.playing.search.shots import shots_for
@@ -72,9 +73,7 @@ class Inversion:
     def throw_of(self, shot: Shot) -> Inverted | None:
         """The throw that explains a shot; None where none of this ice gets there."""
         spin = shot.spin * self.table.delivery.spin
-        rest = next(
-            (s for s in shot.after if (s.team, s.number) == (shot.team, shot.number // 2)), None
-        )
+        rest = places_of(shot.after).get(shot.stone)
         if rest is not None and not is_struck(shot):
             throw = self.table.draws(np.array([rest.x]), np.array([rest.y]), spin)[0]
             return _inverted(throw, 0.0)
@@ -104,23 +103,27 @@ class Inversion:
     def _misfits(self, before: Floats, real: Floats, number: int, throws: Floats) -> Floats:
         many = np.broadcast_to(before, (len(throws), *before.shape))
         after, _ = self.simulator.slide(many, number, throws)
-        there = np.isfinite(real[:, 0])
-        apart = np.hypot(*(after - real).transpose(2, 0, 1))
-        here = np.isfinite(after[:, :, 0])
-        off = np.where(here & there, np.minimum(apart, FAR), np.where(here != there, FAR, 0.0))
         counted = np.isfinite(before[:, 0])
         counted[self.simulator.slot(number)] = True
-        return off[:, counted].mean(axis=1)
+        return distances(after, real)[:, counted].mean(axis=1)
+
+
+def distances(after: Floats, real: Floats) -> Floats:
+    """Return the distance of each stone from its real place, (n, 16) [m].
+
+    Parameters
+    ----------
+    after : (n, 16, 2) positions
+    real : (16, 2) the real one; a stone that lies in one of them only counts `FAR`
+    """
+    there, here = np.isfinite(real[:, 0]), np.isfinite(after[:, :, 0])
+    apart = np.hypot(*(after - real).transpose(2, 0, 1))
+    return np.where(here & there, np.minimum(apart, FAR), np.where(here != there, FAR, 0.0))
 
 
 def is_struck(shot: Shot) -> bool:
     """True where a delivery moved a stone."""
-    after = {(stone.team, stone.number): stone for stone in shot.after}
-    for stone in shot.before:
-        now = after.get((stone.team, stone.number))
-        if now is None or np.hypot(now.x - stone.x, now.y - stone.y) > MOVED:
-            return True
-    return False
+    return bool(moved_stones(shot.before, shot.after, MOVED))
 
 
 def _inverted(throw: Floats, misfit: float) -> Inverted | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from agents.playing.drawn_record import PlacedEnd, PlacedShot, drawn_lines
+from agents.playing.drawn_record import drawn_lines
 from agents.playing.record import write_lines
-from agents.shots.table import RULES, GameKey, ShotTable, TableEnd, TableGame
+from agents.shots.table import RULES, GameKey, ShotTable, TableGame
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_json
 from curling_env.infrastructure.files.writing import together
@@ -25,7 +25,7 @@ def record_of(game: TableGame, *, ice: str = "standard") -> list[dict[str, Any]]
     game : the game
     ice : preset on which the delivered stones are drawn
     """
-    ends = [_placed(end) for end in game.ends if end.shots]
+    ends = [end for end in game.ends if end.shots]
     more = {"source": f"game {name_of(game.key)} of a table of shots"}
     return drawn_lines(game.names, RULES, ends, ice=ice, conceded=game.conceded, more=more)
 
@@ -97,24 +97,3 @@ def report_of(table: ShotTable) -> dict[str, Any]:
             for fault in table.faults
         ],
     }
-
-
-def _placed(end: TableEnd) -> PlacedEnd:
-    shots = [
-        PlacedShot(
-            team=shot.team,
-            number=shot.number // 2,
-            after=shot.after,
-            spin=shot.spin,
-            shot=shot.task,
-            more={"grade": shot.grade, "player": shot.player, "row": shot.row},
-        )
-        for shot in end.shots
-    ]
-    return PlacedEnd(
-        hammer=end.hammer,
-        shots=shots,
-        score=end.score,
-        before=end.before,
-        power_play=end.power_play,
-    )

@@ -12,12 +12,14 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from agents.playing.drawn_record import PlacedEnd, PlacedShot
+from agents.shots.checks import LINES, OUT, OWN, RULES, STONES, error_needed, problems_of
 from curling_env.errors import InputError
-from curling_env.game.rules import RestingStone, Team, rule_set
+from curling_env.game.rules import RestingStone, Team
 from curling_env.game.rules.rulesets import Side
 from curling_env.game.rules.scoring import points_of
 from curling_env.game.rules.teams import Stones
@@ -28,8 +30,6 @@ UNIT = 0.003048
 """A hundredth of a foot [m]."""
 TEE = (750.0, 800.0)
 """The tee, in the table's unit."""
-OUT = 4095.0
-"""Stands for a stone out of play, in either coordinate."""
 TASKS = (
     *("draw", "front", "guard", "raise", "wick", "freeze", "takeout", "hit and roll"),
     *("clearing", "double takeout", "promotion takeout", "through"),
@@ -42,20 +42,13 @@ SIDES: tuple[Side, Side] = ("right", "left")
 NOT_SCORED = 9
 """Result of an end that a concession cut short; as a grade, a shot that was not graded."""
 BEST_GRADE = 4
-STONES = 6
-"""Stones of a team: the placed one, then those delivered."""
 READING_ERROR = 0.10
 """Largest error of a place by which a wrong count is called a matter of reading the table [m]."""
-OVERLAP = 0.06
-"""Stones that lie deeper than this in each other are a fault of the table [m]."""
-RULES = rule_set("mixed_doubles_2024")
-LINES = RULES.lines()
 
 _GAME = ("CompetitionID", "SessionID", "GameID")
 _END = (*_GAME, "EndID")
 _SHOT = (*_END, "ShotID", "TeamID", "PlayerID", "Task", "Handle", "Points")
 _PLACES = tuple(f"stone_{k}_{axis}" for k in range(1, 2 * STONES + 1) for axis in "xy")
-_OWN = np.arange(2 * STONES) < STONES
 
 GameKey = tuple[int, int, int]
 
@@ -78,42 +71,34 @@ class Fault(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
-    """One delivery.
+class Shot(PlacedShot):
+    """One delivery; home is the first team of Games.csv, the task one of `TASKS` or empty.
 
     Parameters
     ----------
     row : row of Stones.csv
-    number : number of the delivery in its end, from 0
-    team : home is the first team of Games.csv
     player : 1 or 2 within the team, rarely more
-    task : name of the task, see `TASKS`; empty where none is given
-    spin : sign of the spin
     grade : 0 to 4; None for a shot without one
-    before, after : stones on the sheet, delivery frame
+    before : stones on the sheet before it, delivery frame
     """
 
     row: int
-    number: int
-    team: Team
     player: int
-    task: str
-    spin: float
     grade: int | None
     before: Stones
-    after: Stones
+
+    @property
+    def more(self) -> dict[str, Any]:
+        return {"grade": self.grade, "player": self.player, "row": self.row}
 
 
 @dataclass(frozen=True, kw_only=True)
-class TableEnd:
-    """One end.
+class TableEnd(PlacedEnd):
+    """One end; the score is as written, None where the end was not scored.
 
     Parameters
     ----------
     number : number in the game, from 0
-    hammer : the team that delivers last
-    power_play : side of a power play
-    score : points of home and away as written; None where the end was not scored
     counted : points of home less those of away, by the stones
     short_by : least error of every place that would explain a count that is not as written [m]
     shots : the deliveries that were thrown
@@ -121,9 +106,6 @@ class TableEnd:
     """
 
     number: int
-    hammer: Team
-    power_play: Side | None
-    score: tuple[int, int] | None
     counted: int
     short_by: float
     shots: tuple[Shot, ...]
@@ -145,11 +127,6 @@ class TableEnd:
         if self.short_by <= READING_ERROR:
             return "a measure: places are not known well enough to tell which stone is nearer"
         return "a place is wrong, or the score"
-
-    @property
-    def before(self) -> Stones:
-        """The stones before the first delivery."""
-        return self.shots[0].before if self.shots else ()
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -315,7 +292,7 @@ class _Reader:
         scored = NOT_SCORED not in (home[0], away[0])
         score = (home[0], away[0]) if scored else None
         position = self._places_after(thrown[-1]) if thrown else np.full((2 * STONES, 2), np.nan)
-        counted = int(points_of(position, _OWN, LINES.reach, RULES.measure))
+        counted = int(points_of(position, OWN, LINES.reach, RULES.measure))
         written = 0 if score is None else score[0] - score[1]
         side = home[1] or away[1]
         end = TableEnd(
@@ -325,6 +302,7 @@ class _Reader:
             score=score,
             counted=counted,
             short_by=error_needed(position, written) if counted != written else 0.0,
+            before=shots[0].before if shots else (),
             shots=shots,
             stopped=len(thrown) < len(indices),
             row=row,
@@ -344,7 +322,8 @@ class _Reader:
             row = self._stones.rows[i]
             team = Team(teams.index(int(self._columns["TeamID"][i])))
             after = self._lying(i)
-            self._check_shot(i, before, after, team, number)
+            for problem in problems_of(self._places[i], before, after, team, number):
+                self._note(row, problem)
             named = 0 <= task < len(TASKS)
             if not named:
                 self._note(row, f"Task is {task}, expected -1 to {len(TASKS) - 1}")
@@ -396,46 +375,6 @@ class _Reader:
                 found.append(RestingStone(Team(team), (column - 1) % STONES, x, y))
         return tuple(found)
 
-    # --- what does not fit ----------------------------------------------------------------------
-
-    def _check_shot(
-        self, index: int, before: Stones, after: Stones, team: Team, number: int
-    ) -> None:
-        row, places = self._stones.rows[index], self._places[index]
-        there = {(stone.team, stone.number) for stone in before}
-        new = {(stone.team, stone.number) for stone in after} - there
-        own = team, number // 2
-        odd = sorted(f"{whose.label} stone {k + 1}" for whose, k in new - {own})
-        if odd:
-            self._note(row, f"{', '.join(odd)} appears, though it was not delivered")
-        blank = ~np.isfinite(places).all(axis=1)
-        if blank.any():
-            self._note(row, f"stone_{int(np.argmax(blank)) + 1} has no place")
-        half = ((places == 0).sum(axis=1) == 1) & (places < OUT).all(axis=1)
-        if half.any():
-            k = int(np.argmax(half))
-            self._note(row, f"stone_{k + 1} lies at {_pair(places[k])}, beside every sheet")
-        column = STONES * team + 1 + number // 2
-        if (places[column] == 0).all():
-            self._note(row, f"stone_{column + 1}, which was delivered, has no place")
-        self._check_overlaps(row, after)
-        if number < RULES.no_takeout_until:
-            gone = there - {(stone.team, stone.number) for stone in after}
-            if gone:
-                self._note(row, "a stone leaves play before the fourth delivery")
-
-    def _check_overlaps(self, row: int, stones: Stones) -> None:
-        xy = np.array([(stone.x, stone.y) for stone in stones]).reshape(-1, 2)
-        apart = np.hypot(*(xy[:, None] - xy[None]).transpose(2, 0, 1))
-        apart[np.tril_indices(len(xy))] = np.inf
-        if len(xy) > 1 and apart.min() < 2 * LINES.stone_radius - OVERLAP:
-            one, other = np.unravel_index(np.argmin(apart), apart.shape)
-            deep = 100 * (2 * LINES.stone_radius - apart.min())
-            both = " and ".join(
-                f"{stones[k].team.label} stone {stones[k].number + 1}" for k in (one, other)
-            )
-            self._note(row, f"{both} lie {deep:.0f} cm in each other")
-
     def _check_result(self, game: TableGame, row: int) -> None:
         scores = [end.score for end in game.ends if end.score is not None]
         total = sum(score[0] for score in scores), sum(score[1] for score in scores)
@@ -456,33 +395,6 @@ _PLACED: tuple[tuple[tuple[float, float], tuple[float, float]], ...] = (
 """Places where the guard and the stone in the house are drawn: without power play, right, left."""
 
 
-def error_needed(position: Floats, written: int) -> float:
-    """The least error of every distance from the tee with which stones count as written [m].
-
-    Parameters
-    ----------
-    position : (12, 2) places, delivery frame; the first six are the home team's
-    written : points of home less those of away
-    """
-    distance = np.hypot(position[:, 0], position[:, 1])
-    reach = LINES.reach
-    near = [np.sort(np.nan_to_num(distance[side == _OWN], nan=np.inf)) for side in (True, False)]
-    if not written:
-        nearest = [float(side[0]) for side in near]
-        blank = reach - min(nearest)  # all stones beside the house
-        level = abs(nearest[0] - nearest[1]) / 2 if np.isfinite(nearest).all() else np.inf
-        return max(min(blank, level), 0.0)
-    ours, theirs = near if written > 0 else near[::-1]
-    ours, points = np.append(ours, np.inf), abs(written)
-    if points > STONES:
-        return float("inf")
-    last, nearest = float(ours[points - 1]), float(theirs[0])
-    enough = max((last - nearest) / 2, last - reach)
-    # One more must not count: it is farther than their nearest, or beside the house.
-    few = min((nearest - float(ours[points])) / 2, reach - float(ours[points]))
-    return max(enough, few, 0.0)
-
-
 def _metres(place: Sequence[float]) -> tuple[float, float]:
     x, y = np.asarray(place, dtype=np.float64) - TEE
     return float(UNIT * x), float(-UNIT * y)
@@ -490,7 +402,3 @@ def _metres(place: Sequence[float]) -> tuple[float, float]:
 
 def _in_words(points: int) -> str:
     return f"{abs(points)} for {'home' if points > 0 else 'away'}" if points else "a blank"
-
-
-def _pair(place: Floats) -> str:
-    return f"({place[0]:g}, {place[1]:g})"

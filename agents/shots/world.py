@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
-from scipy.stats import chi2
+from scipy.stats import chi2_contingency
 
 from agents.playing.match import Match
-from agents.playing.search import CallingStyle, SearchPlayer
+from agents.playing.search import SearchPlayer
 from agents.shots.table import RULES, ShotTable
 from curling_env.game import GameSimulator
 from curling_env.game.rules import Team
@@ -48,12 +49,9 @@ class EndsBeside:
     @property
     def chi_squared(self) -> tuple[float, int, float]:
         """χ² of homogeneity over the classes that have ends, degrees of freedom and p."""
-        both = np.array([self.real, self.played], dtype=np.float64)
-        both = both[:, both.sum(axis=0) > 0]
-        expected = both.sum(axis=1, keepdims=True) * both.sum(axis=0) / both.sum()
-        value = float(((both - expected) ** 2 / expected).sum())
-        degrees = both.shape[1] - 1
-        return value, degrees, float(chi2.sf(value, degrees))
+        both = np.array([self.real, self.played])[:, self.real + self.played > 0]
+        found: Any = chi2_contingency(both, correction=False)
+        return float(found.statistic), int(found.dof), float(found.pvalue)
 
 
 def real_ends(table: ShotTable) -> Indices:
@@ -73,7 +71,6 @@ def played_ends(
     ends: int = 200,
     budget: int = BUDGET,
     seed: int = 0,
-    calls: CallingStyle | None = None,
     progress: Progress = no_progress,
 ) -> Indices:
     """Number of ends with each of `CLASSES` in games of `search` against itself.
@@ -84,11 +81,10 @@ def played_ends(
     ends : number of ends, or a few more: games are played to their end
     budget : simulated throws of the search before each delivery
     seed : seed of the first game; the others count up
-    calls : what teams call for beside the odds
     progress : called after every game
     """
     simulator = GameSimulator("standard", rules=RULES, skills=skill)
-    player = SearchPlayer(budget) if calls is None else SearchPlayer(budget, calls=calls)
+    player = SearchPlayer(budget)
     points: list[int] = []
     while len(points) < ends:
         match = Match(simulator, (player, player), seed=seed)

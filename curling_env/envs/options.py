@@ -156,6 +156,13 @@ def skill_from(name: str, given: Any) -> Skill:
     return skill_named(given)
 
 
+def players_from(name: str, given: Any) -> tuple[Skill, ...]:
+    """Execution errors of a team: one for all, or a sequence with one for each player."""
+    if isinstance(given, Sequence) and not isinstance(given, str):
+        return tuple(skill_from(name, one) for one in cast("Sequence[Any]", given))
+    return (skill_from(name, given),)
+
+
 def delivery_from(given: Any) -> Delivery:
     """Return where throws begin, from a name, a `Delivery`, or a mapping of its fields."""
     if isinstance(given, Mapping):

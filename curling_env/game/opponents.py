@@ -140,11 +140,6 @@ SPREAD = ((1.0, 0.3), (-1.0, 0.3), (0.8, -0.6), (-0.8, -0.6), (0.0, 1.0))
 """Places for a second stone, away from others that could be hit together with it [m]."""
 
 
-def late_power_play(view: PlayerView) -> Side | None:
-    """Return a power play in the last ends but one, for a team that is not ahead."""
-    return "right" if view.game.ends_left in (2, 3) and view.game.lead(view.team) <= 0 else None
-
-
 class RuleBasedPlayer(AimingPlayer):
     """Player that guards early, takes out and draws around guards, by the score and the hammer."""
 
@@ -161,7 +156,8 @@ class RuleBasedPlayer(AimingPlayer):
         return left <= 3 and -view.game.lead(view.team) >= CONCEDE_BEHIND - (3 - left) and left > 0
 
     def power_play(self, view: PlayerView) -> Side | None:
-        return late_power_play(view)
+        """Return a power play in the last ends but one, for a team that is not ahead."""
+        return "right" if view.game.ends_left in (2, 3) and view.game.lead(view.team) <= 0 else None
 
     # --- candidate shots, the best first ----------------------------------------------------------
 

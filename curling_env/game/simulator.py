@@ -81,6 +81,25 @@ class PlayedShot:
         return option if self.put_back and option is not None else self.ruling.stones
 
 
+def skill_by_stone(rules: RuleSet, players: Sequence[Skill]) -> tuple[Skill, ...]:
+    """Return the skill behind each of a team's stones, in order of delivery.
+
+    Parameters
+    ----------
+    rules : rules of the game, which say who delivers which stone
+    players : one skill for the team, or one for each of its players
+
+    Raises
+    ------
+    InputError : skills for another number of players
+    """
+    count = max(rules.throwers) + 1
+    if len(players) not in (1, count):
+        problem = f"expected one skill, or one for each of {count} players"
+        raise InputError(f"{problem}, got {len(players)}")
+    return tuple(players[number % len(players)] for number in rules.throwers)
+
+
 class GameSimulator:
     """Simulator of throws of games; it holds no game.
 

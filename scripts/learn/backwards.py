@@ -105,5 +105,5 @@ def _other_positions(
 
 def _sigma_of(usual: Skill, skill: Floats) -> Floats:
     """Return standard deviations of the errors of players with these skills, (n, 3)."""
-    times = np.exp(skill - skill_feature(usual.sigma_angle))
+    times = np.exp(skill - skill_feature(usual))
     return sigmas_of(usual) * times[:, None]

@@ -77,5 +77,8 @@ def test_decisions_are_printed_by_situation(tmp_path, capsys):
     small.end(RESTS, (0, 2))
     decisions.main(small.write(tmp_path), hands="club", shots=4, search=60, seed=0, as_json=False)
     lines = capsys.readouterr().out.splitlines()
-    assert lines[0].split()[:2] == ["calls", "agree"]
+    assert lines[0].split()[:4] == ["calls", "calls", "others", "agree"]
     assert lines[1].split()[:2] == ["all", "4"]
+    power_plays = next(k for k, line in enumerate(lines) if line.startswith("power plays"))
+    assert lines[power_plays + 1].startswith("8 to play, level")
+    assert "0.0 % (0.0 to 79.3)" in lines[power_plays + 1]

@@ -59,9 +59,10 @@ class GameOptions:
         InputError : unknown rules, skill or delivery, skills for another number of players, or an
             ice that cannot be read
         """
-        from curling_env.errors import InputError
+        from curling_env.errors import placed
         from curling_env.game import NO_EVOLUTION, TYPICAL_EVOLUTION, GameSimulator
         from curling_env.game.rules import rule_set
+        from curling_env.game.simulator import skill_by_stone
         from curling_env.game.skill_file import load_skill
         from curling_env.infrastructure.threads import one_thread
         from curling_env.throw import delivery_named
@@ -69,17 +70,14 @@ class GameOptions:
         one_thread()
         rules = rule_set(self.rules, **({} if ends is None else {"ends": ends}))
         hands = [load_skill(name) for name in self.skill.split(",")]
-        players = max(rules.throwers) + 1
-        if len(hands) not in (1, players):
-            problem = f"expected one skill, or one for each of {players} players"
-            raise InputError(f"{problem}, got {len(hands)}", source="--skill")
-        each = [hands[player % len(hands)] for player in rules.throwers]
+        with placed(source="--skill"):
+            each = skill_by_stone(rules, hands)
         simulator = GameSimulator(
             self.ice,
             known_ice=known_ice,
             rules=rules,
             skills=hands[0],
-            throwers=None if len(hands) == 1 else (each, each),
+            throwers=(each, each),
             ice_evolution=NO_EVOLUTION if self.still else TYPICAL_EVOLUTION,
             sweeping=self.sweep,
             delivery=delivery_named(self.delivery),

@@ -90,7 +90,7 @@ def best_calls(
         raise InputError("no throw on this ice reaches the far house")
     lines, rules = view.game.lines, view.game.rules
     evaluator = PositionEvaluator(
-        searcher.network(rules, view.ice), rules, lines, skill_feature(view.skill.sigma_angle)
+        searcher.network(rules, view.ice), rules, lines, skill_feature(view.skill)
     )
     play = EndSimulator(
         ice=view.ice, direction=view.direction, rules=rules, lines=lines, delivery=view.delivery

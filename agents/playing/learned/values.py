@@ -135,7 +135,7 @@ class ShotValues:
                 lines=lines,
                 delivery=view.delivery,
             )
-            skill = skill_feature(view.skill.sigma_angle)
+            skill = skill_feature(view.skill)
             network = network_for(rules, view.ice)
             evaluator = PositionEvaluator(network, rules, lines, skill, FOR_POINTS)
             speed = Aim(view.ice, view.direction, delivery=view.delivery).draw_weight() or 2.0

@@ -47,7 +47,7 @@ class PositionEvaluator:
         stones : (n, 16, 2) positions, see `positions`
         delivered : number of stones delivered in the end
         """
-        end, left = end_of(view), self.rules.deliveries - delivered
+        end = end_of(view)
         lead, ends_left = view.game.lead(end.hammer), view.game.ends_left
         by_score = self.calls.worth(
             self.game_odds.by_score(lead, ends_left),
@@ -55,15 +55,25 @@ class PositionEvaluator:
             ends_left,
             with_hammer=end.hammer is view.team,
         )
+        hammers = self.values_to_hammer(stones, delivered, by_score)
+        return hammers if end.hammer is view.team else 1 - hammers
+
+    def values_to_hammer(self, stones: Floats, delivered: int, by_score: Floats) -> Floats:
+        """Return the value of positions to the team with the hammer, (n,).
+
+        Parameters
+        ----------
+        stones, delivered : as in `win_probabilities`
+        by_score : (13,) value of each of `SCORES` to that team
+        """
+        left = self.rules.deliveries - delivered
         if left == 0:
             points = np.clip(points_of(self.lines, stones), -MAX_POINTS, MAX_POINTS)
-            hammers = by_score[points + MAX_POINTS]
-        else:
-            shares = self.network.score_probabilities(
-                self.lines, stones, left, by_score, self.skill
-            )
-            hammers = shares @ by_score
-        return hammers if end.hammer is view.team else 1 - hammers
+            return by_score[points + MAX_POINTS]
+        return (
+            by_score
+            @ self.network.score_probabilities(self.lines, stones, left, by_score, self.skill).T
+        )
 
 
 def end_of(view: PlayerView) -> End:

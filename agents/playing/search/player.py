@@ -22,6 +22,7 @@ from agents.playing.search.tuning import (
     CONCEDE_BELOW,
     FIRST_RATE,
     KEPT_SHARE,
+    MIN_POWER_PLAY_GAIN,
     MIN_REPLY_THROWS,
     MIN_THROWS_BEFORE_REPLIES,
     NEIGHBOURS,
@@ -40,7 +41,6 @@ from agents.playing.search.tuning import (
 from agents.playing.search.value_network import ValueNetwork, skill_feature
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView
-from curling_env.game.opponents import late_power_play
 from curling_env.game.rules import RuleSet, Ruling
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.rulesets import Side
@@ -170,7 +170,11 @@ class SearchPlayer(Player):
         return self._win_probability(view, end_of(view).stones, later=0) < CONCEDE_BELOW
 
     def power_play(self, view: PlayerView) -> Side | None:
-        return late_power_play(view)
+        game = view.game
+        opponent = view.team.other not in game.power_plays
+        odds = self._evaluator(view).game_odds
+        gain = odds.power_play_gain(game.lead(view.team), game.ends_left, opponent=opponent)
+        return "right" if gain > MIN_POWER_PLAY_GAIN else None
 
     def puts_back(self, view: PlayerView, ruling: Ruling) -> bool:
         if ruling.option is None:
@@ -191,7 +195,7 @@ class SearchPlayer(Player):
 
     def _evaluator(self, view: PlayerView) -> PositionEvaluator:
         network = self.network(view.game.rules, view.ice)
-        skill = skill_feature(view.skill.sigma_angle)
+        skill = skill_feature(view.skill)
         key = (id(network), view.game.rules, view.game.lines, skill)
         if key not in self._evaluators:
             self._evaluators[key] = PositionEvaluator(network, *key[1:], self.calls)

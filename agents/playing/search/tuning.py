@@ -105,5 +105,11 @@ spread less; a player that assumes that concedes games which weaker opponents wo
 """
 DOUBLES_SHARES = (0, 0, 0.003, 0.021, 0.065, 0.205, 0.002, 0.354, 0.211, 0.099, 0.031, 0.009, 0)
 """The same in mixed doubles, as in 2,577 ends of championships; see docs/championships.md."""
+POWER_PLAY_SHARES = (0, 0, 0.002, 0.015, 0.051, 0.138, 0.003, 0.332, 0.262, 0.155, 0.033, 0.008, 0)
+"""The same in 587 power plays."""
+MIN_POWER_PLAY_GAIN = 0.001
+"""Gain of a power play now over a later one below which it is kept: less than the error of the
+shares.
+"""
 MAX_LEAD = 15
 """Maximum lead; larger ones count as this one."""

@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.special import ndtri, stdtrit
 
 from agents.learning.model_file import check_finite, read_model, write_model
 from agents.playing.search.positions import SCORES, SLOTS, points_of
@@ -24,7 +25,7 @@ from curling_env.errors import InputError
 from curling_env.game.rules.lines import Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.physics.compiled import compiled
-from curling_env.throw import SKILLS
+from curling_env.throw import SKILLS, Skill
 from curling_env.typing import Floats, Indices, Singles
 
 FILE = "value_network.npz"
@@ -149,12 +150,18 @@ def save_network(path: Path, network: ValueNetwork) -> None:
     write_model(path, {"layers": layers})
 
 
-def skill_feature(sigma_angle: float) -> float:
+def skill_feature(skill: Skill) -> float:
     """Return a player's error of line on the network's scale: 0 for `elite`, 1 for e times as
     much.
+
+    The networks learned from normal errors. Errors with heavy tails count as the normal errors with
+    the same median: the same standard deviation would take the usual throws for much worse.
     """
-    elite = SKILLS["elite"].sigma_angle
-    return float(np.log(np.clip(sigma_angle / elite, 0.2, 4.0)))
+    usual = skill.sigma_angle / SKILLS["elite"].sigma_angle
+    if skill.tails < math.inf:
+        core = float(stdtrit(skill.tails, 0.75) / ndtri(0.75))
+        usual *= core * math.sqrt((skill.tails - 2) / skill.tails)
+    return float(np.log(np.clip(usual, 0.2, 4.0)))
 
 
 def stone_features(lines: Lines, stones: Floats) -> tuple[Singles, Indices]:

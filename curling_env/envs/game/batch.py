@@ -67,9 +67,8 @@ def _play_on_one_ice(
     simulator, states = ice.simulator, [end.state for end in ends_now]
     ends = [end for state in states if (end := state.game.end) is not None]
     lying = lying_in(ends)
-    thrown = simulator.with_execution_errors(
-        [call.throw for call in calls], [simulator.skills[end.to_throw] for end in ends], states
-    )
+    skills = [simulator.skill_of(end.to_throw, end.number_of_stone) for end in ends]
+    thrown = simulator.with_execution_errors([call.throw for call in calls], skills, states)
     sweeps = sweeps_of(simulator, calls, thrown)
     numbers = [(_next_stone(end), s.clock, s.throws) for end, s in zip(ends, states, strict=True)]
     throws = np.hstack([thrown, numbers, sweeps])

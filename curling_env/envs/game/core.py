@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from typing import Any
@@ -23,10 +23,10 @@ from curling_env.envs.options import (
     delivery_from,
     evolution_from,
     one_of,
-    skill_from,
+    players_from,
 )
 from curling_env.envs.sheet.action import widest_range
-from curling_env.errors import InputError
+from curling_env.errors import InputError, placed
 from curling_env.game import (
     Call,
     GameSimulator,
@@ -37,13 +37,15 @@ from curling_env.game import (
 from curling_env.game.ice_evolution import ice_for_game
 from curling_env.game.rules import RuleSet, Team
 from curling_env.game.rules.game import Game
-from curling_env.game.simulator import direction_of
+from curling_env.game.simulator import direction_of, skill_by_stone
 from curling_env.ice import Ice
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.throw import Delivery, Skill
 from curling_env.typing import Singles
 
 SkillOption = str | Skill | Mapping[str, Any]
+TeamSkillOption = SkillOption | Sequence[SkillOption]
+"""One skill for a team, or one for each of its players."""
 EvolutionOption = str | IceEvolution | Mapping[str, Any]
 RulesOption = str | RuleSet | Mapping[str, Any]
 DeliveryOption = str | Delivery | Mapping[str, Any]
@@ -79,7 +81,7 @@ class GameCore:
     ----------
     ice, known_ice, ices : the ice of every game, see `EpisodeIces`
     rules : the rules
-    skills : execution errors of the home and the away team
+    skills : execution errors of the home and the away team, or of the players of each
     ice_evolution, sweeping, delivery, choices, actions, observation, weights, potential : see
         `CurlingEndEnv`
 
@@ -106,10 +108,14 @@ class GameCore:
         potential: Any,
     ) -> None:
         evolution = evolution_from(ice_evolution)
+        home, away = (players_from("skill", skill) for skill in skills)
+        with placed(where="skill"):
+            throwers = skill_by_stone(rules, home), skill_by_stone(rules, away)
         is_swept = sweeping != "none"
         self._settings: dict[str, Any] = {
             "rules": rules,
-            "skills": tuple(skill_from("skill", skill) for skill in skills),
+            "skills": (home[0], away[0]),
+            "throwers": throwers,
             "ice_evolution": evolution,
             "sweeping": is_swept,
             "delivery": delivery_from(delivery),

@@ -62,7 +62,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     rules : a set of rules, its name, or a mapping of a name and what differs
     ends : number of ends; by default as the rules say
     skill : execution error of both teams, or a pair for the home and the away team: a name, a
-        `Skill` or its fields
+        `Skill` or its fields. Each of the pair may be a sequence with one for each player
     ice_evolution : how the ice changes during the game: "none", "typical", or an `IceEvolution` or
         its fields
     sweeping : "none", "scripted" (sweepers decide) or "action" (part of the action)

@@ -28,7 +28,8 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
         episode draws one; `opponents` is that list, to which past selves may be appended
     hammer : the team that delivers last: "own", "opponent" or "random"
     rules : a set of rules, its name, or a mapping of a name and what differs
-    skill : execution error of the agent: a name, a `Skill` or its fields; "none" for none
+    skill : execution error of the agent: a name, a `Skill` or its fields; "none" for none. A
+        sequence has one for each player of the team, as the rules number them (mixed doubles: two)
     opponent_skill : execution error of the opponent; by default the agent's
     ice_evolution : how the ice changes during the end: "none", "typical", or an `IceEvolution` or
         its fields

@@ -18,6 +18,7 @@ from curling_env.envs.game.core import (
     GameIce,
     RulesOption,
     SkillOption,
+    TeamSkillOption,
     checked_power_play,
 )
 from curling_env.envs.game.observation import GameObservation, ObservationKind
@@ -86,7 +87,7 @@ class MatchCore(GameCore):
         ices: Any = None,
         rules: RulesOption = "world_curling_2024",
         ends: int | None = None,
-        skill: SkillOption | Sequence[SkillOption] = "elite",
+        skill: SkillOption | Sequence[TeamSkillOption] = "elite",
         ice_evolution: EvolutionOption = NO_EVOLUTION,
         sweeping: Sweeping = "none",
         delivery: DeliveryOption = "hog-line",
@@ -104,7 +105,7 @@ class MatchCore(GameCore):
             if limit is not None:
                 whole_number(name, limit, least=1)
         alike = not isinstance(skill, Sequence) or isinstance(skill, str)
-        pair = (skill, skill) if alike else tuple(cast("Sequence[SkillOption]", skill))
+        pair = (skill, skill) if alike else tuple(cast("Sequence[TeamSkillOption]", skill))
         if len(pair) != 2:
             raise InputError(f"skill must be one for both teams or a pair, got {brief(skill)}")
         super().__init__(

@@ -3,7 +3,15 @@
 import numpy as np
 import pytest
 
-from agents.shots.decisions import FAMILIES, Decision, decisions_of, summary_of
+from agents.playing.tournament import wilson
+from agents.shots.decisions import (
+    FAMILIES,
+    Decision,
+    decisions_of,
+    power_plays_of,
+    summary_of,
+    summary_of_power_plays,
+)
 from agents.shots.table import TASKS, read_shots
 from agents.shots.world import CLASSES, EndsBeside, played_ends, real_ends
 from curling_env.throw import SKILLS, Skill
@@ -70,16 +78,36 @@ def test_the_summary_counts_by_situation():
             one("without hammer", False, 0.5, None),
         ]
     )
-    assert found["all"] == {
-        "calls": 3,
-        "others": 2,
-        "agree": pytest.approx(1 / 3),
-        "cost_of_others": pytest.approx(0.02),
-        "others_paid": 0.5,
-        "same_paid": 1.0,
-    }
+    row = found["all"]
+    assert (row["calls"], row["others"]) == (3, 2)
+    values = [
+        row[name]["value"] for name in ("agree", "cost_of_others", "others_paid", "same_paid")
+    ]
+    assert values == pytest.approx([1 / 3, 0.02, 0.5, 1.0])
+    low, high = wilson(1, 3)
+    assert row["agree"] == {"value": pytest.approx(1 / 3), "low": low, "high": high}
+    assert row["others_paid"]["low"] < 0.2 < 0.8 < row["others_paid"]["high"]
     assert found["without hammer"]["cost_of_others"] is None
     assert found["without hammer"]["same_paid"] is None
+
+
+def test_power_plays_are_compared_with_the_odds(tmp_path):
+    """Only home plays one, in the last end."""
+    small = SmallTable()
+    for hammer in (42, 31, 42, 31, 42, 31):
+        small.end(RESTS, (0, 1) if hammer == 42 else (1, 0), hammer=hammer)
+    small.end(RESTS, (0, 1))
+    small.end(RESTS, (1, 0), hammer=31, placed=((1089, 1916), (1150, 850)), power_play=1)
+    found = power_plays_of(read_shots(small.write(tmp_path)))
+    assert [one.ends_left for one in found] == [8, 7, 6, 5, 4, 3, 2, 1]
+    assert [one.lead for one in found] == [0, -1, 0, -1, 0, -1, 0, -1]
+    assert [one.played for one in found] == [False] * 7 + [True]
+    assert found[6].cost == found[6].gain > 0.02  # level with two to play
+    assert found[7].cost == 0 < found[7].gain
+    summary = summary_of_power_plays(found)
+    assert summary["2 to play, level"]["by_the_odds"] == 1.0
+    assert summary["1 to play, behind"]["played"]["value"] == 1.0
+    assert summary["8 to play, level"]["by_the_odds"] == 0.0
 
 
 def test_real_ends_are_counted_for_the_team_with_the_hammer(table):

@@ -6,23 +6,23 @@ import numpy as np
 import pytest
 
 from agents import plan_throw
-from agents.playing.search.aiming_table import AimingTable
-from agents.shots import hits
+from agents.playing.match import Match
+from agents.playing.search import SearchPlayer
+from agents.shots.execution import fit_execution
 from agents.shots.grades import GradedShot, _Design, fit_grades, held_out_score
-from agents.shots.inversion import Inversion
-from agents.shots.openings import fit_openings
 from agents.shots.table import RULES, Shot, TableEnd, TableGame
 from curling_env.errors import InputError
+from curling_env.game import GameSimulator
 from curling_env.game.rules import RestingStone, Team
 from curling_env.game.rules.rulesets import placed_stones
 from curling_env.game.skill_file import load_skill
 from curling_env.ice import load_ice
-from curling_env.sheet import Direction
 from curling_env.throw import Skill
 from tests.agents.shots.small_tables import RESTS, SmallTable
 
 PLACED = placed_stones(RULES, RULES.lines(), Team.AWAY)
 ICE = load_ice("standard")
+HAND = Skill(name="s", sigma_speed=0.02, sigma_angle=0.004, sigma_spin=0.1)
 
 
 def game(number: int, shots: list[Shot], teams: tuple[int, int] = (1, 2)) -> TableGame:
@@ -54,75 +54,71 @@ def shot(
     return Shot(team=team, task=task, spin=spin, grade=grade, **given)
 
 
-# --- openings ------------------------------------------------------------------------------------
+# --- execution -----------------------------------------------------------------------------------
+
+TASK = {"draw": "draw", "come-around": "draw", "tap": "raise", "freeze": "freeze",
+        "guard": "guard", "cover": "guard", "peel": "takeout"}  # fmt: skip
 
 
-def openings(count: int, sigma_speed: float, sigma_line: float) -> list[TableGame]:
-    """Openings around one call with normal errors, graded by their miss."""
+def played(skill: Skill, games: int) -> list[GradedShot]:
+    """Shots of `search` with known hands, by the tasks that a table would give them."""
+    simulator = GameSimulator("standard", rules=RULES, skills=skill)
+    player = SearchPlayer(60)
+    found: list[GradedShot] = []
+    for k in range(games):
+        for before, one, _ in Match(simulator, (player, player), seed=k):
+            end, name = before.game.end, one.call.shot
+            assert end is not None
+            given = shot(
+                4,
+                spin=float(np.sign(one.call.throw.spin)),
+                task=TASK.get(name, "takeout" if "hit" in name else ""),
+                team=end.to_throw,
+                number=end.delivered,
+                before=end.stones,
+                after=one.stones_after,
+                player=1 + end.number_of_stone % 2,
+            )
+            lead, left = before.game.lead(end.hammer), before.game.ends_left
+            found.append(GradedShot(shot=given, game=game(k, []), lead=lead, ends_left=left))
+    return found
+
+
+def test_known_errors_are_found_again_though_no_call_is_known(monkeypatch):
+    monkeypatch.setattr("agents.shots.execution.FEWEST", 2)
+    found = fit_execution(played(HAND, 3), ICE, positions=16)
+    assert found.shots > 40
+    assert found.line.low < HAND.sigma_angle < 1.2 * found.line.high
+    assert found.line.value == pytest.approx(HAND.sigma_angle, rel=0.4)
+    assert found.speed.low < 1.2 * HAND.sigma_speed
+    assert HAND.sigma_speed < 1.2 * found.speed.high
+    assert found.tails > 3  # errors are normal
+    tasks = {one.task: one for one in found.tasks}
+    assert {"draw", "takeout"} <= set(tasks)
+    assert tasks["takeout"].speed is None
+    assert tasks["draw"].speed is not None
+
+
+def first_draws(count: int, left: float) -> list[GradedShot]:
+    """First draws around one call, graded by their miss, which is `left` times as large."""
     rng = np.random.default_rng(5)
-    table = AimingTable(ICE, Direction.AWAY)
-    reach = 27.0  # how much farther a stone goes per speed, about [m / (m/s)]
-    shots: list[Shot] = []
+    found: list[GradedShot] = []
     for k in range(count):
         spin = 1.0 if k % 2 else -1.0
-        x = float(sigma_line * 28.35 * rng.standard_normal())
-        y = -0.5 + float(sigma_speed * reach * rng.standard_normal())
-        grade = int(np.clip(5 - np.hypot(x, y + 0.5) / 0.15, 0, 4))
-        stone = RestingStone(Team.HOME, 0, x, min(y, 0.0))
-        after = (*PLACED, stone)
-        if y > 0.0:  # it pushed the stone in the house
-            house = PLACED[1]
-            after = (PLACED[0], house._replace(y=house.y + 0.2), stone)
-        shots.append(shot(grade, spin=spin, after=after))
-    assert table.button_speed > 2
-    return [game(k, shots[k::10]) for k in range(10)]
+        x, y = 0.3 * (left if spin > 0 else 1.0) * rng.standard_normal(2)
+        grade = int(np.clip(5 - np.hypot(x, y) / 0.15, 0, 4))
+        after = (*PLACED, RestingStone(Team.HOME, 0, x, y - 1.0))
+        found.append(GradedShot(shot=shot(grade, spin=spin, after=after), game=game(k, [])))
+    return found
 
 
-def test_known_errors_of_openings_are_found_again():
-    found = fit_openings(openings(400, 0.010, 0.003), ICE, resamples=8)
-    assert found.struck > 10
-    assert found.speed.low < 0.011
-    assert found.speed.high > 0.0093
-    assert found.line.value == pytest.approx(0.003, rel=0.12)
-    assert found.line.low < 0.003 < found.line.high * 1.05
-    assert found.tails > 6
-    assert found.by_handle.low < 1.0 < found.by_handle.high
+def test_first_draws_show_what_a_grade_is_worth():
+    found = fit_execution(first_draws(300, 1.5), ICE, positions=2)
+    assert found.by_handle.low < 1.5 < found.by_handle.high
+    assert found.by_handle.low > 1.1
     assert found.slope.low > 1.0  # grades fall with the miss
-
-
-def test_too_few_openings_are_refused():
     with pytest.raises(InputError, match="a fit needs 20 or more"):
-        fit_openings(openings(10, 0.01, 0.003), ICE)
-
-
-# --- hits ----------------------------------------------------------------------------------------
-
-
-def test_the_factor_is_the_one_with_which_as_many_hits_are_made():
-    skill = Skill(name="s", sigma_speed=0.03, sigma_angle=0.006, sigma_spin=0.1)
-    target = RestingStone(Team.AWAY, 0, 0.4, 0.3)
-    before = (target,)
-    takeout = {"number": 4, "before": before, "task": "takeout"}
-    one = GradedShot(shot=shot(4, **takeout), game=game(0, []))
-    inversion = Inversion(ICE)
-    rng = np.random.default_rng(1)
-    rates = np.mean([hits._rates(one, 1, inversion, skill, rng) for _ in range(6)], axis=0)
-    assert rates[0] > 0.95
-    assert (np.diff(rates) < 0.05).all()
-    assert rates[-1] < 0.8
-    made = round(200 * float(rates[hits.FACTORS == 1.4][0]))
-    shots = [
-        GradedShot(
-            shot=shot(4 if k < made else 0, after=() if k < made else before, **takeout),
-            game=one.game,
-        )
-        for k in range(200)
-    ]
-    (found,) = hits.fit_hits(shots, ICE, skill, positions=10)
-    assert found.task == "takeout"
-    assert found.made == pytest.approx(made / 200)
-    assert found.factor.low < 1.4 < found.factor.high
-    assert found.line == pytest.approx(found.factor.value * 0.006)
+        fit_execution(first_draws(30, 1.0), ICE, positions=2)
 
 
 # --- grades --------------------------------------------------------------------------------------
@@ -201,16 +197,19 @@ def test_the_command_writes_a_report_and_skills_that_other_commands_take(tmp_pat
         first = (750 + int(rng.normal(0, 20)), 900 + int(rng.normal(0, 70)))
         small.end((first, *RESTS[1:]), (0, 2))
     path = small.write(tmp_path)
-    done = curling("hands", path, "-o", tmp_path / "hands", "--json")
+    done = curling("hands", path, "-o", tmp_path / "hands", "--positions", 10, "--json")
     document = done.json()
     report = json.loads((tmp_path / "hands" / "report.json").read_text())
     assert {k: v for k, v in report.items() if k != "provenance"} == document
-    assert document["openings"]["shots"] == 45
+    (draws,) = document["execution"]["tasks"]
+    assert (draws["task"], draws["shots"] + draws["unexplained"]) == ("draw", 10)
     assert document["not_separated"]
     skill = load_skill(tmp_path / "hands" / "AAA-7-1.skill.json")
     assert skill.sigma_angle == pytest.approx(
-        document["openings"]["line"]["value"] * document["players"][0]["factor"]["value"]
+        document["execution"]["line"]["value"] * document["players"][0]["factor"]["value"]
     )
+    by_task = load_skill(tmp_path / "hands" / "task-draw.skill.json")
+    assert by_task.sigma_angle == document["execution"]["tasks"][0]["line"]["value"]
     found = plan_throw("standard", (0.0, 17.4), skill=load_skill(tmp_path / "hands/all.skill.json"))
     assert found.best is not None
     assert "expected a table of shots" in curling("hands", tmp_path / "Ends.csv").complaint

@@ -124,6 +124,8 @@ WRONG = {
         ({"potential": "luck"}, "unknown potential 'luck'"),
         ({"observation": 3}, "observation must be"),
         ({"choices": None}, "choices must be"),
+        ({"skill": ["elite", "club"]}, "expected one skill, or one for each of 4 players, got 2"),
+        ({"opponent_skill": []}, "expected one skill, or one for each of 4 players, got 0"),
         ({"throws": 3}, "unknown option 'throws' of CurlingEnd-v0; expected one of ice, known_ice"),
     ],
 }

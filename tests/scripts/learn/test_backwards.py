@@ -21,7 +21,7 @@ from agents.playing import (
 from curling_env.throw import skill_named
 
 ELITE = skill_named("elite")
-USUAL = skill_feature(ELITE.sigma_angle)
+USUAL = skill_feature(ELITE)
 
 
 class AlwaysThree:

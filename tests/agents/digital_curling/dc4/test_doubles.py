@@ -220,7 +220,7 @@ def test_a_request_is_read_and_written(side, first):
     assert placement_of(request_of(*wanted)) == wanted
 
 
-def test_search_has_its_power_play_late_unless_it_leads():
+def test_search_has_its_power_play_late_unless_it_leads_by_far():
     rules = rule_set(RULES, ends=4)
     simulator = GameSimulator("fcv1", rules=rules, delivery=FROM_HACK)
     state = simulator.new_game(0)
@@ -233,7 +233,7 @@ def test_search_has_its_power_play_late_unless_it_leads():
 
     assert after((0, 1)) == "right"
     assert after((0, 1), (1, 0)) == "right"
-    assert after((1, 0), (1, 0)) is None
+    assert after((2, 0), (2, 0)) is None
 
 
 # --- whole games ----------------------------------------------------------------------------------

@@ -42,3 +42,15 @@ def test_the_chances_to_win_are_those_of_a_game_of_coins():
     mixed = WinProbability(rule_set("mixed_doubles_2024"), coin(0.5, 0.3, 0.2))
     # There a blank gives the decision away: x = 0.3 + 0.5 (1 - x).
     assert mixed.with_hammer(0, 0) == pytest.approx(0.8 / 1.5, abs=0.01)
+
+
+def test_a_power_play_gains_most_late_and_level():
+    odds = WinProbability(rule_set("mixed_doubles_2024"))
+    assert odds.power_play_gain(0, 1, opponent=True) > 0.08  # the last chance
+    assert odds.power_play_gain(-1, 3, opponent=True) > 0.002
+    assert (
+        odds.power_play_gain(1, 7, opponent=True)
+        < 0.001
+        < odds.power_play_gain(1, 2, opponent=True)
+    )
+    assert odds.power_play_gain(6, 1, opponent=False) == pytest.approx(0, abs=0.01)  # it is won

@@ -27,7 +27,7 @@ from curling_env.errors import InputError
 from curling_env.game import TYPICAL_EVOLUTION, Call, Fault, GameState, Team
 from curling_env.physics import Aim
 from curling_env.sheet import Direction
-from curling_env.throw import Throw
+from curling_env.throw import SKILLS, Throw
 
 curling_v0 = curling_env.curling_v0
 
@@ -44,6 +44,23 @@ def test_api(actions):
 def test_seeds():
     seed_test(lambda: curling_v0.env(ends=2, ice_evolution=TYPICAL_EVOLUTION), num_cycles=20)
     parallel_seed_test(lambda: curling_v0.parallel_env(ends=1), num_cycles=20)
+
+
+def test_each_player_of_a_team_has_its_own_skill():
+    """In mixed doubles one player delivers the first and the last stone of a team."""
+    exact, club = SKILLS["none"], SKILLS["club"]
+    game = curling_v0.env(rules="mixed_doubles_2024", skill=[(exact, "club"), "elite"])
+    simulator = game.unwrapped.usual.simulator
+    state = simulator.begin_end(simulator.new_game(3, last_stone=Team.AWAY))
+    erred: list[bool] = []
+    while state.game.end is not None:
+        view, throw = simulator.view(state), Throw(speed=2.0, spin=1.5)
+        state, shot = simulator.play(state, Call(throw=throw))
+        own = club if 0 < shot.number // 2 < 4 else exact
+        assert view.skill is (own if shot.team is Team.HOME else SKILLS["elite"])
+        if shot.team is Team.HOME:
+            erred.append(shot.thrown != throw)
+    assert erred == [False, True, True, True, False]
 
 
 def test_max_cycles():

@@ -46,6 +46,7 @@ SETTINGS = {
     "sweeping as action": {"sweeping": "action"},
     "stones of their own": {"ice": biased({2: 1.1, 9: 0.9})},
     "mixed doubles": {"rules": "mixed_doubles_2024", "opponent": "rulebased"},
+    "two players": {"rules": "mixed_doubles_2024", "skill": ("club", "none")},
     "choices as action": {"choices": "action"},
     "from the hack": {"delivery": "hack", "ice": "fcv1", "rules": "digital_curling"},
     "ice_evolution": {"ice_evolution": TYPICAL_EVOLUTION, **SWEPT},
