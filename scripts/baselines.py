@@ -1,13 +1,13 @@
-"""Columns of the benchmark by the protocol of docs/benchmark.md, which shows the table.
+"""The rows of the benchmark by one protocol; docs/benchmark.md describes it and shows the tables.
 
     python scripts/baselines.py constants                    # the best constant action of each task
-    python scripts/baselines.py rows random constant planner rulebased
-    python scripts/baselines.py train ppo --workers 2        # five seeds of every supported task
-    python scripts/baselines.py table                        # of all rows
+    python scripts/baselines.py run random planner ppo --workers 2
+    python scripts/baselines.py table                        # of all rows up to now
+    python scripts/baselines.py release      # rows, curves, configurations and weights to docs
 
-Results are in runs/baselines. Completed trainings are not repeated: an interrupted run continues
-with the next one. A training writes its configuration, curve, weights and the metric of every
-episode; a row is written to `ALGORITHM.json`, which `curling benchmark` checks.
+Everything lies in runs/baselines, and finished work is kept: a run that was stopped goes on with
+the next piece. A training leaves its configuration, its curve, its weights and what counted in
+every episode; a row leaves `NAME.json`, which `curling benchmark` checks.
 """
 
 from __future__ import annotations
@@ -15,85 +15,120 @@ from __future__ import annotations
 import argparse
 import csv
 import json
+import platform
+import shutil
 from collections.abc import Callable
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field
+from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+from zipfile import ZIP_DEFLATED, ZipFile
 
 import gymnasium
 import numpy as np
+from scipy.stats import trim_mean
 
 from agents.benchmark import TASKS, BenchmarkTask, contestant, played
 from agents.benchmark.contestants import can_do
-from agents.benchmark.ices import DISTRIBUTION
-from agents.benchmark.rows import aggregate, read_row, scores_of, write_row
+from agents.benchmark.datasets import expert_of, practice_env, practice_options, tier_episodes
+from agents.benchmark.rows import aggregate, read_row, scores_of, shortcomings, write_row
+from agents.benchmark.scores import TRIMMED
 from curling_env.infrastructure.executor import executor
+from curling_env.infrastructure.files.storage import write_json
+from curling_env.infrastructure.files.writing import atomic_path
 
 FOLDER = Path("runs/baselines")
 EPISODES = 100
-"""Number of episodes of every task and run."""
+"""Episodes of every task and run."""
 SEEDS = 5
-"""Seeds of the trainings of every task."""
-NUM_ENVS = 64
+"""Trainings of every task."""
+END = "end-rulebased"
+"""Ends are learnt against this opponent, and played against all three; copies against it alone."""
 ENDS = [name for name, task in TASKS.items() if task.headline and task.metric == "points"]
 THROWS = [name for name, task in TASKS.items() if task.headline and task.metric != "points"]
-KNOWS = {"draw-mean": "mean", "draw-blind": "nothing"}
+DELIVERIES = {"learned": 10_000, "planner": 300}
+"""Recorded deliveries of a tier, by its expert."""
+CHUNKS = 10
+"""Pieces in which they are recorded."""
+POINTS = 60
+"""Points of a curve."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Algorithm:
-    """One column.
+    """One row.
 
     Parameters
     ----------
-    name : of the class in stable-baselines3 or sb3-contrib; "BC" for behaviour cloning
-    tasks : that it can do
+    name : class in stable-baselines3 or sb3-contrib; "BC" for behaviour cloning
+    tasks : tasks to train in
     steps : of a training, on single throws and on ends
+    num_envs : environments in parallel, on single throws and on ends
     settings : of the algorithm; others are its own defaults
     actions : of ends
+    tier : of the recorded deliveries, for behaviour cloning
+    best : share of the recorded episodes to copy, those of the highest return
     """
 
     name: str
     tasks: list[str]
-    steps: tuple[int, int]
-    settings: dict[str, Any]
+    steps: tuple[int, int] = (0, 0)
+    num_envs: tuple[int, int] = (64, 64)
+    settings: dict[str, Any] = field(default_factory=dict[str, Any])
     actions: str = "throws"
+    tier: str = ""
+    best: float = 1.0
 
 
 ON_POLICY: dict[str, Any] = {
     "n_steps": 16,
     "batch_size": 512,
-    "n_epochs": 8,
-    "learning_rate": 1e-3,
+    "n_epochs": 10,
+    "learning_rate": "lin_1e-3",
     "gamma": 1.0,
+    "stats_window_size": 1000,
 }
-OFF_POLICY: dict[str, Any] = {"learning_rate": 1e-3, "batch_size": 512, "gradient_steps": 16}
+OFF_POLICY: dict[str, Any] = {
+    "learning_rate": 1e-3,
+    "batch_size": 512,
+    "gradient_steps": 8,
+    "buffer_size": 100_000,
+    "stats_window_size": 1000,
+}
+EXPLORATION = {"gamma": 1.0, "exploration_fraction": 0.3, "target_update_interval": 1000}
+COPIED = ["draw", "takeout", END]
 ALGORITHMS = {
-    "ppo": Algorithm("PPO", THROWS + ENDS, (400_000, 400_000), ON_POLICY),
-    "sac": Algorithm("SAC", THROWS, (80_000, 0), OFF_POLICY),
-    "maskable-ppo": Algorithm("MaskablePPO", ENDS, (0, 400_000), ON_POLICY, "shots"),
-    "dqn": Algorithm("DQN", ENDS, (0, 200_000), OFF_POLICY, "shots"),
-    "bc": Algorithm("BC", THROWS + ENDS, (10_000, 10_000), ON_POLICY),
+    "ppo": Algorithm(
+        name="PPO",
+        tasks=[*THROWS, END],
+        steps=(250_000, 200_000),
+        num_envs=(256, 64),
+        settings=ON_POLICY,
+    ),
+    "sac": Algorithm(name="SAC", tasks=THROWS, steps=(30_000, 0), settings=OFF_POLICY),
+    "maskable-ppo": Algorithm(
+        name="MaskablePPO", tasks=[END], steps=(0, 100_000), settings=ON_POLICY, actions="shots"
+    ),
+    "dqn": Algorithm(
+        name="DQN",
+        tasks=[END],
+        steps=(0, 60_000),
+        settings=OFF_POLICY | EXPLORATION,
+        actions="shots",
+    ),
+    "bc": Algorithm(name="BC", tasks=[*THROWS, END], tier="expert"),
+    "bc-medium": Algorithm(name="BC", tasks=COPIED, tier="medium"),
+    "bc-random": Algorithm(name="BC", tasks=COPIED, tier="random"),
+    "bc-best-medium": Algorithm(name="BC", tasks=COPIED, tier="medium", best=0.1),
+    "bc-best-random": Algorithm(name="BC", tasks=COPIED, tier="random", best=0.1),
 }
-
-
-# --- what is trained in ---------------------------------------------------------------------------
-
-
-def training_options(task: BenchmarkTask, actions: str = "throws") -> dict[str, Any]:
-    """Return the options of a task's environment, with other ices of the same distribution."""
-    options = dict(task.options)
-    if "ices" in options:
-        options["ices"] = {**asdict(DISTRIBUTION), "knows": KNOWS.get(task.name, "map")}
-    return options if actions == "throws" else {**options, "actions": actions}
 
 
 def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> Any:
+    """The environments of a task with other ices of the same distribution, simulated together."""
+    options: Any = practice_options(task) | ({} if actions == "throws" else {"actions": actions})
     return gymnasium.make_vec(
-        task.environment,
-        num_envs=count,
-        autoreset_mode="SameStep",
-        **training_options(task, actions),
+        task.environment, num_envs=count, autoreset_mode="SameStep", **options
     )
 
 
@@ -101,7 +136,7 @@ def environments(task: BenchmarkTask, count: int, actions: str = "throws") -> An
 
 
 def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
-    """Return the metric of an episode of each environment that repeats one action.
+    """Return the metric of an episode of each environment, in which an action is always the same.
 
     Parameters
     ----------
@@ -119,7 +154,7 @@ def mean_of(task: BenchmarkTask, envs: Any, actions: Any, seed: int) -> Any:
 
 
 def best_constant(task: BenchmarkTask, *, many: int = 2048, rounds: int = 6) -> Any:
-    """Find the best constant action by random search and the cross-entropy method, (3,)."""
+    """The best constant action by random search and the cross-entropy method, (3,)."""
     n, rng = 256, np.random.default_rng(0)
     envs, tried = environments(task, n), rng.uniform(-1, 1, (many, 3))
     scores = np.concatenate(
@@ -144,181 +179,350 @@ def constants() -> None:
         print(name, np.round(best_constant(TASKS[name]), 3).tolist(), flush=True)
 
 
-# --- trainings ----------------------------------------------------------------------------------
+# --- pieces of work -------------------------------------------------------------------------------
 
 
-def train(job: tuple[str, str, int, float]) -> str:
-    """Train and measure one model, unless that was done; return the folder of the run."""
-    name, task_name, seed, share = job
-    folder, task = FOLDER / name / task_name / str(seed), TASKS[task_name]
-    if (folder / "values.json").exists():
-        return str(folder)
-    folder.mkdir(parents=True, exist_ok=True)
-    algorithm = ALGORITHMS[name]
-    steps = int(share * algorithm.steps[task.metric == "points"])
-    configuration = {
-        "algorithm": asdict(algorithm),
-        "steps": steps,
-        "seed": seed,
-        "options": training_options(task, algorithm.actions),
-    }
-    (folder / "config.json").write_text(json.dumps(configuration, indent=1, default=str))
-    model, curve = _model(algorithm, task, seed), Curve(folder / "curve.csv")
-    if algorithm.name == "BC":
-        clone(model, task, seed, steps)
-    else:
-        model.learn(steps, callback=curve)
-    model.save(folder / "model.zip")
-    values, _ = played(task, contestant(model), episodes=EPISODES)
-    (folder / "values.json").write_text(json.dumps(values.tolist()))
-    return str(folder)
+class Piece(NamedTuple):
+    """A piece of work.
+
+    Parameters
+    ----------
+    kind : "record" deliveries of a tier, "train" and measure, or "measure" alone
+    name : of the algorithm, the policy or the tier
+    task : name of the task
+    number : seed of the training, or number of the chunk
+    share : of the steps
+    """
+
+    kind: str
+    name: str
+    task: str
+    number: int = 0
+    share: float = 1.0
+
+    @property
+    def folder(self) -> Path:
+        """Folder of the results; recorded deliveries are shared by all seeds."""
+        if self.kind == "record":
+            return FOLDER / "recorded" / f"{self.task}-{self.name}"
+        return FOLDER / self.name.replace(":", "-") / self.task / str(self.number)
 
 
-def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
-    """Return a model before its training; observations are normalised by those at resets."""
+def do(piece: Piece) -> str:
+    """Do a piece of work, unless it was done; its words for the log."""
+    work = {"record": recorded, "train": train, "measure": measure}[piece.kind]
+    piece.folder.mkdir(parents=True, exist_ok=True)
+    return f"{' '.join(map(str, piece))}: {work(piece)}"
+
+
+def measure(piece: Piece) -> str:
+    """Measure a policy that needs no training."""
+    return _measured(piece, piece.name, [piece.task])
+
+
+def _measured(piece: Piece, name: str, tasks: list[str]) -> str:
+    path = piece.folder / "values.json"
+    if not path.exists():
+        who = contestant(name)
+        values = {task: played(TASKS[task], who, episodes=EPISODES)[0] for task in tasks}
+        write_json(path, {task: np.round(each, 4).tolist() for task, each in values.items()})
+    found = json.loads(path.read_text())
+    return ", ".join(f"{task} {np.mean(each):.3f}" for task, each in found.items())
+
+
+def recorded(piece: Piece) -> Any:
+    """Record a chunk of the deliveries of a tier, each with the return of its episode."""
+    path = piece.folder / f"{piece.number}.npz"
+    if not path.exists():
+        env, first = practice_env(piece.task), 20_000_000 + 100_000 * piece.number
+        many = max(1, int(piece.share * DELIVERIES[expert_of(piece.task)]) // CHUNKS)
+        episodes = list(
+            tier_episodes(env, piece.task, piece.name, deliveries=many, first_seed=first)
+        )
+        arrays: dict[str, Any] = {
+            "observations": np.concatenate([one["observations"][:-1] for one in episodes]),
+            "actions": np.concatenate([one["actions"] for one in episodes]),
+            "returns": np.concatenate(
+                [np.full(len(one["rewards"]), np.sum(one["rewards"])) for one in episodes]
+            ),
+        }
+        singles: dict[str, Any] = {name: v.astype(np.float32) for name, v in arrays.items()}
+        with atomic_path(path) as draft, draft.open("wb") as file:
+            np.savez_compressed(file, **singles)
+    return path
+
+
+def train(piece: Piece) -> str:
+    """Train one model, and measure what was saved."""
+    algorithm, task, path = ALGORITHMS[piece.name], TASKS[piece.task], piece.folder / "model.zip"
+    if not path.exists():
+        steps = int(piece.share * algorithm.steps[task.metric == "points"])
+        model, curve = _model(algorithm, task, piece.number), piece.folder / "curve.csv"
+        if algorithm.name == "BC":
+            steps = clone(model, piece)
+        else:
+            curve.unlink(missing_ok=True)
+            model.learn(steps, callback=Curve(curve, steps // POINTS))
+        configuration = {
+            "algorithm": asdict(algorithm),
+            "steps": steps,
+            "seed": piece.number,
+            "options": dict(practice_options(task)),
+            "versions": _versions(),
+        }
+        write_json(piece.folder / "config.json", configuration)
+        save_weights(model, path)
+    ends = task.metric == "points" and not algorithm.tier
+    return _measured(piece, str(path), ENDS if ends else [task.name])
+
+
+def _versions() -> dict[str, str]:
+    import numba
+    import scipy
     import stable_baselines3
     import torch
 
+    packages = (gymnasium, numba, np, scipy, stable_baselines3, torch)
+    return {
+        "python": platform.python_version(),
+        **{package.__name__: str(package.__version__) for package in packages},
+    }
+
+
+def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
+    """A model before its training; observations are normalised by those of resets."""
+    import stable_baselines3
+    import torch
+
+    from agents.learning.configuration import schedule_of
     from agents.learning.normalisation import ObservationNormaliser
     from curling_env.envs.stable_baselines import CurlingVecEnv
 
     torch.set_num_threads(1)
-    envs = environments(task, NUM_ENVS, algorithm.actions)
-    seen = np.concatenate([envs.reset(seed=10_000 * (seed + 1) + 100 * k)[0] for k in range(32)])
-    places: Any = {"features_extractor_class": ObservationNormaliser}
-    places["features_extractor_kwargs"] = {"mean": seen.mean(0), "deviation": seen.std(0)}
-    kind, policy = "PPO" if algorithm.name == "BC" else algorithm.name, "MlpPolicy"
+    envs = environments(task, algorithm.num_envs[task.metric == "points"], algorithm.actions)
+    seen = np.concatenate([envs.reset(seed=10_000 * (seed + 1) + 300 * k)[0] for k in range(16)])
+    policy: dict[str, Any] = {"features_extractor_class": ObservationNormaliser}
+    policy["features_extractor_kwargs"] = {"mean": seen.mean(0), "deviation": seen.std(0)}
+    policy["net_arch"] = [64, 64]
+    kind: Any = "PPO" if algorithm.name == "BC" else algorithm.name
     if kind == "PPO":
-        places["log_std_init"] = -1.0
+        policy["log_std_init"] = -1.0
     if kind == "MaskablePPO":
         import sb3_contrib as package  # pyright: ignore[reportMissingImports]
     else:
         package = stable_baselines3
     return getattr(package, kind)(
-        policy,
-        CurlingVecEnv(envs, seed=100_000 * (seed + 1)),
+        "MlpPolicy",
+        CurlingVecEnv(envs, seed=100_000 * (seed + 1), told=()),
         seed=seed,
         device="cpu",
-        policy_kwargs=places,
-        **algorithm.settings,
+        policy_kwargs=policy,
+        **{name: schedule_of(value) for name, value in algorithm.settings.items()},
     )
 
 
-def Curve(path: Path) -> Any:
-    """Callback that writes the mean reward of the last hundred episodes, step by step."""
+def save_weights(model: Any, path: Path) -> None:
+    """Save a model without its optimisers, its weights in half precision."""
+    import torch
+
+    state = ["_last_obs", "_last_original_obs", "ep_info_buffer", "ep_success_buffer"]
+    whole, half = BytesIO(), BytesIO()
+    model.save(whole, exclude=state)
+    torch.save({name: one.half() for name, one in model.policy.state_dict().items()}, half)
+    with (
+        atomic_path(path) as draft,
+        ZipFile(whole) as given,
+        ZipFile(draft, "w", ZIP_DEFLATED) as kept,
+    ):
+        for name in given.namelist():
+            if name == "policy.pth" or not name.endswith(".pth"):
+                kept.writestr(name, half.getvalue() if name == "policy.pth" else given.read(name))
+
+
+def Curve(path: Path, every: int) -> Any:
+    """A callback that writes the mean reward of the last thousand episodes now and then."""
     from stable_baselines3.common.callbacks import BaseCallback
 
     class Written(BaseCallback):
         def _on_step(self) -> bool:
+            ended: Any = self.model.ep_info_buffer
+            if ended and self.num_timesteps // every > self._points:
+                self._points = self.num_timesteps // every
+                with path.open("a", newline="") as file:
+                    mean = float(np.mean([one["r"] for one in ended]))
+                    csv.writer(file).writerow([self.num_timesteps, round(mean, 4)])
             return True
 
-        def _on_rollout_end(self) -> None:
-            ended: Any = self.model.ep_info_buffer
-            if ended and (self.n_calls % 64 == 0 or self.n_calls < 64):
-                with path.open("a", newline="") as file:
-                    csv.writer(file).writerow(
-                        [self.num_timesteps, float(np.mean([one["r"] for one in ended]))]
-                    )
+        _points = 0
 
     return Written()
 
 
-def clone(model: Any, task: BenchmarkTask, seed: int, steps: int) -> None:
-    """Learn the planner's throws, or the calls of `learned`, by behaviour cloning."""
+def clone(model: Any, piece: Piece) -> int:
+    """Copy recorded deliveries by maximum likelihood; their number."""
     import torch
 
-    observations, actions = demonstrations(task, seed, steps)
+    algorithm = ALGORITHMS[piece.name]
+    chunks = [Piece("record", algorithm.tier, piece.task, k, piece.share) for k in range(CHUNKS)]
+    files = [np.load(recorded(chunk)) for chunk in chunks]
+    given = {
+        name: np.concatenate([file[name] for file in files])
+        for name in ("observations", "actions", "returns")
+    }
+    some = given["returns"] >= np.quantile(given["returns"], 1 - algorithm.best)
     policy, batch = model.policy, 256
     optimiser = torch.optim.Adam(policy.parameters(), lr=1e-3)
-    seen, done = torch.as_tensor(observations), torch.as_tensor(actions)
-    torch.manual_seed(seed)
-    for _ in range(40 * len(seen) // batch):
-        some = torch.randint(len(seen), (batch,))
-        _, likelihood, _ = policy.evaluate_actions(seen[some], done[some])
+    seen, done = (torch.as_tensor(given[name][some]) for name in ("observations", "actions"))
+    for _ in range(max(40 * len(seen) // batch, 2000)):
+        rows = torch.randint(len(seen), (batch,))
+        _, likelihood, _ = policy.evaluate_actions(seen[rows], done[rows])
         optimiser.zero_grad()
         (-likelihood.mean()).backward()
         optimiser.step()
+    return len(seen)
 
 
-def demonstrations(task: BenchmarkTask, seed: int, steps: int) -> tuple[Any, Any]:
-    """Return observations and actions of the planner, or in ends of `learned`."""
-    env: Any = gymnasium.make(task.environment, **training_options(task)).unwrapped
-    who = contestant("learned" if task.metric == "points" else "planner")
-    seen, done, episode = list[Any](), list[Any](), 0
-    while len(done) < steps:
-        observation, _ = env.reset(seed=500_000 + 10_000 * seed + episode)
-        episode, over = episode + 1, False
-        while not over:
-            seen.append(observation)
-            done.append(who(env, observation))
-            observation, _, over, _, _ = env.step(done[-1])
-    return np.array(seen, dtype=np.float32), np.array(done, dtype=np.float32)
-
-
-def train_all(names: list[str], tasks: list[str] | None, share: float, workers: str) -> None:
-    """Train the missing models, seed by seed, and write the rows."""
-    jobs = [
-        (name, task, seed, share)
-        for seed in range(SEEDS)
-        for name in names
-        for task in ALGORITHMS[name].tasks
-        if tasks is None or task in tasks
+def pieces_of(names: list[str], tasks: list[str] | None, share: float) -> list[Piece]:
+    """Pieces of work of policies and algorithms: records, then measures, then trainings by seed."""
+    chosen = {name: ALGORITHMS[name] for name in names if name in ALGORITHMS}
+    pieces = [
+        Piece("record", algorithm.tier, task, chunk, share)
+        for chunk in range(CHUNKS)
+        for algorithm in chosen.values()
+        for task in algorithm.tasks
+        if algorithm.tier
     ]
+    pieces += [
+        Piece("measure", name, task.name)
+        for name in names
+        if name not in ALGORITHMS
+        for task in TASKS.values()
+        if can_do(name, task)
+    ]
+    pieces += [
+        Piece("train", name, task, seed, share)
+        for seed in range(SEEDS)
+        for name, algorithm in chosen.items()
+        for task in algorithm.tasks
+    ]
+    return [one for one in dict.fromkeys(pieces) if tasks is None or one.task in tasks]
+
+
+def run(names: list[str], tasks: list[str] | None, share: float, workers: str) -> None:
+    """Do what is not done yet, and write the rows."""
     with executor(workers) as crew:
-        for place in crew.map(train, jobs):
-            print(place, flush=True)
+        for words in crew.map(do, pieces_of(names, tasks, share)):
+            print(words, flush=True)
     for name in names:
-        found: dict[str, list[Any]] = {}
-        for task in ALGORITHMS[name].tasks:
-            runs = sorted((FOLDER / name / task).glob("*/values.json"))
-            if runs:
-                found[task] = [np.array(json.loads(run.read_text())) for run in runs]
-        write_row(FOLDER / f"{name}.json", name, found, method=str(ALGORITHMS[name]))
+        write_rows(name)
 
 
-# --- rows and the table -------------------------------------------------------------------------
+def write_rows(name: str) -> None:
+    """Write the row of what is measured of a name."""
+    found: dict[str, list[Any]] = {}
+    stem = name.replace(":", "-")
+    for path in sorted((FOLDER / stem).glob("*/*/values.json")):
+        for task, values in json.loads(path.read_text()).items():
+            found.setdefault(task, []).append(np.array(values))
+    method = str(ALGORITHMS.get(name, ""))
+    ordered = {task: found[task] for task in TASKS if task in found}
+    write_row(FOLDER / f"{stem}.json", name, ordered, method=method, link=RELEASED * bool(method))
 
 
-def rows(names: list[str]) -> None:
-    """Measure policies without training, on all tasks that they support."""
-    for name in names:
-        path = FOLDER / f"{name.replace(':', '-')}.json"
-        if path.exists():
-            continue
-        found: dict[str, list[Any]] = {}
-        for task in TASKS.values():
-            if can_do(name, task):
-                found[task.name] = [played(task, contestant(name), episodes=EPISODES)[0]]
-                print(name, task.name, found[task.name][0].mean(), flush=True)
-        path.parent.mkdir(parents=True, exist_ok=True)
-        write_row(path, name, found)
+# --- tables and what is released ------------------------------------------------------------------
+
+RELEASED = "docs/baselines"
+KEPT_POINTS = 20
+"""Points of each released curve."""
+TRAINED = ("ppo", "sac", "maskable-ppo", "dqn")
 
 
 def table() -> None:
-    """Print the tasks by the rows, as Markdown."""
+    """Print the rows as Markdown, single throws and ends apart."""
     found = {path.stem: read_row(path) for path in sorted(FOLDER.glob("*.json"))}
-    print(f"| row | normalised | {' | '.join(f'`{name}`' for name in TASKS)} |")
-    print("|---" * (len(TASKS) + 2) + "|")
+    for tasks in (THROWS, [*ENDS, "end-draw", "end-doubles"]):
+        print(f"\n| | {' | '.join(f'`{name}`' for name in tasks)} |\n{'|---' * (len(tasks) + 1)}|")
+        for name, row in found.items():
+            scores = {score.task: score.in_words() for score in scores_of(row)}
+            if any(task in scores for task in tasks):
+                print(f"| `{name}` | {' | '.join(scores.get(task, '') for task in tasks)} |")
+    print("\n| | normalised | tasks |\n|---|---|---|")
     for name, row in found.items():
-        scores = {score.task: score.in_words() for score in scores_of(row)}
         mean, low, high = aggregate(row)
-        cells = [f"`{name}`", f"{mean:.2f} ({low:.2f} to {high:.2f})"]
-        print("| " + " | ".join([*cells, *(scores.get(task, "") for task in TASKS)]) + " |")
+        counted = sum(TASKS[score.task].headline for score in row.scores)
+        print(f"| `{name}` | {mean:.2f} ({low:.2f} to {high:.2f}) | {counted} |")
+
+
+def release() -> None:
+    """Copy complete rows and all curves, and configurations and weights of the first trainings."""
+    folder = Path(RELEASED)
+    (folder / "weights").mkdir(parents=True, exist_ok=True)
+    configurations: dict[str, Any] = {}
+    complete = [path for path in sorted(FOLDER.glob("*.json")) if not shortcomings(read_row(path))]
+    for path in complete:
+        shutil.copy(path, folder / path.name)
+    for path in sorted(FOLDER.glob("*/*/0/config.json")):
+        name, task = path.parts[-4:-2]
+        if FOLDER / f"{name}.json" not in complete:
+            continue
+        configurations.setdefault(name, {})[task] = json.loads(path.read_text())
+        if name in (*TRAINED, "bc"):
+            shutil.copy(path.with_name("model.zip"), folder / "weights" / f"{name}-{task}.zip")
+    write_json(folder / "configurations.json", configurations)
+    with (folder / "curves.csv").open("w", newline="") as file:
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(["algorithm", "task", "seed", "steps", "reward"])
+        for path in sorted(FOLDER.glob("*/*/*/curve.csv")):
+            for point in _points(path):
+                writer.writerow([*path.parts[-4:-1], int(point[0]), point[1]])
+    curves(folder / "curves.png")
+
+
+def _points(path: Path) -> Any:
+    points = np.loadtxt(path, delimiter=",", ndmin=2)
+    return points[:: -max(len(points) // KEPT_POINTS, 1)][::-1]
+
+
+def curves(path: Path) -> None:
+    """Draw the rewards in training: the interquartile mean of the seeds, and their range."""
+    from matplotlib.figure import Figure
+
+    tasks = [task for task in TASKS if list(FOLDER.glob(f"*/{task}/*/curve.csv"))]
+    figure = Figure(figsize=(11, 5.2), layout="constrained")
+    for axes, task in zip(figure.subplots(2, 4).flat, tasks, strict=False):
+        for colour, name in enumerate(TRAINED):
+            runs = [_points(one) for one in sorted(FOLDER.glob(f"{name}/{task}/*/curve.csv"))]
+            if runs:
+                many = min(map(len, runs))
+                steps, rewards = (np.array([one[-many:, k] for one in runs]) for k in (0, 1))
+                drawn = {"color": f"C{colour}"}
+                axes.fill_between(
+                    steps[0], rewards.min(0), rewards.max(0), alpha=0.2, lw=0, **drawn
+                )
+                axes.plot(steps[0], trim_mean(rewards, TRIMMED), label=name, **drawn)
+        for level, style in zip(TASKS[task].reference_returns, (":", "--"), strict=True):
+            axes.axhline(level, color="0.5", lw=0.8, ls=style)
+        axes.set_title(task, fontsize=10)
+        axes.set_xscale("log")
+        axes.legend(fontsize=7)
+    figure.supxlabel("deliveries", fontsize=9)
+    figure.supylabel("mean reward of an episode in training", fontsize=9)
+    figure.savefig(path, dpi=80)
 
 
 def main() -> None:
     parser = argparse.ArgumentParser(description=(__doc__ or "").partition("\n")[0])
-    parser.add_argument("what", choices=["constants", "rows", "train", "table"])
-    parser.add_argument("names", nargs="*", help="players and policies, or algorithms")
-    parser.add_argument("--task", action="append", help="trains for these only")
+    parser.add_argument("what", choices=["constants", "run", "table", "release"])
+    parser.add_argument("names", nargs="*", help="policies and algorithms")
+    parser.add_argument("--task", action="append", help="only these")
     parser.add_argument("--share", type=float, default=1.0, help="of the steps, for a trial")
     parser.add_argument("--workers", default="1", help="processes, or 'ray'")
     given = parser.parse_args()
     chosen: dict[str, Callable[[], None]] = {
         "constants": constants,
-        "rows": lambda: rows(given.names),
-        "train": lambda: train_all(given.names, given.task, given.share, given.workers),
+        "run": lambda: run(given.names, given.task, given.share, given.workers),
         "table": table,
+        "release": release,
     }
     chosen[given.what]()
 

@@ -1,12 +1,15 @@
 """Pictures and films for the environments' pages, by `render()`.
 
-python scripts/environment_pictures.py docs
+    python scripts/environment_pictures.py docs
+
+The films of the benchmark's tasks show the released policies, whose weights need
+stable-baselines3, and sb3-contrib for ends.
 """
 
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -17,6 +20,8 @@ from PIL import Image as Picture
 from scipy.ndimage import gaussian_filter
 
 import curling_env
+from agents.benchmark import contestant
+from agents.benchmark import make as make_task
 from curling_env.envs.rendering import FPS
 from curling_env.game import player_named
 from curling_env.ice import Ice, load_ice
@@ -81,6 +86,30 @@ def match() -> Any:
     return env
 
 
+TASK_FILM_SIZE, THROWS_SHOWN, FIRST_SEED = (480, 270), 3, 1
+POLICIES = {
+    **dict.fromkeys(("draw", "guard", "takeout", "hit-and-stay", "freeze"), "sac"),
+    "end-rulebased": "maskable-ppo",
+}
+"""The policies whose films are shown, by task."""
+
+
+def task_frames(name: str, weights: Path) -> Iterator[Image]:
+    """Show the first throws of a policy, or the last deliveries of its first end."""
+    env, act = make_task(name, render_mode="rgb_array"), contestant(str(weights))
+    game: Any = env.unwrapped
+    steps = THROWS_SHOWN if name in THROWN else 8
+    observation, over = None, True
+    for number in range(steps):
+        if over:
+            observation, _ = env.reset(seed=FIRST_SEED + number)
+        observation, _, over, _, _ = env.step(act(game, observation))
+        if name in THROWN or number >= steps - 2:
+            yield from game.frames(speed=SPEED)
+    env.close()
+
+
+THROWN = [name for name, policy in POLICIES.items() if policy == "sac"]
 STILLS = ("curling-sheet", "curling-end")
 PICTURES = {"curling-sheet": sheet, "curling-end": end, "curling-v0": match}
 
@@ -95,13 +124,15 @@ def main(folder: Path) -> None:
         with atomic_path(folder / "pictures" / f"{name}.webp") as draft:
             film(env.unwrapped.frames(speed=SPEED), draft)
         env.close()
+    for name, policy in POLICIES.items():
+        weights = folder / "baselines" / "weights" / f"{policy}-{name}.zip"
+        with atomic_path(folder / "pictures" / f"task-{name}.webp") as draft:
+            film(task_frames(name, weights), draft, TASK_FILM_SIZE)
 
 
-def film(frames: Iterable[Image], path: Path) -> None:
+def film(frames: Iterable[Image], path: Path, size: tuple[int, int] = FILM_SIZE) -> None:
     """Write pictures as an animated WebP that stays at its last one for a while."""
-    shown = [
-        Picture.fromarray(frame).resize(FILM_SIZE, Picture.Resampling.LANCZOS) for frame in frames
-    ]
+    shown = [Picture.fromarray(frame).resize(size, Picture.Resampling.LANCZOS) for frame in frames]
     shown = [*shown[:-1:2], shown[-1]]
     times = [1000 * 2 // FPS] * (len(shown) - 1) + [HELD]
     shown[0].save(

@@ -10,7 +10,7 @@ import numpy as np
 
 from agents.benchmark.contestants import can_do, contestant
 from agents.benchmark.ices import DISTRIBUTION
-from agents.benchmark.tasks import make, task_of
+from agents.benchmark.tasks import BenchmarkTask, make, task_of
 from agents.models import load
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.offline_data import episode_of, write_dataset
@@ -59,33 +59,14 @@ def record_tier(
     ModuleNotFoundError : Minari is not installed
     """
     about = task_of(task)
-    if tier not in TIERS:
-        raise InputError(f"tier must be one of {', '.join(TIERS)}, got {str(tier)[:40]!r}")
-    if shots and about.metric != "points":
-        raise InputError("single throws have no shots; those are for tasks that are ends")
-    options: dict[str, Any] = {"actions": "shots"} if shots else {}
-    if "ices" in about.options:
-        knows = about.options["ices"].rpartition(":")[2].lower()
-        fields = ("level", "areas", "curl", "error")
-        options["ices"] = {name: getattr(DISTRIBUTION, name) for name in fields}
-        options["ices"]["knows"] = knows
-    env = make(task, disable_env_checker=True, **options)
-    act = _tier(tier, _shot_caller() if shots else _expert(task))
-
-    def episodes() -> Iterator[dict[str, Any]]:
-        done = number = 0
-        while done < deliveries:
-            one = episode_of(env, act, seed=FIRST_SEED + number, masks=shots)
-            done, number = done + len(one["rewards"]), number + 1
-            progress("deliveries", min(done, deliveries), deliveries)
-            yield one
-
+    env = practice_env(task, shots=shots)
+    episodes = tier_episodes(env, task, tier, deliveries=deliveries, shots=shots, progress=progress)
     kind = f"{task}-shots" if shots else task
     return write_dataset(
         output,
         f"curling/{kind}-{tier}-v0",
         env,
-        episodes(),
+        episodes,
         by=tier,
         what=f"{about.asks}, {tier} deliveries",
         seed=FIRST_SEED,
@@ -93,12 +74,79 @@ def record_tier(
     )
 
 
+def practice_options(task: BenchmarkTask) -> dict[str, Any]:
+    """Options of a task's environment with other ices of the same distribution, to learn in."""
+    options = dict(task.options)
+    if "ices" in options:
+        knows = options["ices"].rpartition(":")[2].lower()
+        fields = ("level", "areas", "curl", "error")
+        options["ices"] = {name: getattr(DISTRIBUTION, name) for name in fields}
+        options["ices"]["knows"] = knows
+    return options
+
+
+def practice_env(task: str, *, shots: bool = False) -> Any:
+    """Make the environment of a task with other ices of the same distribution.
+
+    Raises
+    ------
+    InputError : an unknown task, or shots in single throws
+    """
+    about = task_of(task)
+    if shots and about.metric != "points":
+        raise InputError("single throws have no shots; those are for tasks that are ends")
+    options = practice_options(about) | ({"actions": "shots"} if shots else {})
+    return make(task, disable_env_checker=True, **options)
+
+
+def tier_episodes(
+    env: Any,
+    task: str,
+    tier: Tier | str,
+    *,
+    deliveries: int,
+    shots: bool = False,
+    first_seed: int = FIRST_SEED,
+    progress: Progress = no_progress,
+) -> Iterator[dict[str, Any]]:
+    """Play the episodes of a tier; the fields of Minari's `EpisodeBuffer`.
+
+    Parameters
+    ----------
+    env : environment of the task, from `practice_env`
+    task, tier, deliveries, shots, progress : as in `record_tier`
+    first_seed : seed of the first episode; the others count up
+
+    Raises
+    ------
+    InputError : an unknown tier
+    """
+    if tier not in TIERS:
+        raise InputError(f"tier must be one of {', '.join(TIERS)}, got {str(tier)[:40]!r}")
+    act = _tier(tier, _shot_caller() if shots else _expert(task), first_seed)
+
+    def episodes() -> Iterator[dict[str, Any]]:
+        done = number = 0
+        while done < deliveries:
+            one = episode_of(env, act, seed=first_seed + number, masks=shots)
+            done, number = done + len(one["rewards"]), number + 1
+            progress("deliveries", min(done, deliveries), deliveries)
+            yield one
+
+    return episodes()
+
+
 Act = Callable[[Any, Any, dict[str, Any]], Any]
 """The action, given the environment (unwrapped), its observation and its `info`."""
 
 
+def expert_of(task: str) -> str:
+    """Return the expert at a task: `learned` where a model has learnt it, else `planner`."""
+    return "learned" if can_do("learned", task_of(task)) else "planner"
+
+
 def _expert(task: str) -> Act:
-    who = contestant("learned" if can_do("learned", task_of(task)) else "planner")
+    who = contestant(expert_of(task))
     return lambda env, observation, info: who(env, observation)
 
 
@@ -113,8 +161,8 @@ def _shot_caller() -> Act:
     return call
 
 
-def _tier(tier: str, expert: Act) -> Act:
-    rng = np.random.default_rng(FIRST_SEED)
+def _tier(tier: str, expert: Act, seed: int) -> Act:
+    rng = np.random.default_rng(seed)
 
     def by_chance(env: Any, observation: Any, info: dict[str, Any]) -> Any:
         if "action_mask" in info:

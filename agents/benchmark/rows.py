@@ -85,13 +85,18 @@ def read_row(path: str | Path) -> RowDocument:
 
 
 def write_row(
-    path: str | Path, policy: str, scores: Mapping[str, Sequence[Floats]], *, method: str = ""
+    path: str | Path,
+    policy: str,
+    scores: Mapping[str, Sequence[Floats]],
+    *,
+    method: str = "",
+    link: str = "",
 ) -> None:
     """Write a row of what `played` returned, run by run, for each task."""
     each = [{"task": name, "runs": [one.tolist() for one in runs]} for name, runs in scores.items()]
     head: dict[str, Any] = {"format": ROW_FORMAT.name, "version": VERSION, "policy": policy}
     learnt = any(len(runs) > 1 for runs in scores.values())
-    write_json(path, {**head, "learnt": learnt, "method": method, "scores": each})
+    write_json(path, {**head, "learnt": learnt, "method": method, "link": link, "scores": each})
 
 
 def scores_of(row: RowDocument) -> list[Score]:

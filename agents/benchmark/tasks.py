@@ -122,7 +122,7 @@ _THRESHOLDS = {
     "end-draw": 1.3,
 }
 # Scores and returns of random actions, then those of the planner, or of `rulebased` in ends, in the
-# first hundred episodes (`scripts/baselines.py rows`).
+# first hundred episodes (`scripts/baselines.py run`).
 _REFERENCES = {
     "draw": ((6.04, 0.68), (-4.10, 0.19)),
     "draw-mean": ((6.04, 0.73), (-4.10, 0.17)),

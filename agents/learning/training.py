@@ -13,7 +13,7 @@ import importlib.util
 import shutil
 from collections.abc import Generator
 from contextlib import contextmanager
-from math import gcd
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -35,8 +35,8 @@ from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure.files.writing import keep, make_directory
 from curling_env.typing import Progress, no_progress
 
-ENVS_PER_ICE = 32
-"""Number of environments that share an ice, if there are many ices."""
+INFO_KEYS = ("distance_m", "status", "success")
+"""Keys of an environment's `info` that are passed on."""
 NORMALISER_SAMPLES = 2048
 """Number of observations for the normaliser's mean and standard deviation."""
 EVALUATION_THROWS = 256
@@ -52,22 +52,21 @@ def make_vec_env(settings: TrainingSettings, ice: Ice, *, num_envs: int | None =
     ice : ice to learn on, if the settings have no random ices
     num_envs : number of environments; by default that of the settings
     """
-    from agents.learning.vector_env import RandomIceVecEnv, SheetVecEnv
+    from curling_env.envs.stable_baselines import CurlingVecEnv
 
-    n = settings.n_envs if num_envs is None else num_envs
-    skill = settings.practice or settings.skill
-    options = {**settings.environment(), "throw_range": throw_range_of(settings, ice)}
+    options = settings.environment()
+    options |= {"throw_range": throw_range_of(settings, ice)}
+    options |= {"skill": settings.practice or settings.skill}
     if settings.ices is None:
-        envs = CurlingSheetVectorEnv(n, ice=ice, autoreset_mode=AutoresetMode.SAME_STEP, **options)
-        return SheetVecEnv(envs, skill)
-    return RandomIceVecEnv(
-        n,
-        ices=settings.ices,
-        knows=settings.knows,
-        skill=skill,
-        groups=n // gcd(n, ENVS_PER_ICE),
+        options["ice"] = ice
+    else:
+        options["ices"] = replace(settings.ices, knows=settings.knows)
+    envs = CurlingSheetVectorEnv(
+        settings.n_envs if num_envs is None else num_envs,
+        autoreset_mode=AutoresetMode.SAME_STEP,
         **options,
     )
+    return CurlingVecEnv(envs, told=INFO_KEYS)
 
 
 def train(

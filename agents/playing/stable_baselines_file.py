@@ -92,8 +92,10 @@ def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
     """Return the options of a policy from the readable entries of a file."""
     options: dict[str, Any] = {}
     for name, value in entry.items():
-        if name.startswith(":") or name.startswith("optimizer"):
-            continue
+        if name.startswith((":", "optimizer")) or name == "features_extractor_kwargs":
+            continue  # mean and deviation of the normaliser are among the weights
+        if name == "features_extractor_class":
+            value = _normaliser(str(value))
         if name == "activation_fn":
             found = re.fullmatch(r"<class 'torch\.nn\.modules\.activation\.(\w+)'>", str(value))
             if found is None or found[1] not in ACTIVATIONS:
@@ -101,3 +103,12 @@ def _options(entry: Mapping[str, Any]) -> dict[str, Any]:
             value = getattr(import_module("torch.nn"), found[1])
         options[str(name)] = value
     return options
+
+
+def _normaliser(name: str) -> Any:
+    """Return the class of the only features extractor that is read, beside the default."""
+    if name != "<class 'agents.learning.normalisation.ObservationNormaliser'>":
+        raise ValueError(f"features extractor {name}")
+    from agents.learning.normalisation import ObservationNormaliser
+
+    return ObservationNormaliser

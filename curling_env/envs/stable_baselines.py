@@ -25,7 +25,7 @@ from curling_env.typing import Flags, Floats
 
 EnvIndices = None | int | Iterable[int]
 
-TOLD = ("distance_m", "status", "success", "score", "reward_parts", "action_mask")
+INFO_KEYS = ("distance_m", "status", "success", "score", "reward_parts", "action_mask")
 """The parts of an environment's `info` that are passed on, where it has them."""
 
 
@@ -61,7 +61,7 @@ class CurlingVecEnv(VecEnv):
         n_envs: int | None = None,
         *,
         seed: int | None = None,
-        told: Sequence[str] = TOLD,
+        told: Sequence[str] = INFO_KEYS,
         **options: Any,
     ) -> None:
         if isinstance(envs, str):
@@ -77,7 +77,7 @@ class CurlingVecEnv(VecEnv):
         if inner.metadata["autoreset_mode"] is not AutoresetMode.SAME_STEP:
             raise InputError("make the environments with autoreset_mode='SameStep'")
         self.sheets: Any = inner
-        self._told = tuple(told)
+        self._info_keys = tuple(told)
         self._actions: Any = None
         self._rewards = np.zeros(inner.num_envs)
         self._lengths = np.zeros(inner.num_envs, dtype=np.int64)
@@ -117,10 +117,10 @@ class CurlingVecEnv(VecEnv):
         infos: list[dict[str, Any]] = [{} for _ in range(self.num_envs)]
         for source, mask in ((info, ~over), (info.get("final_info", {}), over)):
             rows: list[int] = np.flatnonzero(mask).tolist()
-            for name in self._told:
+            for name in self._info_keys:
                 if name in source:
                     _share_out(infos, rows, name, source)
-            if "reward_parts" in self._told:
+            if "reward_parts" in self._info_keys:
                 parts = [name for name in source if name.startswith(PART)]
                 for i in rows if parts else ():
                     infos[i]["reward_parts"] = {

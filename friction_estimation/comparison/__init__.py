@@ -6,7 +6,8 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "gate_times": ("GateComparison", "GateRethrow", "compare_gate_times"),
-        "rethrow": ("Comparison", "Rethrow", "compare_tracks"),
+        "rethrow": ("Comparison", "compare_tracks"),
+        "rethrow_result": ("Rethrow",),
         "rethrow_spread": ("position_noise",),
     },
 )

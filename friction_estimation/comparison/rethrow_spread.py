@@ -8,7 +8,6 @@ part gets wrong and another makes good is not counted twice.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,12 +18,10 @@ from curling_env.physics.batch import release_table, throw_batch
 from curling_env.physics.slides import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN
 from curling_env.typing import Floats
+from friction_estimation.comparison.rethrow_result import Rethrow
 from friction_estimation.discovery.model.noise import CoordinateNoise, Series, likeliest_noise
 from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.tuning import USUAL_SPIN
-
-if TYPE_CHECKING:
-    from friction_estimation.comparison.rethrow import Rethrow
 
 SPREAD_ICES = 128
 """Ices on which a throw is repeated; σ is then known to 9 %."""

@@ -117,7 +117,7 @@ def planner() -> dict[str, float]:
     """Measure the planner at draws and takeouts of the benchmark."""
     planned = contestant("planner")
     return {
-        "draw_m": score(TASKS["draw"], planned).mean,
+        "draw_m": score(TASKS["draw"], planned, episodes=100).mean,
         "takeout": 100 * score(TASKS["takeout"], planned, episodes=30).mean,
     }
 

@@ -35,12 +35,13 @@ class SystematicError(CameraField):
     """A displacement of measured places, smooth along the sheet and linear across it, one of a
     wrong scale and a bent one over the whole sheet, and another that turns with the stone [m].
 
+    Its `values` are 4 n + 6 coefficients; the last six are the parts over the whole sheet, scale
+    and bend, of x and of y, and ahead of the centre and to the left of the heading.
+
     Parameters
     ----------
     nodes : (n,) places along the sheet [m]
     claimed : standard error of a coordinate that the tracks claim [m]
-    values : (4 n + 6,) coefficients; the last six are the parts over the whole sheet, scale and
-        bend, of x and of y, and ahead of the centre and to the left of the heading
     """
 
     name = "systematic_error"

@@ -279,9 +279,18 @@ def test_on_random_ices_a_policy_sees_only_its_observation() -> None:
         sheets = training.make_vec_env(tiny(**MANY, knows=knows), ice, num_envs=64)
         sheets.seed(0)
         seen = sheets.reset()
-        assert len({tuple(row[3:]) for row in seen.tolist()}) == (1 if alike else 2)
-        throws = [group.sheets.throw_range for group in sheets.groups]
-        assert throws[0] == throws[1]
+        assert len({tuple(row[3:]) for row in seen.tolist()}) == (1 if alike else 64)
+        assert not np.array_equal(seen, sheets.reset())
+        sheets.seed(0)
+        np.testing.assert_array_equal(seen, sheets.reset())
+
+
+def test_practice_is_thrown_with_the_hand_that_the_settings_name() -> None:
+    hands = [
+        training.make_vec_env(tiny(skill="club", **practice), load_ice("standard")).sheets.skill
+        for practice in ({}, {"practice": "none"})
+    ]
+    assert [hand.is_exact for hand in hands] == [False, True]
 
 
 def test_learning_brings_the_stone_nearer(tmp_path: Path) -> None:
