@@ -14,7 +14,6 @@ from typing import Any
 
 import gymnasium
 import numpy as np
-from scipy.cluster.vq import kmeans2
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
@@ -192,7 +191,7 @@ def fit_copy(
     if len(actions) < prototypes:
         raise InputError(f"a copy needs {prototypes} deliveries or more, got {len(actions)}")
     rng = np.random.default_rng(seed)
-    throws, _ = kmeans2(actions, prototypes, iter=15, rng=rng, minit="points", missing="warn")
+    throws = _prototypes(actions, prototypes, rng)
     label = nearest(throws, actions)
     project = rng.standard_normal((observations.shape[1], FEATURES))
     spread = observations.std(axis=0)
@@ -271,6 +270,17 @@ def nearest(throws: Floats, actions: Floats) -> Indices:
     """Index of the nearest of some throws to each action, (n,)."""
     squares = (throws**2).sum(axis=1) - 2 * actions @ throws.T
     return np.argmin(squares, axis=1)
+
+
+def _prototypes(actions: Floats, count: int, rng: np.random.Generator) -> Floats:
+    """Return typical actions, by k-means."""
+    throws = actions[rng.permutation(len(actions))[:count]].copy()
+    for _ in range(15):
+        label = nearest(throws, actions)
+        for k in range(count):
+            if (label == k).any():
+                throws[k] = actions[label == k].mean(axis=0)
+    return throws
 
 
 def _features(observations: Floats, project: Floats, offset: Floats) -> Floats:
