@@ -416,6 +416,8 @@ def moved(track: Trajectory) -> str:
     moving = way < numbers.MOVING_SHARE * way[-1]
     t, xy = t[moving], xy[moving]
     error = np.full(xy.shape, numbers.DETECTION_M)
+    if len(track.sigma_xy):
+        error = np.maximum(error, track.sigma_xy[rows][moving][:, None])
     if way[-1] < numbers.LEAST_THROW or (len(t) > 3 and not slides_as_stone(t, xy, error)):
         return "what moves there keeps its pace, as a stone does that is carried or pushed"
     late = track.xy[track.t >= track.t[-1] - numbers.RESTED]
