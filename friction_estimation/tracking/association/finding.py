@@ -62,7 +62,7 @@ def find_stones(
     seen = detector.detect(film.sample)
     paths = likeliest_paths(seen, area)
     places = _places(detector.at_rest, paths, seen)
-    thrown = _thrown(paths, seen, 2 * model.radius)
+    thrown = thrown_path(paths, seen, 2 * model.radius)
     left = [] if thrown is None else left_near(thrown, places, seen, 2 * model.radius)
     if left:
         known = set(seen.times.tolist())
@@ -71,7 +71,7 @@ def find_stones(
             seen = seen.joined(detector.detect(one for one in dense if one[0] not in known))
         paths = likeliest_paths(seen, area)
         places = _places(detector.at_rest, paths, seen)
-        thrown = _thrown(paths, seen, 2 * model.radius)
+        thrown = thrown_path(paths, seen, 2 * model.radius)
     if thrown is None:
         raise NoThrowError(
             "no thrown stone found: nothing of a stone's size slides along the ice",
@@ -112,7 +112,7 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
     return found
 
 
-def _thrown(paths: Sequence[Path], seen: Detections, touching: float) -> Path | None:
+def thrown_path(paths: Sequence[Path], seen: Detections, touching: float) -> Path | None:
     """Return the most likely path that slides, goes some way and was not hit.
 
     A stone that nothing hit does not set out from rest: what rested before is another one. Where

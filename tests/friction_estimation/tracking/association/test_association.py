@@ -7,6 +7,7 @@ import pytest
 
 from friction_estimation.synthetic import FilmSpec
 from friction_estimation.tracking.association.association import RESTING, SLIDING, likeliest_paths
+from friction_estimation.tracking.association.finding import thrown_path
 from friction_estimation.tracking.association.linking import RestingPlace, link
 from friction_estimation.tracking.association.recording import (
     is_throw,
@@ -104,6 +105,30 @@ def test_a_stone_that_is_pushed_back_is_another_part_of_its_path():
     throws = [part for part in parts if is_throw(part, seen)]
     assert len(throws) == 1
     assert 20.0 < seen.t[throws[0].at[-1]] < 27.5
+
+
+def test_the_throw_ends_where_its_stone_rests_before_it_is_moved_again():
+    times = np.arange(0.0, 40.0, 0.5)
+    thrown = slide(times, (0.0, -11.0), (0.0, 2.2))
+    away = np.where(times > 30.0, 0.8 * (times - 30.0), 0.0)
+    seen = detections(times, [thrown + np.column_stack([away, 0 * away])], clutter=1)
+    path = thrown_path(likeliest_paths(seen, AREA), seen, 2 * RADIUS)
+    assert path is not None
+    assert path.mode[-1] == RESTING
+    assert 26.0 < seen.t[path.at[-1]] < 31.5
+
+
+def test_a_stone_that_nothing_hit_did_not_start_from_rest():
+    """One rests where the thrown stone passes, and is taken away just before."""
+    times = np.arange(0.0, 30.0, 0.5)
+    thrown = slide(times - 4.0, (0.0, -11.0), (0.0, 2.2))
+    thrown[times < 4.0] = (0.0, -10.9)
+    seen = detections(times, [thrown], clutter=1)
+    path = thrown_path(likeliest_paths(seen, AREA), seen, 2 * RADIUS)
+    assert path is not None
+    assert path.mode[0] != RESTING
+    assert seen.t[path.at[0]] < 5.5
+    assert np.ptp(seen.xy[path.at, 1]) > 20.0
 
 
 def test_stones_that_touch_go_on_as_two_equal_weights_do():
