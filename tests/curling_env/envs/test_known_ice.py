@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from curling_env.envs import KnownIce
-from curling_env.envs.known_ice import BANDS, ice_features, ice_names, stone_names, told
+from curling_env.envs.known_ice import BANDS, ice_features, ice_names, squash, stone_names
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics import catalogue
 from curling_env.sheet import PAPER_SHEET, Direction
@@ -148,7 +148,7 @@ def test_stones_of_their_own_are_told_by_their_identifier():
 
 def test_numbers_are_told_as_they_are_or_pressed_together_but_never_cut():
     values = np.array([-30.0, -3.0, -0.4, 0.0, 0.4, 0.5, 0.6, 3.0, 30.0])
-    shown = told(values)
+    shown = squash(values)
     assert (np.diff(shown) > 0).all()
     assert np.abs(shown).max() < 1
     np.testing.assert_array_equal(shown[2:6], values[2:6])

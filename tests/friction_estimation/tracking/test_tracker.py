@@ -154,7 +154,7 @@ def test_the_built_in_tracker_is_declared_as_any_other():
 @pytest.mark.parametrize(
     ("name", "complaint"),
     [
-        ("mine", "unknown tracker 'mine'; expected one of built-in, joint, or module:function"),
+        ("mine", "unknown tracker 'mine'; expected one of built-in, or module:function"),
         ("no_such_module:track", "cannot be loaded: No module named 'no_such_module'"),
         ("our_tracker:trak", "has no attribute 'trak'"),
         ("our_tracker:takes_no_progress", "tracker(film, scene, progress=progress)"),
