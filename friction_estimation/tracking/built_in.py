@@ -26,6 +26,7 @@ from friction_estimation.tracking.films.steady_film import (
     camera_of,
     empty_ice,
 )
+from friction_estimation.tracking.measuring.follower import Follower, follow, follower_of
 from friction_estimation.tracking.measuring.looks import (
     SeenStone,
     heading_of,
@@ -33,7 +34,6 @@ from friction_estimation.tracking.measuring.looks import (
     left_open,
     with_focal,
 )
-from friction_estimation.tracking.measuring.measuring import Follower, follow, follower_of
 from friction_estimation.tracking.measuring.others import bare_ice, known_others
 from friction_estimation.tracking.smoothing.assembling import assemble_all
 from friction_estimation.tracking.smoothing.warnings import arrived, with_warnings, without_scatter

@@ -11,9 +11,9 @@ from curling_env.typing import Flags, Floats, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.association import CARRIED, RESTING, Path
+from friction_estimation.tracking.association.paths import CARRIED, RESTING, Path
 from friction_estimation.tracking.detection.detections import Detections
-from friction_estimation.tracking.smoothing.smoothing import (
+from friction_estimation.tracking.smoothing.smoother import (
     Smoothing,
     SmoothPath,
     likeliest_jump,

@@ -13,9 +13,9 @@ from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.association import RESTING, Path, likeliest_paths
 from friction_estimation.tracking.association.coarse import coarse_path
 from friction_estimation.tracking.association.linking import RestingPlace, left_near, link
+from friction_estimation.tracking.association.paths import RESTING, Path, likeliest_paths
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
 from friction_estimation.tracking.films.steady_film import SteadyFilm

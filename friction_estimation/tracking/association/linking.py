@@ -16,8 +16,8 @@ from scipy.optimize import linear_sum_assignment
 
 from curling_env.typing import Floats, Integers
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.association import RESTING, SLIDING, Path
 from friction_estimation.tracking.association.motion import correct, predict
+from friction_estimation.tracking.association.paths import RESTING, SLIDING, Path
 from friction_estimation.tracking.detection.detections import Detections
 
 

@@ -16,7 +16,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
-from friction_estimation.tracking.association.association import (
+from friction_estimation.tracking.association.paths import (
     RESTING,
     SLIDING,
     Path,

@@ -15,6 +15,7 @@ from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.measuring.contacts import contact_time
+from friction_estimation.tracking.measuring.follower import Follower
 from friction_estimation.tracking.measuring.heading import (
     HeadingViews,
     KnownHeading,
@@ -23,10 +24,9 @@ from friction_estimation.tracking.measuring.heading import (
     unseen_turn,
 )
 from friction_estimation.tracking.measuring.measurements import Measurements
-from friction_estimation.tracking.measuring.measuring import Follower
 from friction_estimation.tracking.measuring.others import OtherStone
 from friction_estimation.tracking.smoothing.losses import sudden_loss
-from friction_estimation.tracking.smoothing.smoothing import (
+from friction_estimation.tracking.smoothing.smoother import (
     SmoothPath,
     likeliest_jump,
     smooth_heading,

@@ -14,7 +14,7 @@ from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.finding import FilmStones
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.films.film_track import FilmTrack
-from friction_estimation.tracking.measuring.measuring import Follower
+from friction_estimation.tracking.measuring.follower import Follower
 from friction_estimation.tracking.measuring.others import (
     OtherStone,
     RestingStone,

@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from friction_estimation.synthetic import FilmSpec
-from friction_estimation.tracking.association.association import RESTING, SLIDING, likeliest_paths
 from friction_estimation.tracking.association.finding import thrown_path
 from friction_estimation.tracking.association.linking import RestingPlace, link
+from friction_estimation.tracking.association.paths import RESTING, SLIDING, likeliest_paths
 from friction_estimation.tracking.association.recording import (
     is_throw,
     slides_of,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from friction_estimation.tracking.smoothing.smoothing import smooth_path
+from friction_estimation.tracking.smoothing.smoother import smooth_path
 
 NOISE = 0.01
 
