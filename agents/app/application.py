@@ -86,8 +86,8 @@ async def _show_it_coming(request: Request, error: Exception) -> Response:
     assert isinstance(error, ComingError)
     is_open = any(job.state in OPEN for job in error.jobs)
     if not (request.method in READING and "text/html" in request.headers.get("Accept", "")):
-        told = "; ".join(job.problem for job in error.jobs if job.problem)
-        answer = {"problem": str(error) if is_open or not told else told, "coming": is_open}
+        result = "; ".join(job.problem for job in error.jobs if job.problem)
+        answer = {"problem": str(error) if is_open or not result else result, "coming": is_open}
         return JSONResponse(answer, 503 if is_open else 422)
     here = request.scope["path"].removeprefix(request.scope["root_path"]).strip("/").split("/")[0]
     return page(
@@ -104,8 +104,8 @@ async def _own_up(request: Request, error: Exception) -> Response:
     """Report an internal error as such, and keep serving."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)
-    told = "That is a mistake of this program, not of yours."
-    return _problem(request, f"{told} ({type(error).__name__}: {str(error)[:200]})", 500)
+    result = "That is a mistake of this program, not of yours."
+    return _problem(request, f"{result} ({type(error).__name__}: {str(error)[:200]})", 500)
 
 
 def _problem(request: Request, problem: str, status: int) -> Response:

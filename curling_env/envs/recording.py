@@ -94,14 +94,14 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
 
     def step(self, action: Any) -> tuple[Any, Any, bool, bool, dict[str, Any]]:
         """Make a step, and film all of it."""
-        told = self.env.step(action)
+        result = self.env.step(action)
         if self._film is not None:
             unwrapped: Any = self.env.unwrapped
             frames: Iterator[Image] = unwrapped.frames(self._speed)
             self._film.write(frames)
-            if told[2] or told[3]:
+            if result[2] or result[3]:
                 self._finish()
-        return told
+        return result
 
     def close(self) -> None:
         """Finish the film that is being made, and close the environment."""

@@ -111,8 +111,8 @@ class ProfileFit:
         alike : number of crops that count as one
         """
         weight = 1 / (PIXEL_CORRELATION * alike)
-        told, prior = weight * self.equations.eliminated()[0], self.equations.prior
-        left, before = np.linalg.slogdet(told + prior)[1], np.linalg.slogdet(prior)[1]
+        result, prior = weight * self.equations.eliminated()[0], self.equations.prior
+        left, before = np.linalg.slogdet(result + prior)[1], np.linalg.slogdet(prior)[1]
         return weight * self.misfit + self.oddity + float(left - before)
 
 
@@ -199,8 +199,8 @@ def shape_doubt(crops: Sequence[Crop], fit: ProfileFit) -> ShapeDoubt:
     crops : crops of one stone, with the poses of the fit
     fit : of a look to them
     """
-    told, _, _, along = fit.equations.eliminated()
-    covariance = np.linalg.inv(TRUE_WEIGHT * told + fit.equations.prior)
+    result, _, _, along = fit.equations.eliminated()
+    covariance = np.linalg.inv(TRUE_WEIGHT * result + fit.equations.prior)
     sigma = np.sqrt(np.einsum("nip,pq,niq->ni", along[:, :2], covariance, along[:, :2]))
     places = np.array([crop.pose[:2] for crop in crops])
     return ShapeDoubt(places=places, sigma=sigma, shift=np.zeros_like(places))

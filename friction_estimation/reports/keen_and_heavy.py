@@ -112,9 +112,9 @@ def zones(ice: Ice) -> list[Zone]:
 def in_a_sentence(ice: Ice) -> str:
     """Describe where the sheet is keenest and heaviest, and how much of it no one has thrown on."""
     parts = zones(ice)
-    told = sorted((z for z in parts if z.stands_out), key=lambda z: z.relative or 0.0)
-    keen = [z for z in told if (z.relative or 0.0) < 0][:2]
-    heavy = [z for z in told if (z.relative or 0.0) > 0][::-1][:2]
+    result = sorted((z for z in parts if z.stands_out), key=lambda z: z.relative or 0.0)
+    keen = [z for z in result if (z.relative or 0.0) < 0][:2]
+    heavy = [z for z in result if (z.relative or 0.0) > 0][::-1][:2]
     said = [
         f"{word} at {' and at '.join(_placed(z) for z in those)}"
         for word, those in (("Keen", keen), ("heavy" if keen else "Heavy", heavy))

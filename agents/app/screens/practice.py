@@ -113,8 +113,8 @@ async def rename(request: Request) -> Response:
 
 async def announce_film(request: Request) -> Response:
     """A film that the browser is going to send; how much of it is there already."""
-    club, session, told = club_of(request), _session(request), await document_of(request)
-    name, size = told.get("name"), told.get("size")
+    club, session, result = club_of(request), _session(request), await document_of(request)
+    name, size = result.get("name"), result.get("size")
     if not isinstance(name, str) or not isinstance(size, int):
         raise InputError("expected the name and the size of a film")
     film = begin_film(club, session, name, size)
@@ -241,8 +241,8 @@ async def do(request: Request) -> Response:
 
 async def watch(request: Request) -> Response:
     """Server-sent events: how far all is."""
-    told = events(club_of(request), work_of(request), _session(request))
-    return StreamingResponse(told, media_type="text/event-stream")
+    result = events(club_of(request), work_of(request), _session(request))
+    return StreamingResponse(result, media_type="text/event-stream")
 
 
 def _about(form: dict[str, str]) -> tuple[str, str, str]:

@@ -100,7 +100,7 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     spread = float(posterior.weights @ posterior.spreads)
     covariance = _covariance(fitted, spread)
     throws = trial_throws(fitted, model.terms)
-    told, paths = _told_by(fitted, throws, spread)
+    result, paths = _told_by(fitted, throws, spread)
     playable = [k for k, path in enumerate(paths) if is_playable(path, model.ice.sheet)]
     if not playable:
         return []
@@ -109,9 +109,9 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     weights = 1.0 / (members * np.diag(covariance)[counted])
     found: list[NextThrow] = []
     for _ in range(min(count, len(playable))):
-        gains = [variance_removed(covariance, told[k], counted, weights) for k in playable]
+        gains = [variance_removed(covariance, result[k], counted, weights) for k in playable]
         best = playable[int(np.argmax(gains))]
-        after = covariance_after(covariance, told[best])
+        after = covariance_after(covariance, result[best])
         share = 1.0 - np.diag(after) / np.diag(covariance)
         teaches = {each.name: float(share[each.places].mean()) for each in sought}
         throw, path = throws[best], paths[best]
@@ -154,7 +154,7 @@ def _told_by(
     noise = noise_of_rows(fitted)
     blind = not fitted.session.turns.any()
     everything = np.arange(len(fitted.model.vector))
-    told: list[Informative] = []
+    result: list[Informative] = []
     paths: list[Floats] = []
     for first in range(0, len(throws), AT_ONCE):
         session, states = lay_out(fitted.session, throws[first : first + AT_ONCE])
@@ -166,14 +166,16 @@ def _told_by(
         whole = np.concatenate([columns, empty[:, :, None]], axis=2)
         parts = np.split(whole, session.starts[1:-1])
         linear = Linearisation.of(session, noise, fitted.model, states, even, parts)
-        told += [Informative(everything, _root(gram[:-1, :-1])) for gram in linear.each(spread)[0]]
+        result += [
+            Informative(everything, _root(gram[:-1, :-1])) for gram in linear.each(spread)[0]
+        ]
         paths += [path[session.rows(i)] for i in range(len(session))]
-    return told, paths
+    return result, paths
 
 
 def _root(gram: Floats) -> Floats:
     """Rows whose Gram matrix it is, without those that say next to nothing."""
     scale = 1.0 / np.sqrt(np.maximum(np.diag(gram), 1e-300))
     values, vectors = np.linalg.eigh(gram * scale[:, None] * scale)
-    told = values > 1e-9 * len(gram)
-    return (np.sqrt(values[told]) * vectors[:, told]).T / scale
+    result = values > 1e-9 * len(gram)
+    return (np.sqrt(values[result]) * vectors[:, result]).T / scale

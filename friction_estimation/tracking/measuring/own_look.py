@@ -96,9 +96,9 @@ def coloured(
             weight = counts * robust_weights(crop.pixels - shown, thrown.noise) / PIXEL_CORRELATION
             for channel in range(3):
                 share = light_of_parts(cover, channel)[:, :active]
-                told = (share * weight[:, None]).T / thrown.noise[channel] ** 2
-                normal[channel] += told @ share
-                right[channel] += told @ (crop.pixels - rest)[:, channel]
+                result = (share * weight[:, None]).T / thrown.noise[channel] ** 2
+                normal[channel] += result @ share
+                right[channel] += result @ (crop.pixels - rest)[:, channel]
         for channel in range(3):
             believed = spread[:active, channel] ** -2.0
             colours[:active, channel] = np.linalg.solve(

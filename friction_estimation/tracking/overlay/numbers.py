@@ -79,9 +79,9 @@ class RunningNumbers:
             )
             lines.append(f"{handles(found.spin.value)[0]}{turning}")
         if beyond and self._curl is not None and not (found.touched and now <= MIN_MOVING_SPEED):
-            told = side(float(self._curl[row]), self._units, right="left")
+            result = side(float(self._curl[row]), self._units, right="left")
             none = "no curl yet" if now > MIN_MOVING_SPEED else "no curl"
-            lines.append(none if told == "on the line" else f"curl {told}")
+            lines.append(none if result == "on the line" else f"curl {result}")
         if now <= MIN_MOVING_SPEED and found.past is not None and found.right is not None:
             along = side(found.past.value, self._units, right="past")
             lines.append(f"stops {along}, {side(found.right.value, self._units)}")

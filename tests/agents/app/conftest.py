@@ -87,14 +87,14 @@ class Visitor:
             "client": ("127.0.0.1", 50000),
             "root_path": "",
         }
-        told = False
+        result = False
         came: list[dict[str, Any]] = []
 
         async def receive() -> dict[str, Any]:
-            nonlocal told
-            if told:  # whoever asked is still there, and says no more
+            nonlocal result
+            if result:  # whoever asked is still there, and says no more
                 await asyncio.Event().wait()
-            told = True
+            result = True
             return {"type": "http.request", "body": body, "more_body": False}
 
         async def send(message: dict[str, Any]) -> None:

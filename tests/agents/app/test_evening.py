@@ -299,8 +299,8 @@ def test_a_camera_that_was_moved_is_marked_from_a_film_on(visitor, filmed):
         query = "update film set state = ?, said = ? where id = ?"
         connection.execute(query, ("done", "", first.id))
         connection.execute(query, ("failed", "the camera has moved so far", second.id))
-    told = state_of(club, WorkQueue(club), session)["films"]
-    assert [one["mark"] for one in told] == [False, True, False]
+    result = state_of(club, WorkQueue(club), session)["films"]
+    assert [one["mark"] for one in result] == [False, True, False]
     page = f"practice/{session.id}/films/{second.id}/mark/{visitor.token}"
     moved = scene.points_px + np.array([40.0, 25.0])
     clicks = {"clicks": dict(zip(CORNERS, moved.tolist(), strict=True))}

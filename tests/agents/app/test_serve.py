@@ -10,14 +10,16 @@ from agents.app.serve import serve
 
 
 def test_the_address_is_there_before_anything_else_is_done(club):
-    told = []
+    result = []
 
     def begin() -> None:
-        told.append("begin")
+        result.append("begin")
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        serve(club, port=0, share=False, opened=lambda *told_of: told.append(told_of), begin=begin)
-    (address, shared), after = told
+        serve(
+            club, port=0, share=False, opened=lambda *told_of: result.append(told_of), begin=begin
+        )
+    (address, shared), after = result
     assert address.startswith("http://127.0.0.1:")
     assert (shared, after) == (None, "begin")

@@ -43,8 +43,8 @@ def test_the_same_episodes_for_everybody():
 
 
 def test_the_reward_is_that_of_the_environment():
-    told = measure(TASKS["end-draw"], contestant("draw"), episodes=4)
-    assert told.reward == pytest.approx(told.mean)  # an end is rewarded with its points
+    result = measure(TASKS["end-draw"], contestant("draw"), episodes=4)
+    assert result.reward == pytest.approx(result.mean)  # an end is rewarded with its points
     env = make("draw")
     rewards = []
     for k in range(3):
@@ -72,9 +72,9 @@ def test_who_thinks_is_better_than_chance():
 
 
 def test_the_command_prints_the_table_and_json(curling):
-    told = curling("benchmark", "random", "--task", "guard", "--episodes", "5", "--json").json()
-    (score,) = told["scores"]
-    assert (told["policy"], score["task"], score["metric"]) == ("random", "guard", "success")
+    result = curling("benchmark", "random", "--task", "guard", "--episodes", "5", "--json").json()
+    (score,) = result["scores"]
+    assert (result["policy"], score["task"], score["metric"]) == ("random", "guard", "success")
     assert score["version"] == 1
     shown = curling("benchmark", "random", "--task", "end-draw", "--episodes", "2")
     assert shown.out.startswith("end-draw")
@@ -82,9 +82,9 @@ def test_the_command_prints_the_table_and_json(curling):
 
 def test_two_are_compared_in_the_same_episodes(curling):
     asked = ("random", "--against", "random", "--episodes", "3")
-    told = curling("benchmark", *asked, "--task", "guard", "--task", "takeout", "--json").json()
-    assert (told["against"], len(told["differences"])) == ("random", 2)
-    assert told["together"] == {"mean": 0.0, "low": 0.0, "high": 0.0, "episodes": 3}
+    result = curling("benchmark", *asked, "--task", "guard", "--task", "takeout", "--json").json()
+    assert (result["against"], len(result["differences"])) == ("random", 2)
+    assert result["together"] == {"mean": 0.0, "low": 0.0, "high": 0.0, "episodes": 3}
     shown = curling("benchmark", *asked, "--task", "guard", "--task", "draw").out
     assert shown.count("more than random") == 2
     assert "together" not in shown  # shares of successes and distances have no common mean
@@ -169,8 +169,10 @@ def test_a_model_of_stable_baselines_is_measured(tmp_path, curling):
     sb3 = pytest.importorskip("stable_baselines3")
     model = sb3.PPO("MlpPolicy", make("draw"), n_steps=8, batch_size=8, seed=0)
     model.save(tmp_path / "ppo.zip")
-    told = curling("benchmark", tmp_path / "ppo.zip", "--task", "draw", "--episodes", "3", "--json")
-    (score,) = told.json()["scores"]
+    result = curling(
+        "benchmark", tmp_path / "ppo.zip", "--task", "draw", "--episodes", "3", "--json"
+    )
+    (score,) = result.json()["scores"]
     model.policy.set_training_mode(False)
     same = measure(TASKS["draw"], contestant(model), episodes=3)
     assert score["mean"] == pytest.approx(same.mean)

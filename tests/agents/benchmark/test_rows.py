@@ -48,9 +48,9 @@ def test_a_row_is_written_by_the_command_and_read_back(curling, tmp_path):
         ("takeout", (2, 4)),
     ]
     assert len(scores_of(found)) == 2
-    (told,) = curling("benchmark", path, "--json").json()
-    assert told["policy"] == "random"
-    assert len(told["shortcomings"]) == 3
+    (result,) = curling("benchmark", path, "--json").json()
+    assert result["policy"] == "random"
+    assert len(result["shortcomings"]) == 3
 
 
 def test_what_a_published_row_needs(tmp_path):

@@ -88,9 +88,9 @@ def test_every_number_of_an_observation_has_a_meaning(title):
     asked, options = re.search(r"```{observation} (\S+)(.*)\n```", page(title)).groups()
     assert asked == title
     names = observations.names_of(asked, options)
-    told = list(observations.rows(names))
-    assert [first for first, *_ in told] == [0, *(last + 1 for _, last, *_ in told[:-1])]
-    assert told[-1][1] == len(names) - 1
+    result = list(observations.rows(names))
+    assert [first for first, *_ in result] == [0, *(last + 1 for _, last, *_ in result[:-1])]
+    assert result[-1][1] == len(names) - 1
 
 
 def test_pictures_are_there_and_small():

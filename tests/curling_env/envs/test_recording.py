@@ -72,10 +72,10 @@ def test_a_list_of_pictures_shows_what_happened_since_the_last(name, monkeypatch
 
 
 def test_the_panel_does_not_tell_the_end_before_it_happened(monkeypatch):
-    told = []
+    result = []
 
     def note(renderer, scene, *others, scene_at_rest, **options):
-        told.append(([name for name, _ in scene.facts], [n for n, _ in scene_at_rest.facts]))
+        result.append(([name for name, _ in scene.facts], [n for n, _ in scene_at_rest.facts]))
         return iter(())
 
     monkeypatch.setattr(rendering, "playback_frames", note)
@@ -83,7 +83,7 @@ def test_the_panel_does_not_tell_the_end_before_it_happened(monkeypatch):
     env.reset(seed=0)
     env.step(ACTION)
     list(env.frames())
-    ((moving, at_rest),) = told
+    ((moving, at_rest),) = result
     assert moving == ["Speed", "Line", "Spin"]
     assert at_rest[3:] == ["Time", "From target", "Result", "Draw"]
 

@@ -119,9 +119,9 @@ def found():
         seen = refine(camera_from_scene(scene, size), scene, still)
         if name == "ceiling":  # straight down the stone tells the height, to two per cent or so
             change = np.log(camera.position[2] / seen.camera.position[2])
-            told = refine_at_focal(seen, scene, still, (0, 0), change + rng.normal(0, 0.02))
+            result = refine_at_focal(seen, scene, still, (0, 0), change + rng.normal(0, 0.02))
             farther = refine_at_focal(seen, scene, still, (0, 0), change + 0.03)
-            seen = replace(told, farther=farther.camera)
+            seen = replace(result, farther=farther.camera)
         points = places_seen(camera)
         off = seen.camera.on_plane(camera.project(points), STONE) - points[:, :2]
         sigma = np.sqrt(camera_variance(seen, points[:, :2], STONE).mean(axis=1))

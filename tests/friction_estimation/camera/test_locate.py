@@ -73,8 +73,8 @@ def test_the_command_writes_a_scene_that_reads_the_photo_and_a_picture(
     asked = ["--mark", marks[0], "--mark", marks[1], "-o", str(scene), "--picture", str(drawn)]
     done = curling("locate", photo, *asked)
     assert done.status == 0, done.err
-    told = done.json()
-    assert told["misses_px"]["hog line"] < 0.5
+    result = done.json()
+    assert result["misses_px"]["hog line"] < 0.5
     size = (club_photo.empty.shape[1], club_photo.empty.shape[0])
     assert apart(camera_from_scene(load_scene(scene), size), club_photo) < 0.8
     picture = cv2.imread(str(drawn))

@@ -20,15 +20,15 @@ def test_an_unknown_with_which_the_throws_fit_worse_takes_no_name(
     """An explanation that goes astray, here on purpose, must not cost what is proved."""
 
     def astray(fitted, own, *, beyond_map):
-        told = explain(fitted, own, beyond_map=beyond_map)
-        session = told.fit.session
+        result = explain(fitted, own, beyond_map=beyond_map)
+        session = result.fit.session
         bend = np.zeros((len(session.times), 3))
         side = np.nan_to_num(np.sign(session.theta - session.theta[0]))
         bend[:, 0] = 0.3 * side * np.sin(session.xy[:, 1] / 3)
         bent = replace(session, xy=session.xy - bend[:, :2], pushes=None)
         model = fitted.model if pushes else replace(fitted.model, terms=())
         astray = fit(model, bent, fitted.noise, states=fitted.states)
-        return replace(told, fit=astray, pushes=pushes)
+        return replace(result, fit=astray, pushes=pushes)
 
     explain = naming.explain
     monkeypatch.setattr(naming, "explain", astray)

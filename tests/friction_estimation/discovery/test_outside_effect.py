@@ -89,10 +89,10 @@ def test_an_agent_is_told_of_it(trough):
     names = ice_names()
     place = names.index("trough.rate")
     ice = Ice.uniform(0.009, effects=(ActiveEffect(name="trough", parameters={"rate": 0.002}),))
-    told = ice_features(ice, Direction.AWAY)
-    assert told[place] == np.float32(0.5)
+    result = ice_features(ice, Direction.AWAY)
+    assert result[place] == np.float32(0.5)
     # It comes after the effects of the project, whose places trained policies rely on.
-    assert place == len(names) - 1 == len(told) - 1
+    assert place == len(names) - 1 == len(result) - 1
 
 
 def test_what_is_known_of_the_projects_effects_keeps_its_places():

@@ -97,8 +97,8 @@ def test_a_given_models_strengths_are_changes_and_no_effects(tmp_path, hidden, s
         change = changes[name, parameter]
         true = np.array(sealed["numbers"])[place]
         assert abs(change["found"] - true) < 4 * change["stderr"]
-        told = " ".join([report["verdict"], *report["remarks"]])
-        assert f"{name.replace('_', ' ')}" in told or "friction" in told
+        result = " ".join([report["verdict"], *report["remarks"]])
+        assert f"{name.replace('_', ' ')}" in result or "friction" in result
 
 
 def test_slow_noise_is_no_effect(tmp_path) -> None:

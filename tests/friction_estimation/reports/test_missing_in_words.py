@@ -40,23 +40,23 @@ REPORT = {
 
 
 def test_what_is_missing_and_what_would_settle_it():
-    told = findings(REPORT)
-    assert told.verdict == "The model lacks curl."
-    curl, unknown = told.missing
+    result = findings(REPORT)
+    assert result.verdict == "The model lacks curl."
+    curl, unknown = result.missing
     assert curl.title == "curl"
     assert curl.unsure == ("a slope of the ice",)
     assert curl.settled_by == "a throw back with the other handle"
     assert unknown.title == "something that no known effect explains"
     assert "clock" in unknown.words
-    ((words, why),) = told.next_throws
+    ((words, why),) = result.next_throws
     assert words.startswith("draw weight")
     assert why == "it removes 61 % of what is not known of curl"
 
 
 def test_nothing_missing_is_no_fault():
-    told = findings({"verdict": "Nothing is missing.", "effects": []})
-    assert told.missing == ()
-    assert told.next_throws == ()
+    result = findings({"verdict": "Nothing is missing.", "effects": []})
+    assert result.missing == ()
+    assert result.next_throws == ()
 
 
 @pytest.mark.parametrize(

@@ -132,9 +132,9 @@ def test_the_tracks_file_tells_the_stones_apart(hit, tmp_path, curling, monkeypa
     film = hit[0]
     monkeypatch.setattr(tracking, "track_film", lambda *_, **__: hit[-1])
     output = tmp_path / "tracks.csv"
-    told = curling("track", film, "--scene", film.with_name("scene.json"), "-o", output)
-    assert told.status == 0, told.err
-    (about,) = told.json()
+    result = curling("track", film, "--scene", film.with_name("scene.json"), "-o", output)
+    assert result.status == 0, result.err
+    (about,) = result.json()
     assert [other["struck"] for other in about["others"]] == [False, True, False]
     colours = [about["handle"], *(other["handle"] for other in about["others"])]
     assert len(set(colours)) == 4

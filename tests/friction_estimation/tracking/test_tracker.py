@@ -131,10 +131,10 @@ def test_live_takes_a_strangers_tracker_and_tracks_what_came_before_an_interrupt
     feed = Interrupted(open_feed(f"file://{club}/sent.mp4"), after=amid)
     scene = scene_of(renderer.camera)
     news = list(follow_stream(feed, scene, club, tracker=load_tracker("our_tracker:track")))
-    seen = [told for told in news if isinstance(told, TrackedClip)]
-    assert [told.reason for told in seen] == ["", ""]
-    for told in seen:
-        assert len(told.tracks[0]) == Film.open(told.clip.path).frame_count
+    seen = [result for result in news if isinstance(result, TrackedClip)]
+    assert [result.reason for result in seen] == ["", ""]
+    for result in seen:
+        assert len(result.tracks[0]) == Film.open(result.clip.path).frame_count
     assert seen[1].clip.clock + seen[1].tracks[0].t[-1] == pytest.approx(amid, abs=0.5)
     assert isinstance(news[-1], IceSoFar)
     assert "from 2 throws" in news[-1].words
@@ -177,7 +177,7 @@ def test_options_of_the_built_in_tracker_and_overlays_are_not_for_others(club, c
 
 
 def test_films_are_numbered_in_order_and_progress_is_told(club):
-    told = []
+    result = []
 
     def stand_in(film, scene, *, progress):
         progress(film.name, 1.0)
@@ -185,9 +185,9 @@ def test_films_are_numbered_in_order_and_progress_is_told(club):
 
     scene = load_scene(club / "scene.json")
     films = [club / "a.mp4", club / "b.mp4"]
-    found = list(track_each(films, scene, tracker=stand_in, progress=lambda *k: told.append(k)))
+    found = list(track_each(films, scene, tracker=stand_in, progress=lambda *k: result.append(k)))
     assert [(one.thrown.throw, one.thrown.stone) for one in found] == [(0, 0), (1, 0)]
-    assert told == [("a.mp4", 1.0), ("b.mp4", 1.0)]
+    assert result == [("a.mp4", 1.0), ("b.mp4", 1.0)]
     with pytest.raises(InputError, match="2 films, 3 scenes"):
         track_each(films, [scene] * 3, tracker=stand_in)
 

@@ -44,8 +44,8 @@ def test_what_no_stone_does_alone_is_reported(tmp_path, way, warning):
     found = track_film(tmp_path / "film.mp4", scene_of(SPEC.resolved()))
     track = found.trajectory
     assert len(track) > 0.95 * len(truth)
-    (told,) = found.unexplained
-    assert warning in told
+    (result,) = found.unexplained
+    assert warning in result
     early, late = track.t < 3.5, (track.t > 4.8) & (track.t < 6.0)
     assert track.sigma_xy[early].max() < 0.03
     if way is hits_something:  # a smoother that ran across the hit would be decimetres off

@@ -122,11 +122,11 @@ def test_a_click_is_a_target_and_its_address_can_be_reloaded(still, address):
     assert "0.1 s heavier hog to hog" in still.locator("#result").inner_text()
     where = place_of(still, "target")
     assert where == pytest.approx((0.5, 17.0), abs=0.02)
-    told = still.locator("#result").inner_text()
+    result = still.locator("#result").inner_text()
     assert "x=0.5" in still.url or "x=0.49" in still.url
     still.reload()
     still.get_by_text("Expected miss", exact=True).wait_for()
-    assert still.locator("#result").inner_text() == told
+    assert still.locator("#result").inner_text() == result
     still.get_by_role("button", name="Aim at the button").click()
     assert place_of(still, "target") == pytest.approx((0.0, 17.3735), abs=1e-3)
     where = place_of(still, "target")

@@ -80,9 +80,9 @@ def test_a_left_hander_has_other_handles(visitor, club):
 
 def test_a_target_is_kept_and_called_by_its_name(visitor, club):
     kept = {"name": "pocket", "place": {"x": 0.6, "y": 16.97}}
-    (told,) = visitor.send("throw/targets", kept).document["targets"]
-    assert (told["name"], told["x"], told["y"]) == ("pocket", 0.6, 16.97)
+    (result,) = visitor.send("throw/targets", kept).document["targets"]
+    assert (result["name"], result["x"], result["y"]) == ("pocket", 0.6, 16.97)
     assert '"pocket"' in visitor.get("throw").text
     assert visitor.send("throw/targets", kept | {"name": "button"}).status == 422
-    answer = visitor.send(f"throw/targets/{told['id']}/forget", {})
+    answer = visitor.send(f"throw/targets/{result['id']}/forget", {})
     assert answer.document["targets"] == []

@@ -22,31 +22,31 @@ def game(**wish):
 
 
 def test_an_end_is_played_to_its_score():
-    told = game(position=LATE, seed=4)
-    assert told["throws"] == []
-    assert told["state"]["to_throw"] == "home"
-    assert told["state"]["stones_left"] == [2, 1]
-    while not told["state"]["over"]:
-        before = told["throws"]
-        told = game(position=LATE, seed=4, throws=before, throw=DRAW, since=len(before))
-        assert [line["team"] for line in told["deliveries"]][:2] == ["home", "away"][
-            : len(told["deliveries"])
+    result = game(position=LATE, seed=4)
+    assert result["throws"] == []
+    assert result["state"]["to_throw"] == "home"
+    assert result["state"]["stones_left"] == [2, 1]
+    while not result["state"]["over"]:
+        before = result["throws"]
+        result = game(position=LATE, seed=4, throws=before, throw=DRAW, since=len(before))
+        assert [line["team"] for line in result["deliveries"]][:2] == ["home", "away"][
+            : len(result["deliveries"])
         ]
-        assert told["deliveries"][0]["paths"]
-    ends = told["deliveries"][-1]["score_of_end"]
-    assert told["state"]["score"] == ends == told["state"]["line_score"][-1]
-    assert len(told["throws"]) == 3
+        assert result["deliveries"][0]["paths"]
+    ends = result["deliveries"][-1]["score_of_end"]
+    assert result["state"]["score"] == ends == result["state"]["line_score"][-1]
+    assert len(result["throws"]) == 3
     # The address alone gives the same game.
-    again = game(position=LATE, seed=4, throws=told["throws"])
-    assert again["state"] == told["state"]
-    json.dumps(told, allow_nan=False)
+    again = game(position=LATE, seed=4, throws=result["throws"])
+    assert again["state"] == result["state"]
+    json.dumps(result, allow_nan=False)
 
 
 def test_the_score_goes_on_from_the_position():
-    told = game(position={**LATE, "score": [3, 5], "ends_left": 2})
-    assert told["state"]["score"] == [3, 5] == told["state"]["start_score"]
-    assert told["state"]["line_score"] == []
-    assert (told["state"]["end"], told["state"]["ends"]) == (1, 2)
+    result = game(position={**LATE, "score": [3, 5], "ends_left": 2})
+    assert result["state"]["score"] == [3, 5] == result["state"]["start_score"]
+    assert result["state"]["line_score"] == []
+    assert (result["state"]["end"], result["state"]["ends"]) == (1, 2)
 
 
 def test_a_throw_out_of_turn_is_refused():

@@ -28,8 +28,8 @@ def friday_of(ice):
 
 
 def test_a_keener_ice_takes_longer_and_is_said_so():
-    told = ice_document(ice(0.95), earlier=[friday_of(ice())])
-    (friday,) = told["earlier"]
+    result = ice_document(ice(0.95), earlier=[friday_of(ice())])
+    (friday,) = result["earlier"]
     assert friday["words"].startswith("keener today: 0.")
     change, further = re.search(
         r"today: ([\d.]+) s longer .* ([\d.]+) m further", friday["words"]
@@ -41,7 +41,7 @@ def test_a_keener_ice_takes_longer_and_is_said_so():
     assert back["earlier"][0]["words"].startswith("heavier today")
     same = ice_document(ice(), earlier=[friday_of(ice())])
     assert same["earlier"][0]["words"] == "of the same weight"
-    json.dumps([told["cells"], told["earlier"]], allow_nan=False)
+    json.dumps([result["cells"], result["earlier"]], allow_nan=False)
 
 
 def test_numbers_have_errors_where_the_ice_has_them():
@@ -67,8 +67,8 @@ def test_the_map_changes_where_it_changed():
 
 
 def test_keen_and_heavy_are_told_in_seconds():
-    told = ice_document(ice(where=np.s_[:30, :4]))
-    assert "%" not in told["sentence"]
-    (slow,) = re.findall(r"[Hh]eavy at [^(]+\(([\d.]+) s\)", told["sentence"])
+    result = ice_document(ice(where=np.s_[:30, :4]))
+    assert "%" not in result["sentence"]
+    (slow,) = re.findall(r"[Hh]eavy at [^(]+\(([\d.]+) s\)", result["sentence"])
     # 4 % more friction, less the sheet's own level: half of that of some 14 s.
     assert 0.1 < float(slow) < 0.3

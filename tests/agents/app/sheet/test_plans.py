@@ -22,12 +22,12 @@ def plan(skill=CLUB, **wish):
 
 
 def test_the_throw_rests_at_the_target():
-    told = plan()
-    rest = told["rest"]
+    result = plan()
+    rest = result["rest"]
     assert np.hypot(rest["x"] - TARGET["x"], rest["y"] - TARGET["y"]) < 0.01
-    assert len(told["costs"]) == 4
-    assert told["costs"][0]["words"].startswith("0.1 s heavier hog to hog:")
-    json.dumps(told, allow_nan=False)
+    assert len(result["costs"]) == 4
+    assert result["costs"][0]["words"].startswith("0.1 s heavier hog to hog:")
+    json.dumps(result, allow_nan=False)
 
 
 def test_the_miss_is_that_of_the_hand():
@@ -53,11 +53,11 @@ def test_a_handle_can_be_asked_for(handle, sign):
 
 def test_a_stone_is_hit():
     stones = [{**TARGET, "team": "away"}, {"x": -1.2, "y": TEE_Y, "team": "home"}]
-    told = plan(hit=True, stones=stones)
-    assert told["stones"][0] is None  # out of play
-    assert told["stones"][1] is not None
-    assert told["chance"] > 0.5
-    assert told["miss"] is None
+    result = plan(hit=True, stones=stones)
+    assert result["stones"][0] is None  # out of play
+    assert result["stones"][1] is not None
+    assert result["chance"] > 0.5
+    assert result["miss"] is None
 
 
 def test_a_target_under_a_stone_is_refused():

@@ -23,38 +23,38 @@ def form(**changes):
 
 @pytest.mark.parametrize("to", ["away", "home"])
 def test_a_lone_stone_runs_as_it_slides(to):
-    told = run(ICE, form(to=to))
+    result = run(ICE, form(to=to))
     direction = Direction.HOME if to == "home" else Direction.AWAY
     rest = slide(ICE, Throw(**DRAW).release(direction))
-    assert told["rest"]["x"] == pytest.approx(rest.x, abs=1e-3)
-    assert told["rest"]["y"] == pytest.approx(rest.y, abs=1e-3)
-    assert told["time_s"] == pytest.approx(rest.time, abs=0.01)
-    (path,) = told["paths"]
+    assert result["rest"]["x"] == pytest.approx(rest.x, abs=1e-3)
+    assert result["rest"]["y"] == pytest.approx(rest.y, abs=1e-3)
+    assert result["time_s"] == pytest.approx(rest.time, abs=0.01)
+    (path,) = result["paths"]
     assert path["stone"] is None
     assert [path["x"][-1], path["y"][-1]] == pytest.approx([rest.x, rest.y], abs=2e-3)
-    assert "comes to rest" in told["ends"]
+    assert "comes to rest" in result["ends"]
     # A stone that turns clockwise curls to the right: the broom is to the left.
-    assert told["call"]["broom_m"] < 0
-    assert told["call"]["right_hander"] == "in-turn"
-    json.dumps(told, allow_nan=False)
+    assert result["call"]["broom_m"] < 0
+    assert result["call"]["right_hander"] == "in-turn"
+    json.dumps(result, allow_nan=False)
 
 
 def test_a_stone_in_the_way_is_moved():
     alone = run(ICE, form())["rest"]
-    told = run(ICE, form(stones=[{**alone, "team": "away"}, {"x": 1.9, "y": 18.5}]))
-    assert told["contacts"] >= 1
-    assert {path["stone"] for path in told["paths"]} == {None, 0}
-    assert told["stones"][0] != alone
-    assert told["stones"][1] == {"x": 1.9, "y": 18.5}
+    result = run(ICE, form(stones=[{**alone, "team": "away"}, {"x": 1.9, "y": 18.5}]))
+    assert result["contacts"] >= 1
+    assert {path["stone"] for path in result["paths"]} == {None, 0}
+    assert result["stones"][0] != alone
+    assert result["stones"][1] == {"x": 1.9, "y": 18.5}
 
 
 @pytest.mark.parametrize(
     ("speed", "ends"), [(1.2, "stops before the hog line"), (3.0, "runs over the back line")]
 )
 def test_what_leaves_play_is_said(speed, ends):
-    told = run(ICE, form(throw={"speed": speed, "angle": 0.0, "spin": 0.0}))
-    assert told["ends"] == ends
-    assert not told["in_play"]
+    result = run(ICE, form(throw={"speed": speed, "angle": 0.0, "spin": 0.0}))
+    assert result["ends"] == ends
+    assert not result["in_play"]
 
 
 def test_a_stone_that_comes_to_rest_in_the_house_is_in_play():
@@ -77,7 +77,7 @@ def test_a_stone_that_comes_to_rest_in_the_house_is_in_play():
     ],
 )
 def test_what_cannot_be_is_one_line(wrong, complaint):
-    with pytest.raises(InputError) as told:
+    with pytest.raises(InputError) as result:
         run(ICE, form(**wrong))
-    assert complaint in str(told.value)
-    assert "\n" not in str(told.value)
+    assert complaint in str(result.value)
+    assert "\n" not in str(result.value)

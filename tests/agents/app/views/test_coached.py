@@ -30,14 +30,14 @@ def evening(tmp_path_factory, work_off):
     """A club with an evening on Sheet B, the ice that it believed in, and what is true."""
     rng = np.random.default_rng(11)
     athletes = (made.Athlete(name="Ada <i>"), made.Athlete(name="Bo", bias=(HEAVY, 0.0, 0.0)))
-    told = made.evening(rng, athletes=athletes, throws=6, stones={1: (0.97, 1.0), 2: (1.03, 1.0)})
+    result = made.evening(rng, athletes=athletes, throws=6, stones={1: (0.97, 1.0), 2: (1.03, 1.0)})
     club = Club(tmp_path_factory.mktemp("club"))
     before = club.add_session("Before", "2026-11-01", "Sheet B", None)
-    save_ice(told.believed.as_ice(), club.ice_of(before))
+    save_ice(result.believed.as_ice(), club.ice_of(before))
     session = club.add_session("Evening", "2026-11-08", "Sheet B", None)
-    save_ice(told.ice.as_ice(rng, sigma=0.002, curl_sigma=0.01), club.ice_of(session))
-    write_tracks(club.tracks_of(session), told.tracks)
-    notes = told.notes
+    save_ice(result.ice.as_ice(rng, sigma=0.002, curl_sigma=0.01), club.ice_of(session))
+    write_tracks(club.tracks_of(session), result.tracks)
+    notes = result.notes
     columns = {
         "throw": [*notes],
         "athlete": [note.athlete for note in notes.values()],

@@ -144,11 +144,11 @@ def test_a_page_that_watches_is_told_what_has_changed(club):
     work = WorkQueue(club)
 
     async def watch():
-        told = events(club, work, session)
-        first = await anext(told)
+        result = events(club, work, session)
+        first = await anext(result)
         work.submit("track", session)
-        second = await anext(told)
-        await told.aclose()
+        second = await anext(result)
+        await result.aclose()
         return first, second
 
     first, second = (

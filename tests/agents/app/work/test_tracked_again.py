@@ -87,8 +87,8 @@ def test_other_marks_track_a_film_again_and_entries_follow_their_throws(
     from agents.app.screens.marking import _save
 
     _save(club, club.camera(session.camera_id), replace(scene, points_px=scene.points_px + 7.0))
-    (told,) = state_of(club, WorkQueue(club), session)["films"]
-    assert told["state"] == "again"
+    (result,) = state_of(club, WorkQueue(club), session)["films"]
+    assert result["state"] == "again"
     assert "tracked with other marks" in visitor.get(f"throws/{session.id}").text
     # Another throw is found before both, a little later in the film, and half a metre to the right.
     found = [track(-20.0, 0.5), track(11.5, 0.5), track(81.0, 0.5)]
@@ -100,8 +100,8 @@ def test_other_marks_track_a_film_again_and_entries_follow_their_throws(
     assert [one.called for one in throws] == ["draw 0", "draw 1", ""]
     rests = {one.throw: one.xy[-1, 0] for one in read_tracks(club.tracks_of(session))}
     assert rests == {0: 0.5, 1: 0.5, 2: 0.5}
-    (told,) = state_of(club, WorkQueue(club), session)["films"]
-    assert told["state"] == "done"
+    (result,) = state_of(club, WorkQueue(club), session)["films"]
+    assert result["state"] == "done"
 
 
 def test_a_throw_with_entries_that_is_no_longer_found_can_be_seen(club, filmed):

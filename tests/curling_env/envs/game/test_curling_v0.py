@@ -290,13 +290,13 @@ def test_a_team_concedes_where_the_rules_allow_it_and_only_there():
         assert state.conceded is Team.HOME
         assert state.winner is Team.AWAY
         assert state.line_score == ()
-        told = {}
+        result = {}
         for agent in env.agent_iter():
-            _, told[agent], terminated, _, info = env.last()
+            _, result[agent], terminated, _, info = env.last()
             assert terminated
-            assert info["reward_parts"]["win"] == told[agent]
+            assert info["reward_parts"]["win"] == result[agent]
             env.step(None)
-        assert told == {"home": -1.0, "away": 1.0}
+        assert result == {"home": -1.0, "away": 1.0}
 
 
 def test_choices_and_power_plays_that_make_no_sense_are_refused():

@@ -204,15 +204,15 @@ def test_every_number_of_a_flat_observation_has_a_name():
     seen, _ = env.reset(seed=0)
     names = env.observation.names
     assert len(names) == len(set(names)) == len(seen)
-    told = dict(zip(names, seen, strict=True))
-    assert told["hammer"] == -1.0
-    assert told["own stones left"] == 1.0
-    assert told["guards protected"] == 1.0
+    result = dict(zip(names, seen, strict=True))
+    assert result["hammer"] == -1.0
+    assert result["own stones left"] == 1.0
+    assert result["guards protected"] == 1.0
     seen, *_ = env.step(env.action_of(Call(throw=Throw(speed=2.09, angle=-0.045, spin=1.5))))
-    told = dict(zip(names, seen, strict=True))
-    assert told["own stone 1 present"] == 1.0
+    result = dict(zip(names, seen, strict=True))
+    assert result["own stone 1 present"] == 1.0
     stone = next(s for s in env.state.game.end.stones if s.team is AGENT)
-    assert told["own stone 1 x"] == pytest.approx(stone.x / (env.simulator.ice.sheet.width / 2))
+    assert result["own stone 1 x"] == pytest.approx(stone.x / (env.simulator.ice.sheet.width / 2))
 
 
 def test_the_agent_has_its_power_play_and_its_choice_in_the_action():
@@ -300,8 +300,8 @@ def test_a_policy_plays_as_an_opponent_what_it_sees_as_the_agent_would():
     ((seen, is_best),) = met
     assert is_best
     assert seen in env.observation_space
-    told = dict(zip(env.observation.names, seen, strict=True))
-    assert (told["stones delivered"], told["hammer"]) == (0.0, -1.0)
+    result = dict(zip(env.observation.names, seen, strict=True))
+    assert (result["stones delivered"], result["hammer"]) == (0.0, -1.0)
     assert info["shots"][0].thrown == env.call_of(np.float32([-0.2, 0.1, 0.5])).throw
 
 
@@ -362,12 +362,12 @@ def test_a_potential_pays_on_the_way_and_takes_back_at_the_end():
     total, over = 0.0, False
     while not over:
         _, reward, over, _, info = env.step(action)
-        *_, told = many.step(np.stack([action] * 2))
+        *_, result = many.step(np.stack([action] * 2))
         parts = info["reward_parts"]
         assert reward == pytest.approx(parts["points"] + parts["potential"])
         total += parts["potential"]
     assert total == pytest.approx(-0.5)
-    assert told["reward_potential"][0] == pytest.approx(parts["potential"], abs=0.05)
+    assert result["reward_potential"][0] == pytest.approx(parts["potential"], abs=0.05)
     half = make(potential={"of": nearest, "discount": 0.5}, hammer="opponent")
     half.reset(seed=0)
     rise = half.potential.rise(0.5, half.state.game, AGENT)

@@ -236,8 +236,8 @@ def test_ices_and_opponents_of_each_end_are_those_of_single_ends():
         first, _ = alone.reset(seed=k)
         np.testing.assert_allclose(first, seen[k], atol=1e-6)
         names.add(alone.opponent.name)
-        one, *_, told = alone.step(actions[k])
-        if not any(shot.outcome.contacts for shot in told["shots"]):
+        one, *_, result = alone.step(actions[k])
+        if not any(shot.outcome.contacts for shot in result["shots"]):
             np.testing.assert_allclose(one, after[k], atol=2e-3)
     assert len(names) > 1
     assert np.abs(seen - seen[0]).max() > 0.01
@@ -281,8 +281,8 @@ def test_an_end_that_was_put_aside_goes_on_as_it_would_have(many):
     action = np.zeros(env.action_space.shape, np.float32)
     _, _, _, _, info = env.step(action)
     copied = pickle.loads(pickle.dumps(env))
-    told = pickle.loads(pickle.dumps(info["shots"]))
-    assert list(told) == list(info["shots"])
+    result = pickle.loads(pickle.dumps(info["shots"]))
+    assert list(result) == list(info["shots"])
     for _ in range(3):
         (seen, reward, *_), (again, same, *_) = env.step(action), copied.step(action)
         assert np.array_equal(seen, again)

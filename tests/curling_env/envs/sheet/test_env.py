@@ -192,8 +192,8 @@ def test_stones_are_hit():
 def test_the_agent_is_told_of_the_known_ice_and_throws_on_the_true_one(uneven_ice):
     true, believed = uneven_ice, load_ice("standard")
     env = make(ice=true, known_ice=believed)
-    told, _ = env.reset(seed=0)
-    np.testing.assert_array_equal(told, make(ice=believed).reset(seed=0)[0])
+    result, _ = env.reset(seed=0)
+    np.testing.assert_array_equal(result, make(ice=believed).reset(seed=0)[0])
     stone = throw(env)[4]["outcome"].delivered
     alone = slide(true, DRAW.release())
     assert np.hypot(stone.x - alone.x, stone.y - alone.y) < 0.01

@@ -20,10 +20,10 @@ def told_by(env, seed=0):
 
 
 def test_every_number_has_a_name_and_usual_stones_read_zero():
-    told = told_by(make(stones=2, throws=2))
-    assert told["throws left"] == 1
-    assert told["clock"] == told["next stone stone_bias.factor"] == 0
-    assert told["stone 1 team"] == told["stone 2 team"] == -1
+    result = told_by(make(stones=2, throws=2))
+    assert result["throws left"] == 1
+    assert result["clock"] == result["next stone stone_bias.factor"] == 0
+    assert result["stone 1 team"] == result["stone 2 team"] == -1
 
 
 def test_a_stone_of_its_own_is_told_where_it_lies_and_before_it_is_thrown():
@@ -32,11 +32,11 @@ def test_a_stone_of_its_own_is_told_where_it_lies_and_before_it_is_thrown():
         parameters = {"stone": stone, "factor": factor}
         ice = ice.with_effect(ActiveEffect(name="stone_bias", parameters=parameters))
     env = make(ice=ice, stones=((0.5, 0.5), (-0.5, 0.5)), throws=3)
-    told = told_by(env)
-    assert told["stone 1 stone_bias.factor"] == 0
-    assert told["stone 2 stone_bias.factor"] == pytest.approx(0.4)
-    assert told["next stone stone_bias.factor"] == 0
+    result = told_by(env)
+    assert result["stone 1 stone_bias.factor"] == 0
+    assert result["stone 2 stone_bias.factor"] == pytest.approx(0.4)
+    assert result["next stone stone_bias.factor"] == 0
     seen, *_ = env.step(np.float32([0.0, 0.3, 0.5]))
-    told = dict(zip(env.observation.names, seen, strict=True))
-    assert told["next stone stone_bias.factor"] == pytest.approx(-0.3)
-    assert told["clock"] > 0
+    result = dict(zip(env.observation.names, seen, strict=True))
+    assert result["next stone stone_bias.factor"] == pytest.approx(-0.3)
+    assert result["clock"] > 0

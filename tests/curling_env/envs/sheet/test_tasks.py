@@ -62,16 +62,16 @@ BAD = {
 @pytest.mark.parametrize("name", TASKS)
 def test_a_good_throw_does_the_task_and_a_bad_one_does_not(name):
     env = make(task=name)
-    told, rewards = [], []
+    result, rewards = [], []
     for shots in (GOOD, BAD):
         env.reset(seed=0)
         _, reward, over, _, info = throw(env, shots[name]())
         assert over
-        told.append(info)
+        result.append(info)
         rewards.append(reward)
         assert tuple(info["reward_parts"]) == PARTS
         assert info["reward_parts"]["success"] == info["success"]
-    assert [info["success"] for info in told] == [True, False]
+    assert [info["success"] for info in result] == [True, False]
     if name != "draw":  # its reward grows with precision alone
         assert rewards[0] > rewards[1]
 

@@ -153,8 +153,8 @@ def test_drawn_ices_are_thrown_on_together_as_on_single_sheets(knows, stones):
         # What is known of the ice is what its file would say.
         alike = single.ices.known_as(single.known_ice).features(single.direction)
         np.testing.assert_allclose(single.ice_features(single.direction), alike, atol=2e-6)
-        one, reward, _, _, told = single.step(actions[k])
-        same += np.allclose(one, after[k], atol=HIT) and told["status"] == info["status"][k]
+        one, reward, _, _, answer = single.step(actions[k])
+        same += np.allclose(one, after[k], atol=HIT) and answer["status"] == info["status"][k]
         if not stones:
             assert reward == pytest.approx(rewards[k], abs=1e-2)
     assert same >= (36 if stones else 40)
@@ -279,20 +279,20 @@ def test_many_sheets_keep_the_contract_of_gymnasium(mode, rng):
     envs = make(autoreset_mode=mode, stones=2, throws=2, target="random")
     assert isinstance(envs.unwrapped, CurlingSheetVectorEnv)
     assert envs.spec.id == "CurlingSheet-v0"
-    told = DictInfoToList(RecordEpisodeStatistics(envs))
-    seen, infos = told.reset(seed=1)
+    answer = DictInfoToList(RecordEpisodeStatistics(envs))
+    seen, infos = answer.reset(seed=1)
     assert len(infos) == N
     episodes = 0
     for _ in range(6):
         assert seen in envs.observation_space
-        seen, rewards, over, cut, infos = told.step(envs.action_space.sample())
+        seen, rewards, over, cut, infos = answer.step(envs.action_space.sample())
         assert rewards.shape == over.shape == cut.shape == (N,)
         assert rewards.dtype == np.float64
         assert over.dtype == cut.dtype == np.bool_
         assert all(np.isfinite(info["target"]).all() for info in infos)
         episodes += sum("episode" in info for info in infos)
     assert episodes >= 2 * N
-    told.close()
+    answer.close()
 
 
 def test_what_is_handed_out_stays_as_it_was(rng):
@@ -326,11 +326,11 @@ def test_a_later_step_leaves_what_earlier_ones_returned(mode, rng):
 def test_trajectories_come_when_asked_for(rng):
     actions = some_actions(rng)
     with_paths, without = make(fps=10, stones=1, throws=2), make(stones=1, throws=2)
-    told = []
+    answer = []
     for envs in (with_paths, without):
         envs.reset(seed=4)
-        told.append([envs.step(actions) for _ in range(2)])
-    for (a, *_, info), (b, *_, bare) in zip(*told, strict=True):
+        answer.append([envs.step(actions) for _ in range(2)])
+    for (a, *_, info), (b, *_, bare) in zip(*answer, strict=True):
         np.testing.assert_allclose(a, b, atol=HIT)
         assert "trajectory" not in bare
         for path, outcome in zip(info["trajectory"], info["outcome"], strict=True):

@@ -31,9 +31,9 @@ def test_each_throw_has_its_own_track_clock_and_stone(practice):
         assert t[-1] < truth.t[-1] + 4.01
         rows = np.minimum(np.rint(FPS * t).astype(int), len(truth) - 1)
         assert np.hypot(*(one.thrown.xy - truth.xy[rows]).T).max() < 0.03
-    (told,) = left_out
-    assert told.startswith("practice.mp4, 0:1")
-    assert told.endswith("slid back from where the stone before it came to rest")
+    (result,) = left_out
+    assert result.startswith("practice.mp4, 0:1")
+    assert result.endswith("slid back from where the stone before it came to rest")
 
 
 def test_a_short_film_of_two_throws_is_cut_too(practice, tmp_path):

@@ -48,9 +48,9 @@ def test_the_curl_grows_and_the_end_says_where_it_stopped(draw):
     assert "at rest" in end
     assert any(line.startswith("stops ") for line in end)
     assert "out-turn" in " | ".join(end)
-    told = RunningNumbers(draw, Units.FEET).at(len(draw.trajectory) - 1)
-    assert any(" in " in line and line.startswith("stops") for line in told)
-    assert told[-1].endswith("ft")
+    result = RunningNumbers(draw, Units.FEET).at(len(draw.trajectory) - 1)
+    assert any(" in " in line and line.startswith("stops") for line in result)
+    assert result[-1].endswith("ft")
 
 
 def test_a_stone_that_only_lies_has_its_place(draw):

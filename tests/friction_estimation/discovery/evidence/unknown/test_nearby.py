@@ -84,9 +84,9 @@ def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around)
     lost = np.diag(around.taken_over(made))
     names = around.fitted.model.names
     x, y = names.index(("slope", "x")), names.index(("slope", "y"))
-    told = np.diag(around.quadratic(made).gram)
-    assert lost[x] > 0.9 * told[x]
-    assert lost[y] < 0.2 * told[y]
+    result = np.diag(around.quadratic(made).gram)
+    assert lost[x] > 0.9 * result[x]
+    assert lost[y] < 0.2 * result[y]
 
 
 def test_what_pushes_can_do_is_no_effect_besides(around):
