@@ -313,7 +313,7 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
         package = stable_baselines3
     return getattr(package, kind)(
         "MlpPolicy",
-        CurlingVecEnv(envs, seed=100_000 * (seed + 1), told=()),
+        CurlingVecEnv(envs, seed=100_000 * (seed + 1), info_keywords=()),
         seed=seed,
         device="cpu",
         policy_kwargs=policy,

@@ -66,7 +66,7 @@ def make_vec_env(settings: TrainingSettings, ice: Ice, *, num_envs: int | None =
         autoreset_mode=AutoresetMode.SAME_STEP,
         **options,
     )
-    return CurlingVecEnv(envs, told=INFO_KEYS)
+    return CurlingVecEnv(envs, info_keywords=INFO_KEYS)
 
 
 def train(

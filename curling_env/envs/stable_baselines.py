@@ -40,7 +40,7 @@ class CurlingVecEnv(VecEnv):
         ``autoreset_mode="SameStep"``
     n_envs : number of environments, where a name is given
     seed : seed of the first of them at the first reset; the others count up
-    told : names of the parts of `info` that are passed on
+    info_keywords : names of the parts of `info` that are passed on
     options : options of the environment, where a name is given
 
     Raises
@@ -61,7 +61,7 @@ class CurlingVecEnv(VecEnv):
         n_envs: int | None = None,
         *,
         seed: int | None = None,
-        told: Sequence[str] = INFO_KEYS,
+        info_keywords: Sequence[str] = INFO_KEYS,
         **options: Any,
     ) -> None:
         if isinstance(envs, str):
@@ -77,7 +77,7 @@ class CurlingVecEnv(VecEnv):
         if inner.metadata["autoreset_mode"] is not AutoresetMode.SAME_STEP:
             raise InputError("make the environments with autoreset_mode='SameStep'")
         self.sheets: Any = inner
-        self._info_keys = tuple(told)
+        self._info_keys = tuple(info_keywords)
         self._actions: Any = None
         self._rewards = np.zeros(inner.num_envs)
         self._lengths = np.zeros(inner.num_envs, dtype=np.int64)

@@ -110,14 +110,14 @@ def throws_section(
     units : units of displayed lengths
     notes : what a coach noted of the throws
     """
-    told = throw_rows(throws, units, notes)
-    cells = [[_cell(cell) for cell in row] for row in told.rows]
+    rows = throw_rows(throws, units, notes)
+    cells = [[_cell(cell) for cell in row] for row in rows.rows]
     means = "".join(f"<p>{escape(sentence)}</p>" for sentence in curl_in_words(throws, units))
     kept = {
-        told.head.index(name) for name in ("handle", "line", "curl", "rest") if name in told.head
+        rows.head.index(name) for name in ("handle", "line", "curl", "rest") if name in rows.head
     }
     shape = table(
-        [escape(name) for name in told.head], cells, told.numeric, kept=kept, kind="throws"
+        [escape(name) for name in rows.head], cells, rows.numeric, kept=kept, kind="throws"
     )
     return (
         f"<h2>The throws</h2>{means}{shape}<p class=faint>{escape(EXPLANATION)} "
@@ -180,20 +180,20 @@ def _column(cells: list[Any]) -> list[Any]:
     return [round(cell, 5) if isinstance(cell, float) else cell for cell in cells]
 
 
-def as_text(told: ThrowRows) -> str:
+def as_text(rows: ThrowRows) -> str:
     """The table for a terminal."""
     widths = [
-        max(len(name), *(len(row[k]) for row in told.rows)) for k, name in enumerate(told.head)
+        max(len(name), *(len(row[k]) for row in rows.rows)) for k, name in enumerate(rows.head)
     ]
 
     def line(cells: Sequence[str]) -> str:
         parts = (
-            cell.rjust(width) if k in told.numeric else cell.ljust(width)
+            cell.rjust(width) if k in rows.numeric else cell.ljust(width)
             for k, (cell, width) in enumerate(zip(cells, widths, strict=True))
         )
         return "  ".join(parts).rstrip()
 
-    return "\n".join(line(row) for row in [told.head, *told.rows])
+    return "\n".join(line(row) for row in [rows.head, *rows.rows])
 
 
 def handle_of(one: ThrowMeasures) -> str:
@@ -284,8 +284,8 @@ def _errors(throws: Sequence[ThrowMeasures]) -> str:
             if (value := getattr(one, field)) is not None and value.sigma is not None
         ]
         if sigmas:
-            told = max(float(np.median(sigmas)), 0.001)
-            parts.append(f"{name} to about {told:.3f} s")
+            usual = max(float(np.median(sigmas)), 0.001)
+            parts.append(f"{name} to about {usual:.3f} s")
     return f"Known are {' and '.join(parts)} (one standard error)." if parts else ""
 
 
@@ -304,7 +304,7 @@ def _plain(value: Measured | None, form: str) -> str:
 def _side(value: Measured | None, units: Units, errors: bool, *, positive: str = "right") -> str:
     if value is None:
         return NOT_SEEN
-    told = side(value.value, units, right=positive)
-    if not errors or value.sigma is None or told == "on the line":
-        return told
-    return f"{told} ± {short_length(value.sigma, units)}"
+    beside = side(value.value, units, right=positive)
+    if not errors or value.sigma is None or beside == "on the line":
+        return beside
+    return f"{beside} ± {short_length(value.sigma, units)}"

@@ -24,7 +24,7 @@ from agents.app.screens.screen import Screen
 from agents.app.views.film_view import throw_view
 from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
-from agents.app.views.told import COLUMNS, told
+from agents.app.views.throw_numbers import COLUMNS, throw_numbers
 from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
 from agents.app.work.jobs import COPY, MEASURE, latest, running, submit
@@ -61,7 +61,7 @@ def show(request: Request) -> Response:
     sheets = {sheet.throw: sheet for sheet in sheets_of(club, session)}
     chosen = request.query_params.get("athlete", "")
     rows = [
-        {"throw": one, "sheet": sheets[one.number], "told": told(sheets[one.number])}
+        {"throw": one, "sheet": sheets[one.number], "numbers": throw_numbers(sheets[one.number])}
         for one in throws
         if one.number in sheets and chosen in ("", sheets[one.number].athlete)
     ]
@@ -106,7 +106,7 @@ def show_throw(request: Request) -> Response:
         throw=throw,
         sheet=sheet,
         words="" if sheet is None else in_words(sheet),
-        told=[] if sheet is None else [k for k in told(sheet) if k.value],
+        numbers=[] if sheet is None else [k for k in throw_numbers(sheet) if k.value],
         film=film,
         waiting=film is not None and has_other_marks(club, session, film),
         copied=film is not None and copy_of(club, film).exists(),

@@ -61,16 +61,16 @@ def thrown(
     )
     rest = np.array([outcome.delivered.x, outcome.delivered.y])
     status = outcome.delivered_status
-    told = describe(ice, throw, tee(direction), direction)
+    call = describe(ice, throw, tee(direction), direction)
     return {
         "throw": throw_document(throw),
         "to": direction.name.lower(),
-        "weight_s": told.hog_to_hog_s,
+        "weight_s": call.hog_to_hog_s,
         "time_s": round(outcome.time, 2),
         "rest": {"x": round(float(rest[0]), 4), "y": round(float(rest[1]), 4)},
         "in_play": status.in_play,
         "ends": ENDS[status.value],
-        "call": call_document(told, throw, direction),
+        "call": call_document(call, throw, direction),
         "paths": paths_of(outcome),
         "stones": [
             {"x": round(s.x, 4), "y": round(s.y, 4)} if state.in_play else None
@@ -89,22 +89,22 @@ def throw_document(throw: Throw) -> dict[str, float]:
     }
 
 
-def call_document(told: Description, throw: Throw, direction: Direction) -> dict[str, Any]:
+def call_document(call: Description, throw: Throw, direction: Direction) -> dict[str, Any]:
     """A throw as a skip calls it, and where the broom is drawn."""
-    broom = told.broom_m
+    broom = call.broom_m
     return {
-        "hog_to_hog_s": None if told.hog_to_hog_s is None else round(told.hog_to_hog_s, 2),
+        "hog_to_hog_s": None if call.hog_to_hog_s is None else round(call.hog_to_hog_s, 2),
         "broom": {"x": round(direction * broom, 4), "y": direction * TEE_Y},
         "broom_m": round(broom, 3),
-        "ice_m": round(told.ice_m, 3),
-        "ice_in_brooms": brooms(told.ice_m),
-        "ice_side": "right" if told.ice_on_the_right else "left",
-        "turns": round(told.turns, 1),
+        "ice_m": round(call.ice_m, 3),
+        "ice_in_brooms": brooms(call.ice_m),
+        "ice_side": "right" if call.ice_on_the_right else "left",
+        "turns": round(call.turns, 1),
         "turns_way": "counter-clockwise" if throw.spin > 0 else "clockwise",
-        "right_hander": told.right_hander,
-        "left_hander": told.left_hander,
+        "right_hander": call.right_hander,
+        "left_hander": call.left_hander,
         "from": {"x": 0.0, "y": round(-direction * FROM_HOG_LINE.line_y, 4)},
-        "sentence": told.call,
+        "sentence": call.call,
     }
 
 

@@ -16,7 +16,7 @@ from agents.app.club.records import State
 from agents.app.club.removal import removed_in
 from agents.app.views.measures import sheet_seen_live, sheets_of, untracked
 from agents.app.views.scores import missed_by, points_of
-from agents.app.views.told import told
+from agents.app.views.throw_numbers import throw_numbers
 from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN, REPORT
 from agents.app.work.kinds import KINDS
 from agents.app.work.queue import WorkQueue
@@ -51,13 +51,13 @@ def job_events(work: WorkQueue, numbers: Collection[int]) -> AsyncIterator[str]:
 
 async def _watch(work: WorkQueue, look: Callable[[], tuple[Any, bool]]) -> AsyncIterator[str]:
     """Yield the state whenever it has changed, until nothing more is to come."""
-    told, silent, ended = "", 0, False
+    sent, silent, ended = "", 0, False
     while not (ended or work.closed.is_set()):
         seen, ended = await run_in_threadpool(look)
         state, silent = json.dumps(seen), silent + 1
-        if state != told:
+        if state != sent:
             yield f"data: {state}\n\n"
-            told, silent = state, 0
+            sent, silent = state, 0
         elif silent >= SILENCE:
             yield ": nothing new\n\n"
             silent = 0
@@ -139,7 +139,7 @@ def in_words(sheet: ThrowSheet) -> str:
 
 def large(sheet: ThrowSheet) -> dict[str, Any]:
     """The few numbers of a throw that are read from afar, and its points if a draw was called."""
-    split, weight, _, line, *_, past, beside = told(sheet)
+    split, weight, _, line, *_, past, beside = throw_numbers(sheet)
     rest = {"name": "Rest", "value": "\n".join(filter(None, (past.value, beside.value)))}
     where, _, broom = line.value.partition(" of ")
     off, points = missed_by(sheet), points_of(sheet, None)

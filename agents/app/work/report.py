@@ -20,7 +20,7 @@ from agents.app.views.coached import errors_of
 from agents.app.views.hands import hands_of
 from agents.app.views.measures import sheets_of
 from agents.app.views.scores import leaderboard, missed_by, points_of
-from agents.app.views.told import told
+from agents.app.views.throw_numbers import throw_numbers
 from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import smaller
 from agents.coaching import ThrowSheet
@@ -77,7 +77,7 @@ def do_report(club: Club, session: Session, progress: Reported, given: str = "")
             {
                 "number": one.throw + 1,
                 "called": one.note.called,
-                "told": told(one),
+                "numbers": throw_numbers(one),
                 "off": missed_by(one),
                 "points": points_of(one, made[one.throw]),
             }

@@ -26,7 +26,7 @@ NO_MORE = 2
 
 
 @dataclass(frozen=True, kw_only=True)
-class Told:
+class ShownNumber:
     """A number as it is shown.
 
     Parameters
@@ -42,7 +42,7 @@ class Told:
     sigma: str = ""
 
 
-def told(sheet: ThrowSheet) -> list[Told]:
+def throw_numbers(sheet: ThrowSheet) -> list[ShownNumber]:
     """The numbers of a throw, one for each of the columns."""
     one = sheet.measures
     line, off = one.line, sheet.off_broom
@@ -57,7 +57,7 @@ def told(sheet: ThrowSheet) -> list[Told]:
         _beside(one.right),
     )
     return [
-        Told(name=name, meaning=meaning, value=value, sigma=sigma)
+        ShownNumber(name=name, meaning=meaning, value=value, sigma=sigma)
         for (name, meaning), (value, sigma) in zip(COLUMNS, values, strict=True)
     ]
 
