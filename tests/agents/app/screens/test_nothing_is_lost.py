@@ -177,13 +177,13 @@ def test_a_game_goes_on_after_an_answer_that_never_came(context, address):
     page.get_by_role("button", name="New game").click()
     page.get_by_text("Click where it should rest").first.wait_for()
     page.get_by_role("button", name="Aim at the button").last.click()
-    page.get_by_role("button", name="Throw it").wait_for()
+    page.get_by_role("button", name="Throw it").wait_for(timeout=60_000)
     page.route("**/throw/game", lambda route: route.abort())
     page.get_by_role("button", name="Throw it").click()
     page.get_by_text("The app does not answer").wait_for()
     page.unroute("**/throw/game")
     page.get_by_role("button", name="Aim at the button").last.click()
-    page.get_by_role("button", name="Throw it").wait_for()
+    page.get_by_role("button", name="Throw it").wait_for(timeout=60_000)
 
 
 def test_the_list_is_printed_whole_and_in_colour(browser, address):
