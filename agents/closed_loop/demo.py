@@ -19,7 +19,7 @@ from agents.closed_loop.filming import FPS, film_throws
 from agents.closed_loop.patches import patchy_ice
 from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
-from agents.planning import Plan, plan
+from agents.planning import Plan, plan_throw
 from curling_env.errors import OutputError
 from curling_env.ice import Ice, save_ice
 from curling_env.infrastructure.files.kinds import kind_of
@@ -149,8 +149,8 @@ def _run_in(
     save_ice(estimated, folder / "ice.json", provenance=origin)
 
     progress("planning a draw", 0.84)
-    best = plan(estimated, BUTTON, skill="elite", seed=seed)
-    on_average = plan(_certain(average), BUTTON, skill="elite", seed=seed)
+    best = plan_throw(estimated, BUTTON, skill="elite", seed=seed)
+    on_average = plan_throw(_certain(average), BUTTON, skill="elite", seed=seed)
     tested = ComparedDraw(
         target=best.target, rest=_rest(truth, best), other=_rest(truth, on_average)
     )
@@ -240,7 +240,8 @@ def find_missing_effect(
 def _compare(truth: Ice, target: Floats, ice: Ice, other: Ice) -> ComparedDraw:
     """Plan a draw for an exact player on two ices and throw both on the hidden one."""
     rest, other_rest = (
-        _rest(truth, plan(_certain(assumed), target, skill="none")) for assumed in (ice, other)
+        _rest(truth, plan_throw(_certain(assumed), target, skill="none"))
+        for assumed in (ice, other)
     )
     return ComparedDraw(target=target, rest=rest, other=other_rest)
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.planning import plan, plan_task
+from agents.planning import plan_throw
 from agents.playing import NETWORKS, end_simulator, play_tournament
 from agents.playing.league.fit import negative_log_likelihood
 from agents.playing.search.networks import network_named
@@ -43,11 +43,11 @@ def plans() -> dict[str, float]:
     off = 0.0
     for _ in range(TARGETS):
         target = tuple((np.array([0.0, TEE_Y]) + rng.uniform(-1.5, 1.5, 2)).tolist())
-        best = plan(ice, target, skill="elite").best
+        best = plan_throw(ice, target, skill="elite").best
         rest = slide(ice, best.throw.release())
         off = max(off, 1e3 * float(np.hypot(rest.x - target[0], rest.y - target[1])))
     found = {
-        (task, skill): plan_task(ice, task, STONE, skill=skill, candidates=CANDIDATES).best
+        (task, skill): plan_throw(ice, task, STONE, skill=skill, candidates=CANDIDATES).best
         for task, skills in SHOTS.items()
         for skill in skills
     }
