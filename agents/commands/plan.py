@@ -88,7 +88,7 @@ def plan(
         "delivery": delivery_named(delivery),
         "seed": seed,
     }
-    result = plan_throw(known, aim if task is None else task, aim, **wanted)
+    result = plan_throw(known, task or aim or "", aim, **wanted)
     if picture is not None:
         from agents.planning.plan_figure import draw_plan
 

@@ -81,15 +81,15 @@ def find_throws(
     InputError : no throw reaches it
     """
     direction = direction_to(target)
-    place: list[float] = to_delivery(target, direction).tolist()
+    across, along = to_delivery(target, direction).tolist()
     found: list[tuple[float, ...]] = []
     for spin, *sweep in handles_of(ice, spins).tolist():
         aim = Aim(ice, direction, delivery=delivery, x=x, sweep=(sweep[0], sweep[1]))
-        throw = aim.draw(*place, spin, within=REACHED)
+        throw = aim.draw(across, along, spin, within=REACHED)
         if throw is not None:
             found.append((throw.speed, throw.angle, spin, x, *sweep))
     if not found:
-        weight_to(ice, place[1], direction, x, delivery)
+        weight_to(ice, along, direction, x, delivery)
         raise InputError(
             f"no throw found that comes to rest at ({target[0]:g}, {target[1]:g}) m on this ice"
         )

@@ -7,7 +7,7 @@ import pytest
 
 from agents import plan_throw
 from agents.digital_curling import move_of, transition
-from agents.planning import draw_plan, plan_throw
+from agents.planning import draw_plan
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.physics import play_bounds, slide
