@@ -22,7 +22,7 @@ __getattr__, __dir__ = lazy_names(
         "monte_carlo": ("run_trials",),
         "objective": ("RestAtTarget",),
         "plan_figure": ("draw_plan",),
-        "rollouts": ("releases_of", "roll_out"),
+        "rollouts": ("roll_out",),
         "stones_file": ("read_stones",),
         "target_search": ("find_throws",),
     },

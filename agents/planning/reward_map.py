@@ -51,7 +51,8 @@ def reward_peaks(
     x: float = 0.0,
     grid_throws: int = GRID_THROWS,
 ) -> Floats:
-    """Return promising throws (m, 6), the most promising first; see `rollouts.releases_of`.
+    """Return promising throws (m, 6), the most promising first; see
+    `curling_env.physics.batch.releases_of`.
 
     Parameters
     ----------

@@ -74,7 +74,7 @@ def find_throws(
 
     Returns
     -------
-    (n, 6) one or more throws within `REACHED` of the target, see `rollouts.releases_of`
+    (n, 6) one or more throws within `REACHED` of the target, with the columns of `rollouts`
 
     Raises
     ------

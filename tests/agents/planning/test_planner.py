@@ -13,7 +13,6 @@ from agents.planning import (
     draw_plan,
     find_throws,
     handles,
-    releases_of,
     roll_out,
     run_trials,
 )
@@ -21,6 +20,7 @@ from curling_env.envs import ThrowRange
 from curling_env.errors import InputError
 from curling_env.ice import ActiveEffect, FrictionMap, Ice, load_ice
 from curling_env.physics import play_bounds, slide
+from curling_env.physics.batch import releases_of
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction, to_delivery
 from curling_env.throw import SKILLS, Skill, Throw
 from curling_env.units import Units
