@@ -445,8 +445,10 @@ TRAINED = ("ppo", "sac", "maskable-ppo", "dqn")
 
 
 def table() -> None:
-    """Print the rows as Markdown, single throws and ends apart."""
-    found = {path.stem: read_row(path) for path in sorted(FOLDER.glob("*.json"))}
+    """Print the released rows and those of runs as Markdown, single throws and ends apart."""
+    released = Path(RELEASED).glob("[!c]*.json"), Path(RELEASED).glob("constant.json")
+    files = {path.stem: path for some in (*released, FOLDER.glob("*.json")) for path in some}
+    found = {name: read_row(path) for name, path in sorted(files.items())}
     for tasks in (THROWS, [*ENDS, "end-draw", "end-doubles"]):
         print(f"\n| | {' | '.join(f'`{name}`' for name in tasks)} |\n{'|---' * (len(tasks) + 1)}|")
         for name, row in found.items():
