@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from agents.closed_loop import demo_figures, demo_page
-from agents.closed_loop.areas import find_areas
 from agents.closed_loop.demo_findings import ComparedDraw, Findings
 from agents.closed_loop.filming import FPS, film_throws
 from agents.closed_loop.patches import patchy_ice
@@ -177,7 +176,6 @@ def _run_in(
         on_estimated=_rest(estimated, best),
         tested=tested,
         draws=more,
-        areas=find_areas(estimated),
         missing=missing,
         named=named,
         film_frames=films.frames,
