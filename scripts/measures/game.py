@@ -8,7 +8,8 @@ import numpy as np
 
 from agents.planning import plan_throw
 from agents.playing import NETWORKS, end_simulator, play_tournament
-from agents.playing.league.fit import negative_log_likelihood
+from agents.playing.league.fit import negative_log_likelihood, shares_error
+from agents.playing.league.run import played_batch
 from agents.playing.search.networks import network_named
 from agents.playing.tournament import Standing
 from curling_env import load_ice
@@ -120,13 +121,14 @@ def _standing(setting: str, ends: int, opponent: str, *, games: int, seed: int) 
 
 def values() -> dict[str, float]:
     """Compare predictions of the value networks with the scores of unseen ends."""
-    from train_value_network import played_ends, shares_error
+    from train_value_network import settings_for
 
     found: dict[str, float] = {}
     for known in NETWORKS:
         own = network_named(known.name)
         lines = end_simulator(known.ice, known.rules, known.delivery).lines
-        batches = [played_ends(own, known, (99, 0, k)) for k in range(VALUE_BATCHES)]
+        settings = settings_for(known)
+        batches = [played_batch(settings, (own, own), (99, 0, k)) for k in range(VALUE_BATCHES)]
         errors = {
             other.name: np.mean(
                 [negative_log_likelihood(network_named(other.name), lines, b) for b in batches]
