@@ -157,8 +157,9 @@ def _play_generation(
     opponents = [
         int(draw.integers(newest)) if met else newest for draw, met in zip(draws, past, strict=True)
     ]
+    own = players[newest]
     pairs = [
-        (players[newest], players[other])[:: 1 if batch % 2 else -1]
+        (own, players[other]) if batch % 2 else (players[other], own)
         for batch, other in zip(batches, opponents, strict=True)
     ]
     seeds = [(settings.seed, number, batch) for batch in batches]
