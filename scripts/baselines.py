@@ -117,7 +117,7 @@ ALGORITHMS = {
     "dqn": Algorithm(
         name="MaskedDQN",
         tasks=[END],
-        steps=(0, 30_000),
+        steps=(0, 12_000),
         settings=OFF_POLICY | EXPLORATION,
         actions="shots",
     ),
