@@ -17,6 +17,7 @@ from curling_env.errors import InputError
 from curling_env.game import Call, PlayerView
 from curling_env.game.opponents import BOARD_WEIGHT, PEEL_WEIGHT, AimingPlayer
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
+from curling_env.typing import Floats
 
 # The list of shots: a change to it makes a new version of the environments.
 DRAWS = {
@@ -91,8 +92,8 @@ def _list_of_shots() -> tuple[Shot, ...]:
 SHOTS = _list_of_shots()
 """The shots, by their numbers; the last one goes through the house."""
 _STONE = np.array([shot.stone for shot in SHOTS])
-_DRAWS = np.array([k for k, shot in enumerate(SHOTS) if shot.kind == "draw"])
-_PLACES = np.array([SHOTS[k].place for k in _DRAWS])
+_DRAWS = [k for k, shot in enumerate(SHOTS) if shot.kind == "draw"]
+_PLACES: Floats = np.array([SHOTS[k].place for k in _DRAWS], dtype=np.float64)
 _IS_HIT = np.array([shot.kind == "hit" for shot in SHOTS])
 _IS_GUARD = np.array([s.kind == "cover" or s.place in GUARDS.values() for s in SHOTS])
 
