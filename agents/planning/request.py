@@ -27,14 +27,10 @@ def place_from(name: str, given: ArrayLike) -> Floats:
     ------
     InputError : anything else
     """
-    try:
-        place = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        place = np.empty(0)
+    wanted = f"{name} must be (x, y) in metres, in the sheet frame"
+    place = floats_from(wanted, given)
     if place.shape != (2,):
-        raise InputError(
-            f"{name} must be (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(given)}")
     return place
 
 
@@ -45,16 +41,12 @@ def places_from(name: str, given: ArrayLike) -> Floats:
     ------
     InputError : anything else
     """
-    try:
-        places = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        places = np.empty((1, 1))
+    wanted = f"{name} must be places (x, y) in metres, in the sheet frame"
+    places = floats_from(wanted, given)
     if places.size == 0:
         return np.empty((0, 2))
     if places.ndim != 2 or places.shape[1] != 2:
-        raise InputError(
-            f"{name} must be places (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(given)}")
     return places
 
 
