@@ -11,7 +11,6 @@ __getattr__, __dir__ = lazy_names(
         "camera": ("Camera",),
         "chessboard": ("Board", "calibrate_lens", "find_board"),
         "lens": ("FreeLens", "TERMS"),
-        "lens_formula": ("CIRCLE_POINTS",),
         "markings": ("grey_levels", "keypoints_of", "markings_of", "measure_markings"),
         "pose": ("camera_from_scene", "place_sigma"),
         "refined": ("log_height_prior", "unrefined"),

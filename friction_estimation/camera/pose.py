@@ -64,7 +64,7 @@ def cameras_from_points(
     Collins and Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014): both poses.
     """
     world = np.column_stack([sheet_points, np.zeros(len(sheet_points))])
-    pixels, matrix, distortion = lens.for_opencv(points_px)
+    pixels, matrix, distortion = np.ascontiguousarray(points_px), lens.matrix, lens.distortion
     found: list[tuple[float, Camera]] = []
     for rvec, tvec in _first_poses(world, pixels, matrix, distortion):
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)

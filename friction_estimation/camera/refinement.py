@@ -39,6 +39,7 @@ from friction_estimation.camera.tuning import (
     MIN_MARKINGS,
     MIN_MARKINGS_SHARE,
     NARROW_SEARCHES_PX,
+    SAME_MISFIT,
     SEARCHED_SIDE,
     WIDE_SEARCHES_PX,
     WORKING_SIDE,
@@ -97,7 +98,7 @@ class PaintSolver:
         """The likeliest of the cameras to which starts lead; None where none meets the paint.
 
         Marks in the wrong place may favour starts that lead astray, so that they are followed until
-        two lead to cameras that agree with all of the paint.
+        the likeliest camera that agrees with all of the paint is found twice.
 
         Parameters
         ----------
@@ -107,7 +108,8 @@ class PaintSolver:
         for start, searches in starts:
             solved = self.followed(start, searches)
             found += [] if solved is None else [solved]
-            if sum(not one.wrong for one in found) == 2:
+            misfits = sorted(one.refined.misfit for one in found if not one.wrong)[:2]
+            if len(misfits) == 2 and misfits[1] - misfits[0] < SAME_MISFIT:
                 break
         return min(found, key=lambda k: (len(k.wrong), k.refined.misfit), default=None)
 

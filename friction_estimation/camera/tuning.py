@@ -83,8 +83,8 @@ SEARCHED_SIDE = 1280
 """Longer side of the pictures for which that is right; in smaller ones it is smaller [px]."""
 WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
-MIN_STARTS = 4
-"""Starting cameras that are followed at least where the lens is unknown."""
+SAME_MISFIT = 10.0
+"""Cameras whose misfits differ by less are the same [squared standard errors]."""
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
 DISPLACED_SEARCH_PX = 6.0
