@@ -112,7 +112,8 @@ def composite_change(seen: Planes, behind: Planes) -> Planes:
     seen : (5, 3, rows, columns) output of `blurred`
     behind : (3, rows, columns) channels of the ice
     """
-    return seen[[0, 2, 3], 0] - behind * seen[[1, 4, 4], 0]
+    added = seen[[0, 2, 3], 0] - behind * seen[[1, 4, 4], 0]
+    return added.astype(np.float32, copy=False)
 
 
 def shares(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:

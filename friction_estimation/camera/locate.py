@@ -18,7 +18,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats, Image, Singles
-from friction_estimation.camera.agreement import OPTIONAL, TOLERANCE_PX
+from friction_estimation.camera.agreement import OPTIONAL
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens
 from friction_estimation.camera.markings import (
@@ -68,13 +68,10 @@ class PhotoCamera:
     Parameters
     ----------
     refined : the camera and how well it is known
-    misses_px : by name of a curve, root mean square distance of where it is seen from where the
-        camera puts it [px]
     scene : the camera as a scene file holds it, with the keypoints in view as its points
     """
 
     refined: RefinedCamera
-    misses_px: Mapping[str, float]
     scene: Scene
 
     @property
@@ -82,20 +79,12 @@ class PhotoCamera:
         """The camera itself."""
         return self.refined.camera
 
-    @property
-    def disagreeing(self) -> list[str]:
-        """Curves that the camera misses by more than 2 px of the photo.
-
-        In a photo of many pixels that may be paint that was not laid to the millimetre.
-        """
-        return [name for name, miss in self.misses_px.items() if miss > TOLERANCE_PX]
-
     def summary(self) -> dict[str, Any]:
         """Its pose, lens and errors for JSON."""
         lens = self.camera.lens
         return {
-            "misses_px": dict(self.misses_px),
-            "agrees": not self.disagreeing,
+            "misses_px": dict(self.refined.misses_px),
+            "agrees": not self.refined.missed,
             "position_m": self.camera.position.tolist(),
             "height_uncertainty": self.refined.log_focal_sigma,
             "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
@@ -145,12 +134,8 @@ def camera_from_photo(
     closer = large.followed(large.reduced_camera(whole.camera))
     if closer is None or closer.wrong:
         large, closer = small, best
-    refined, factor = large.whole(closer.refined, size), float(np.mean(1 / large.scale))
-    return PhotoCamera(
-        refined=refined,
-        misses_px={curve.name: factor * curve.miss_px for curve in closer.seen if curve.agrees},
-        scene=_scene(refined, sheet, stone),
-    )
+    refined = large.whole(closer.refined, size)
+    return PhotoCamera(refined=refined, scene=_scene(refined, sheet, stone))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

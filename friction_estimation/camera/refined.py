@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -13,6 +14,7 @@ from friction_estimation.camera.tuning import (
     CAMERA_HEIGHT_PRIOR,
     FOCAL_PRIOR,
     MEASURED_HEIGHT_SIGMA,
+    TOLERANCE_PX,
 )
 
 
@@ -31,6 +33,8 @@ class RefinedCamera:
         for all cameras
     farther : a camera that the paint agrees with as well, a standard error of its height away;
         only where the height comes from something other than the paint
+    misses_px : by name of a ring or line that is seen near where the camera puts it, root mean
+        square distance from there [px]
     disagreeing : names of rings and lines that are not where it puts them; only where none is
         measured
     """
@@ -42,12 +46,21 @@ class RefinedCamera:
     lens: FreeLens = KNOWN_LENS
     misfit: float = 0.0
     farther: Camera | None = None
+    misses_px: Mapping[str, float] = field(default_factory=dict[str, float])
     disagreeing: tuple[str, ...] = ()
 
     @property
     def log_focal_sigma(self) -> float:
         """Standard error of the logarithm of the focal length; 0 where it was given."""
         return float(np.sqrt(self.covariance[6, 6])) if self.lens.focal else 0.0
+
+    @property
+    def missed(self) -> list[str]:
+        """Names of the curves that the camera misses by more than 2 px of the whole picture.
+
+        In a picture of many pixels that may be paint that was not laid to the millimetre.
+        """
+        return [name for name, miss in self.misses_px.items() if miss > TOLERANCE_PX]
 
     @property
     def height_doubt(self) -> float:
@@ -95,10 +108,12 @@ class RefinedCamera:
 
         The free parameters do not depend on the size of the picture.
         """
+        factor = float(np.mean(scale))
         return replace(
             self,
             camera=self.camera.resized(scale, size),
-            rms_px=float(np.mean(scale)) * self.rms_px,
+            rms_px=factor * self.rms_px,
+            misses_px={name: factor * miss for name, miss in self.misses_px.items()},
             farther=None if self.farther is None else self.farther.resized(scale, size),
         )
 

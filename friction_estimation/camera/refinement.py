@@ -14,7 +14,7 @@ import cv2
 import numpy as np
 
 from curling_env.typing import Floats, Image, Singles
-from friction_estimation.camera.agreement import SeenCurve, disagreeing, seen_curves
+from friction_estimation.camera.agreement import disagreeing, seen_curves
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, FreeLens
 from friction_estimation.camera.markings import (
@@ -65,12 +65,10 @@ class SolvedCamera:
     Parameters
     ----------
     refined : the camera
-    seen : every ring and line in view, compared with where it puts them
     wrong : names of the curves that disagree with it, or are needed and not seen
     """
 
     refined: RefinedCamera
-    seen: Sequence[SeenCurve]
     wrong: tuple[str, ...]
 
 
@@ -131,10 +129,10 @@ class PaintSolver:
             return None
         refined = fit.fit(end, measured, fit.lens, 0.5 * self.unit_px)
         seen = seen_curves(refined.camera, fit.grey, fit.origin, self.judged)
-        met = {curve.name for curve in seen if curve.agrees}
+        met = {curve.name: curve.miss_px for curve in seen if curve.agrees}
         missing = [name for name in self.needed if name not in met]
         wrong = tuple(dict.fromkeys([*disagreeing(seen), *missing]))
-        return SolvedCamera(refined=refined, seen=seen, wrong=wrong)
+        return SolvedCamera(refined=replace(refined, misses_px=met), wrong=wrong)
 
     def reduced_camera(self, camera: Camera) -> Camera:
         """A camera of the whole picture as that of this one."""

@@ -83,6 +83,8 @@ SEARCHED_SIDE = 1280
 """Longer side of the pictures for which that is right; in smaller ones it is smaller [px]."""
 WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
+TOLERANCE_PX = 2.0
+"""Largest distance at which a curve is where a camera puts it."""
 SAME_MISFIT = 10.0
 """Cameras whose misfits differ by less are the same [squared standard errors]."""
 MAX_STARTS = 12

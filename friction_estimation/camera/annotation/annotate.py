@@ -202,7 +202,7 @@ class Annotation:
             if set(names) == set(CORNERS):
                 names = [*CORNERS]
             off = dict(zip(names, apart.tolist(), strict=True))
-            problems = problems_of(camera, self.sheet, self.stills[0], off, heights)
+            problems = problems_of(refined, off)
         better = None
         if paint and (problems or not measured):
             better = better_sheet(refined, self._on_other_sheets(clicks))
