@@ -245,10 +245,4 @@ def rows_until(track: Trajectory, time: float) -> Trajectory:
     """Return the rows of a track before a time."""
     if time > track.t[-1]:
         return track
-    rows = track.t < time - 0.02
-    columns = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
-    part = {
-        name: getattr(track, name)[rows] if getattr(track, name).size else getattr(track, name)
-        for name in columns
-    }
-    return Trajectory(throw=track.throw, stone=track.stone, clock=track.clock, **part)
+    return track.only(track.t < time - 0.02)
