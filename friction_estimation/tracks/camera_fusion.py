@@ -19,7 +19,7 @@ from curling_env.typing import Floats
 from friction_estimation.tracks.joint_path import (
     JointPath,
     fit_joint_path,
-    passing_time,
+    passing_times,
     thinned_rows,
 )
 from friction_estimation.tracks.smoothing import local_fit
@@ -109,7 +109,7 @@ def _rough_offset(a: Trajectory, b: Trajectory, direction: float, which: tuple[i
     names = f"track {which[0] + 1} and track {which[1] + 1}"
     if high > low:  # both saw the passage
         middle = (low + high) / 2
-        t_a, t_b = (passing_time(track, direction, middle) for track in (a, b))
+        t_a, t_b = (float(passing_times(track, direction, middle)) for track in (a, b))
         if high - low < 0.05 and min(speed_a, speed_b) < MIN_HANDOVER_SPEED:
             raise InputError(
                 f"cannot synchronise {names}: the stone is at rest in their common view"

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 from scipy.linalg import block_diag
 
@@ -86,18 +87,22 @@ def thinned_rows(track: Trajectory) -> tuple[Floats, Floats, Floats]:
     return track.t[::every], track.xy[::every], np.maximum(sigma[::every], MIN_ROW_SIGMA)
 
 
-def passing_time(track: Trajectory, direction: float, along: float) -> float:
-    """Return the time at which a stone passes a place along the sheet [s].
+def passing_times(
+    track: Trajectory, direction: float, along: ArrayLike, *, beyond: float | None = None
+) -> Floats:
+    """Return the times at which a stone first passes places along the sheet [s].
 
     Parameters
     ----------
     track : track of the stone
     direction : 1 for travel towards positive y, −1 towards negative y
-    along : place, as direction times y [m]
+    along : places, as direction times y [m]
+    beyond : time of a place that the track does not show; its first or last one by default [s]
     """
     forward = np.maximum.accumulate(direction * track.xy[:, 1])
     rising = np.concatenate([[True], np.diff(forward) > 0])
-    return float(np.interp(along, forward[rising], track.t[rising]))
+    places, times = forward[rising], track.t[rising]
+    return np.asarray(np.interp(np.asarray(along), places, times, left=beyond, right=beyond))
 
 
 def _fit(chain: Sequence[Trajectory], offset: Floats, jerk: float) -> tuple[float, JointPath]:
@@ -185,7 +190,7 @@ def _free_interval(chain: Sequence[Trajectory], offset: Floats) -> tuple[float, 
     first = chain[0]
     direction = 1.0 if chain[-1].xy[-1, 1] > first.xy[0, 1] else -1.0
     if direction * first.xy[0, 1] < -HOG_LINE_Y < direction * first.xy[-1, 1]:
-        start = passing_time(first, direction, -HOG_LINE_Y) + float(offset[0])
+        start = float(passing_times(first, direction, -HOG_LINE_Y)) + float(offset[0])
     for k, track in enumerate(chain):
         try:
             slide = free_slide(track)
