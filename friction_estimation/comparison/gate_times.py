@@ -177,7 +177,7 @@ def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats
         return float(times[end].mean() - times[begin].mean())
 
     def sooner(speed: float) -> float:
-        path = _path(ice, track, direction, speed, order)
+        path = _path(ice, track, direction, speed, order, until=TEE_Y + 1.0)
         predicted = passing_times(path, direction, along, beyond=np.nan)
         late = between(predicted, first, second) - seconds
         return -late if np.isfinite(late) else -1e3
@@ -211,9 +211,17 @@ def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats
 
 
 def _path(
-    ice: Ice, track: Trajectory, direction: Direction, speed: float, order: int
+    ice: Ice,
+    track: Trajectory,
+    direction: Direction,
+    speed: float,
+    order: int,
+    until: float = np.inf,
 ) -> Trajectory:
-    """The path of a throw down the centre line."""
+    """The path of a throw down the centre line, to a place along the play or to its rest."""
+    bounds = NO_BOUNDS.copy()
+    if np.isfinite(until):
+        bounds[3 if direction > 0 else 2] = direction * until
     release = Release(
         x=0.0,
         y=-direction * (HOG_LINE_Y + NEAR_LINE),
@@ -225,6 +233,6 @@ def _path(
         clock=track.clock,
         order=order,
     )
-    trajectory = slide(ice, release, bounds=NO_BOUNDS, fps=60.0).trajectory
+    trajectory = slide(ice, release, bounds=bounds, fps=60.0).trajectory
     assert trajectory is not None  # a rate was given
     return trajectory
