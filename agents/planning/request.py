@@ -71,16 +71,19 @@ def objective_for(
     Parameters
     ----------
     ice : the ice, whose stones and sheet bound the request
-    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_task`
+    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_throw`
 
     Raises
     ------
-    InputError : a task that needs a stone, or a place where none can rest
+    InputError : stones without teams in a plan for points, a task that needs a stone, or a place
+        where none can rest
     """
     own = np.zeros(len(stones), dtype=np.bool_) if teams is None else teams
     nearest = stones[:, 1] if mark is None else np.atleast_1d(mark[1])
     direction = Direction.AWAY if nearest.sum() >= 0 else Direction.HOME
     if task == "score":
+        if len(stones) and teams is None:
+            raise InputError("points need each stone's team: give `own`")
         target = tee(direction) if mark is None else mark
         return MostPoints(
             target=target, direction=direction, stones=stones, own=own, delivery=delivery

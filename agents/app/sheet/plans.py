@@ -8,7 +8,7 @@ import numpy as np
 
 from agents.app.sheet.forms import PlanForm, own_of, places_of, rounded
 from agents.app.sheet.runs import call_document, throw_document, thrown
-from agents.planning import Plan, PlannedThrow, plan, plan_task
+from agents.planning import Plan, PlannedThrow, plan_throw
 from agents.planning.error_costs import error_costs
 from agents.planning.monte_carlo import Trials
 from agents.planning.tuning import SPINS
@@ -45,7 +45,7 @@ def planned(ice: Ice, skill: Skill, form: PlanForm) -> dict[str, Any]:
         "counter-clockwise": [spin for spin in SPINS if spin > 0],
     }[form.handle]
     if form.hit:
-        found = plan_task(
+        found = plan_throw(
             ice,
             "takeout",
             target,
@@ -56,7 +56,7 @@ def planned(ice: Ice, skill: Skill, form: PlanForm) -> dict[str, Any]:
             candidates=HIT_CANDIDATES,
         )
     else:
-        found = plan(ice, target, stones=stones, skill=skill, spins=spins)
+        found = plan_throw(ice, target, stones=stones, skill=skill, spins=spins)
     return document(ice, found)
 
 
