@@ -31,6 +31,7 @@ from agents.app.club.records import (
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
 from curling_env.infrastructure.provenance import sha256_of
+from curling_env.units import Units
 
 DATABASE = "club.sqlite"
 SESSIONS, FILMS, CAMERAS, PLAYABLE = "sessions", "films", "cameras", "playable"
@@ -118,6 +119,18 @@ class Club:
     def ice_of(self, session: Session) -> Path:
         """The ice file of a session, which may not be there yet."""
         return self.folder_of(session) / ICE
+
+    @property
+    def units(self) -> Units:
+        """Units in which the app displays lengths."""
+        with self.database.reading() as connection:
+            query = "select value from setting where name = 'units'"
+            found = connection.execute(query).fetchone()
+        return Units.METRES if found is None else Units(found[0])
+
+    def choose_units(self, units: Units) -> None:
+        """Display lengths in these units, in the whole app."""
+        self.database.write("insert or replace into setting values ('units', ?)", units)
 
     def secret(self, name: str) -> str:
         """A secret that is kept, made when it is first asked for.

@@ -75,6 +75,7 @@ def show(request: Request) -> Response:
         believed=believed,
         earlier=earlier_sessions(club, session),
         found=found,
+        small=SMALL,
     )
 
 

@@ -29,7 +29,7 @@ from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
 from agents.app.work.jobs import COPY, MEASURE, latest, running, submit
 from agents.coaching import ThrowSheet, read_call
-from agents.coaching.calls import call_error
+from agents.coaching.calls import call_error, with_units
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
@@ -130,7 +130,7 @@ def read(request: Request) -> Response:
 
 def reading_of(club: Club, called: str) -> dict[str, Any]:
     """A call in words and where it is to rest; or the word that is not known."""
-    text = with_places(called, club.named_targets())
+    text = with_places(with_units(called), club.named_targets())
     call = read_call(text)
     if call is None:
         return {"words": "", "problem": call_error(text) if text.strip() else "", "target": None}
@@ -209,6 +209,8 @@ async def enter(request: Request) -> Response:
     club, form = club_of(request), await form_of(request)
     session, throw = _asked_for(request)
     given = {name: _line(form[name]) for name in ENTRY if name in form}
+    if "called" in given:
+        given["called"] = with_units(given["called"])
     if "note" in given:
         given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
     if given.get("made", "") not in MADE:

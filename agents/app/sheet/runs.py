@@ -104,7 +104,7 @@ def call_document(call: Description, throw: Throw, direction: Direction) -> dict
         "right_hander": call.right_hander,
         "left_hander": call.left_hander,
         "from": {"x": 0.0, "y": round(-direction * FROM_HOG_LINE.line_y, 4)},
-        "sentence": call.call,
+        "sentence": call.call_in(),
     }
 
 

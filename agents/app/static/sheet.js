@@ -5,6 +5,7 @@
 // right. Colours and line widths are in sheet.css, so that the picture follows light and dark.
 
 import { hold } from "./sheet_hands.js";
+import { length as inWords } from "./units.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 export const TEE = 17.3735, HOG = 10.9725, BACK = 19.2025, HACK = 21.0315, RADIUS = 0.145;
@@ -22,19 +23,13 @@ export function shape(name, attributes = {}, ...children) {
 
 const line = (x1, y1, x2, y2, name) => shape("line", { x1, y1, x2, y2, class: name });
 
-/** A length for people: centimetres below a metre. */
-export function told(metres) {
-  const size = Math.abs(metres);
-  return size < 0.995 ? `${Math.round(100 * size)} cm` : `${size.toFixed(2)} m`;
-}
-
 /** Where a place of the sheet lies, as the thrower sees it. */
 export function placeInWords({ x, y }, direction) {
   const right = direction * x, past = direction * y - TEE;
   if (Math.hypot(right, past) < 0.05) return "on the button";
   const parts = [];
-  if (Math.abs(past) >= 0.05) parts.push(`${told(past)} ${past > 0 ? "behind" : "before"} the tee line`);
-  if (Math.abs(right) >= 0.05) parts.push(`${told(right)} ${right > 0 ? "right" : "left"} of the centre line`);
+  if (Math.abs(past) >= 0.05) parts.push(`${inWords(past)} ${past > 0 ? "behind" : "before"} the tee line`);
+  if (Math.abs(right) >= 0.05) parts.push(`${inWords(right)} ${right > 0 ? "right" : "left"} of the centre line`);
   return parts.join(", ");
 }
 

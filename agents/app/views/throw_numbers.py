@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import floor, log10
 
 from agents.coaching import ThrowSheet
-from curling_env.units import side
+from curling_env.units import miss, side
 from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_table import ThrowMeasures
 
@@ -89,22 +89,19 @@ def _beside(one: Measured | None, what: str = "") -> tuple[str, str]:
         words = f"on {what or 'the line'}"
     elif what == "the broom":
         words = f"{words} of the broom"
-    return words, _centimetres(one.sigma)
+    return words, _within(one.sigma)
 
 
 def _along(one: ThrowMeasures) -> tuple[str, str]:
     if one.past is None:
         return "", ""
     words = side(one.past.value, right="past")
-    return words.replace("on the line", "level with the tee"), _centimetres(one.past.sigma)
+    return words.replace("on the line", "level with the tee"), _within(one.past.sigma)
 
 
 def _right(one: Measured | None) -> Measured | None:
     return None if one is None else Measured(-one.value, one.sigma)
 
 
-def _centimetres(sigma: float | None) -> str:
-    if sigma is None:
-        return ""
-    centimetres = 100 * sigma
-    return f"± {centimetres:.1f} cm" if centimetres < 1 else f"± {centimetres:.0f} cm"
+def _within(sigma: float | None) -> str:
+    return "" if sigma is None else f"± {miss(sigma)}"

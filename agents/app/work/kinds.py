@@ -13,6 +13,7 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.records import State
 from agents.app.work.jobs import CAUSES, COPY, MEASURE, REPORT
 from curling_env.errors import CurlingError
+from curling_env.units import shown_in
 
 if TYPE_CHECKING:
     from agents.app.work.reported import Reported
@@ -61,7 +62,8 @@ def do_job(folder: Path, number: int) -> None:
         return
     problem = None
     try:
-        do(job.kind, club, session, Reported(club, number), job.given)
+        with shown_in(club.units):
+            do(job.kind, club, session, Reported(club, number), job.given)
     except CurlingError as error:
         problem = str(error)
     except Exception as error:  # an internal error is reported, not retried

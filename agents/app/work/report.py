@@ -46,7 +46,7 @@ def report_path(club: Club, session: Session, athlete: Athlete) -> Path:
     """The file of a report as throws, calls and ice are now; it may not be there yet."""
     folder = club.folder_of(session)
     digests = [digest_of_file(folder / name) for name in (TRACKS, ICE, THROW_LIST, HANDS_LIST)]
-    of = hashlib.sha256(" ".join(digests).encode()).hexdigest()[:12]
+    of = hashlib.sha256(" ".join([*digests, club.units]).encode()).hexdigest()[:12]
     return folder / "reports" / f"{athlete.id}-{of}.html"
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from agents.coaching.athletes import HANDLES, AthleteErrors, ErrorSummary
 from curling_env.render import figures
-from curling_env.units import FOOT, INCH, Units, short_length
+from curling_env.units import FOOT, INCH, Units, chosen_units, short_length
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -22,16 +22,13 @@ MAX_ATHLETES = 9
 """Maximum number of athletes drawn; those with most throws are chosen."""
 
 
-def draw_athletes(
-    found: Sequence[AthleteErrors], path: str | Path, units: Units = Units.METRES
-) -> None:
+def draw_athletes(found: Sequence[AthleteErrors], path: str | Path) -> None:
     """Draw the errors of athletes; the suffix chooses the format.
 
     Parameters
     ----------
     found : result of `athlete_errors`
     path : picture file to write
-    units : units of displayed lengths
 
     Raises
     ------
@@ -45,7 +42,7 @@ def draw_athletes(
     reach = _reach(shown)
     for k, ax in enumerate(axes.flat):
         if k < len(shown):
-            _draw(ax, shown[k], reach, units)
+            _draw(ax, shown[k], reach)
         else:
             ax.axis("off")
     figure.suptitle(
@@ -65,10 +62,12 @@ def _reach(shown: Sequence[AthleteErrors]) -> tuple[float, float]:
     return 1.06 * float(largest[0]), 1.06 * float(largest[1])
 
 
-def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units) -> None:
-    across = 100.0 if units is Units.METRES else 1 / INCH
-    each = one.seconds_per_speed
-    up = -each if each is not None else 1.0 if units is Units.METRES else 1 / FOOT
+def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float]) -> None:
+    unit, across, of_weight, up = "cm", 100.0, "m/s", 1.0
+    if chosen_units() is Units.FEET:
+        unit, across, of_weight, up = "in", 1 / INCH, "ft/s", 1 / FOOT
+    if one.seconds_per_speed is not None:
+        of_weight, up = "s hog to hog", -one.seconds_per_speed
     ax.axhline(0, color=figures.FAINT, lw=0.8)
     ax.axvline(0, color=figures.FAINT, lw=0.8)
     for handle in (*HANDLES, None):
@@ -92,11 +91,9 @@ def _draw(ax: Axes, one: AthleteErrors, reach: tuple[float, float], units: Units
     ax.set_xlim(-across * reach[0], across * reach[0])
     ax.set_ylim(-up * reach[1], up * reach[1])
     figures.plain_axes(ax)
-    unit = "cm" if units is Units.METRES else "in"
     ax.set_xlabel(f"◀ left   line [{unit}]   right ▶", fontsize=8, color=figures.SOFT)
-    of_weight = "s hog to hog" if each is not None else "m/s" if units is Units.METRES else "ft/s"
     ax.set_ylabel(f"◀ light   weight [{of_weight}]   heavy ▶", fontsize=8, color=figures.SOFT)
-    spread = short_length(one.overall.spread[1].value, units)
+    spread = short_length(one.overall.spread[1].value)
     weight = abs(up) * one.overall.spread[0].value
     name = (one.name or "no name").replace("$", r"\$")
     ax.set_title(

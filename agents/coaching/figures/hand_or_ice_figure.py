@@ -15,7 +15,7 @@ from agents.coaching.misses.causes import (
     ThrowCauses,
 )
 from curling_env.render import figures
-from curling_env.units import FOOT, Units, length
+from curling_env.units import FOOT, Units, chosen_units, length
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -33,14 +33,13 @@ MAX_ROWS = 40
 """Maximum number of throws drawn one by one; those with the largest misses are chosen."""
 
 
-def draw_causes(found: SessionCauses, path: str | Path, units: Units = Units.METRES) -> None:
+def draw_causes(found: SessionCauses, path: str | Path) -> None:
     """Draw the causes of a session's misses; the suffix chooses the format.
 
     Parameters
     ----------
     found : result of `hand_or_ice`
     path : picture file to write
-    units : units of displayed lengths
 
     Raises
     ------
@@ -52,24 +51,22 @@ def draw_causes(found: SessionCauses, path: str | Path, units: Units = Units.MET
     figure = figures.new_figure(12.0, 3.4 + 0.27 * rows)
     grid = figure.add_gridspec(2, 2, height_ratios=[0.27 * rows + 0.6, 2.6])
     along, across = figure.add_subplot(grid[0, 0]), figure.add_subplot(grid[0, 1])
-    _draw_bars(along, throws, 1, units, labels=True)
-    _draw_bars(across, throws, 0, units, labels=False)
-    _draw_means(figure.add_subplot(grid[1, 0]), found, units)
-    _draw_shares(figure.add_subplot(grid[1, 1]), found, units)
+    _draw_bars(along, throws, 1, labels=True)
+    _draw_bars(across, throws, 0, labels=False)
+    _draw_means(figure.add_subplot(grid[1, 0]), found)
+    _draw_shares(figure.add_subplot(grid[1, 1]), found)
     title = "Hand or ice: contributions to each stone's miss"
     figure.suptitle(title, fontsize=14, fontweight="bold", color=figures.PATH_COLOUR)
     figures.save_figure(figure, path, dpi=120)
 
 
-def _scale(units: Units) -> tuple[float, str]:
-    return (1.0, "m") if units is Units.METRES else (1 / FOOT, "ft")
+def _scale() -> tuple[float, str]:
+    return (1.0, "m") if chosen_units() is Units.METRES else (1 / FOOT, "ft")
 
 
-def _draw_bars(
-    ax: Axes, throws: list[ThrowCauses], axis: int, units: Units, *, labels: bool
-) -> None:
+def _draw_bars(ax: Axes, throws: list[ThrowCauses], axis: int, *, labels: bool) -> None:
     """Draw a row for each throw: its parts end to end, to either side, and its miss as a mark."""
-    factor, unit = _scale(units)
+    factor, unit = _scale()
     for row, one in enumerate(throws):
         ends = {1: 0.0, -1: 0.0}
         for cause, part in one.parts.items():
@@ -92,9 +89,9 @@ def _label(one: ThrowCauses) -> str:
     return "  ".join(filter(None, (str(one.throw), one.athlete[:14], call))).replace("$", r"\$")
 
 
-def _draw_means(ax: Axes, found: SessionCauses, units: Units) -> None:
+def _draw_means(ax: Axes, found: SessionCauses) -> None:
     """Draw the mean contribution of each cause, along and across the sheet, with 95 % intervals."""
-    factor, unit = _scale(units)
+    factor, unit = _scale()
     mean = {} if found.pattern is None else found.pattern.mean
     for row, (cause, ways) in enumerate(mean.items()):
         for axis, lift in ((1, -0.16), (0, 0.16)):
@@ -119,14 +116,14 @@ def _draw_means(ax: Axes, found: SessionCauses, units: Units) -> None:
     ax.set_title("systematic part: means, 95 % intervals", fontsize=10, loc="left")
 
 
-def _draw_shares(ax: Axes, found: SessionCauses, units: Units) -> None:
+def _draw_shares(ax: Axes, found: SessionCauses) -> None:
     """Draw the share of each cause in the squared misses, for all throws and each athlete."""
     patterns = ([found.pattern] if found.pattern is not None else []) + list(found.athletes[:8])
     for row, pattern in enumerate(patterns):
         _draw_share(ax, row, pattern)
     figures.plain_axes(ax)
     names = [
-        f"{'all' if p.athlete is None else p.athlete[:16]}: {length(p.typical_miss, units)}"
+        f"{'all' if p.athlete is None else p.athlete[:16]}: {length(p.typical_miss)}"
         for p in patterns
     ]
     ax.set_yticks(range(len(patterns)), [name.replace("$", r"\$") for name in names])

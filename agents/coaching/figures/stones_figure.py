@@ -10,20 +10,19 @@ import numpy as np
 
 from agents.coaching.stones import StoneFactor, StoneMatch
 from curling_env.render import figures
-from curling_env.units import FOOT, Units
+from curling_env.units import FOOT, Units, chosen_units
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 
-def draw_stones(found: StoneMatch, path: str | Path, units: Units = Units.METRES) -> None:
+def draw_stones(found: StoneMatch, path: str | Path) -> None:
     """Draw the stones of a set; the suffix chooses the format.
 
     Parameters
     ----------
     found : result of `match_stones`
     path : picture file to write
-    units : units of displayed lengths
 
     Raises
     ------
@@ -47,7 +46,7 @@ def draw_stones(found: StoneMatch, path: str | Path, units: Units = Units.METRES
         ax.axvline(0, color=figures.FAINT, lw=0.8, zorder=0)
         words = f"◀ straighter    curl over the set's [%]    curls more ▶{_open_pairs(found)}"
         ax.set_xlabel(words, color=figures.SOFT)
-    _second_axis(ax, found, units)
+    _second_axis(ax, found)
     title = "Stones against their set, with 95 % intervals; bands join the suggested pairs"
     ax.set_title(title, fontsize=12, fontweight="bold", color=figures.PATH_COLOUR, loc="left")
     figures.save_figure(figure, path, dpi=120)
@@ -97,15 +96,14 @@ def _draw_stones(ax: Axes, found: StoneMatch, places: dict[str, tuple[float, flo
         )
 
 
-def _second_axis(ax: Axes, found: StoneMatch, units: Units) -> None:
+def _second_axis(ax: Axes, found: StoneMatch) -> None:
     """Add an axis of the extra distance on a draw, next to the friction."""
     known = max(found.stones, key=lambda one: abs(np.log(one.friction.value)))
     per_log = -known.carry.value / float(np.log(known.friction.value) or 1e-9)
-    unit = 1.0 if units is Units.METRES else 1 / FOOT
+    name, unit = ("m", 1.0) if chosen_units() is Units.METRES else ("ft", 1 / FOOT)
     low, high = ax.get_ylim()
     other = ax.twinx()
     other.set_ylim(-unit * per_log * low / 100, -unit * per_log * high / 100)
-    name = "m" if units is Units.METRES else "ft"
     other.set_ylabel(f"extra distance on a draw [{name}]", color=figures.SOFT)
     other.tick_params(labelsize=8, colors=figures.SOFT)
     for side in other.spines.values():

@@ -15,7 +15,7 @@ import numpy as np
 
 from agents.coaching.tuning import MIN_THROWS_TO_CORRECT_ICE
 from curling_env.typing import Floats
-from curling_env.units import Units, length
+from curling_env.units import length
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,7 +53,7 @@ class Together:
         if not (np.abs(self.left) > 3 * self.allowed + 0.1).any():
             return None
         along = "past" if self.left[1] > 0 else "short of"
-        far = length(float(self.left[1]), Units.METRES)
+        far = length(float(self.left[1]))
         return (
             f"on average stones came to rest {far} {along} the prediction of this ice file: it is "
             "not the ice of these throws, or its errors are too small"

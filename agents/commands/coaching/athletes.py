@@ -71,11 +71,11 @@ def athletes(
     if picture is not None:
         from agents.coaching.figures.athletes_figure import draw_athletes
 
-        draw_athletes(found, picture, results.units)
+        draw_athletes(found, picture)
     results.show(
         [one.as_dict() for one in found],
-        as_text(athletes_rows(found, results.units)),
-        *athletes_in_words(found, results.units),
+        as_text(athletes_rows(found)),
+        *athletes_in_words(found),
     )
 
 

@@ -59,9 +59,9 @@ def match_stones(
     if picture is not None:
         from agents.coaching.figures.stones_figure import draw_stones
 
-        draw_stones(found, picture, results.units)
+        draw_stones(found, picture)
     results.show(
         found.as_dict(),
-        as_text(stones_rows(found, results.units)),
-        *stones_in_words(found, results.units),
+        as_text(stones_rows(found)),
+        *stones_in_words(found),
     )
