@@ -206,7 +206,7 @@ def sheet_rows(sheets: Sequence[ThrowSheet]) -> ThrowRows:
     sheets : the throws
     """
     notes = {sheet.throw: sheet.note for sheet in sheets}
-    table = throw_rows([sheet.measures for sheet in sheets], notes, errors=False)
+    table = throw_rows([sheet.measures for sheet in sheets], notes=notes, errors=False)
     head, rows = list(table.head), [list(row) for row in table.rows]
     if "handle" in head:
         at = head.index("handle")
