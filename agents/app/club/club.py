@@ -201,6 +201,13 @@ class Club:
         query = "select * from throw where id = ? and removed is null"
         return self.database.row(Throw, query, number)
 
+    def names(self, table: str) -> list[tuple[int, str]]:
+        """Numbers and names of a table, sorted as people count."""
+        there = " where removed is null" if table == "target" else ""
+        with self.database.reading() as connection:
+            found = connection.execute(f"select id, name from {table}{there}").fetchall()
+        return sorted(map(tuple, found), key=lambda one: _as_counted(one[1]))
+
     def targets(self) -> list[Target]:
         """The targets that are offered, by name."""
         return [target for target in self.named_targets() if target.removed is None]

@@ -8,12 +8,10 @@ from starlette.routing import Route
 
 from agents.app.club.club import changed, named_row
 from agents.app.club.session_files import SWEPT
-from agents.app.pages import club_of, form_of, go_to, page, session_of, work_of
-from agents.app.screens.screen import Screen
+from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of, work_of
 from agents.app.screens.throws import entry_of, reading_of
-from agents.app.views.measures import sheets_of
 from agents.app.views.progress import state_of
-from agents.app.views.scores import ELSEWHERE, HIT, POINTS, leaderboard
+from agents.app.views.throws import ELSEWHERE, HIT, POINTS, leaderboard, sheets_of
 from agents.app.work.jobs import running
 from agents.coaching.calls import with_units
 from curling_env.errors import InputError

@@ -19,12 +19,10 @@ from agents.app.club.films import has_other_marks
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import SWEPT, finish_files, note_change
 from agents.app.club.targets import with_places
-from agents.app.pages import club_of, form_of, go_to, page, session_of
-from agents.app.screens.screen import Screen
+from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of
 from agents.app.views.film_view import throw_view
-from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
-from agents.app.views.throw_numbers import COLUMNS, throw_numbers
+from agents.app.views.throws import COLUMNS, sheets_of, throw_numbers
 from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
 from agents.app.work.jobs import COPY, MEASURE, latest, running, submit

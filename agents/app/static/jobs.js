@@ -30,7 +30,7 @@ export function jobLine(job, complain) {
   return line;
 }
 
-/** Listen to events; where the browser has given up, because the app was away for long, begin anew. */
+/** Listen to events; where the browser has given up, because the app was away for long, begin again. */
 export function listen(path, show) {
   const events = new EventSource(at(path));
   events.addEventListener("message", (event) => show(JSON.parse(event.data), events));

@@ -70,7 +70,7 @@ export class Sheet extends EventTarget {
   // --- the ice -------------------------------------------------------------------------------
 
   hatching() {
-    // Each picture has a pattern of its own: a page may hold several.
+    // Each picture has a separate pattern: a page may hold several.
     this.hatch = `hatch-${Math.random().toString(36).slice(2)}`;
     const pattern = shape("pattern", { id: this.hatch, width: 0.3, height: 0.3, patternUnits: "userSpaceOnUse",
       patternTransform: "rotate(45)" }, line(0, 0, 0, 0.3, "hatch"));
@@ -95,7 +95,7 @@ export class Sheet extends EventTarget {
       shape("rect", { x: -half, y: -length / 2, width, height: length, class: "edge" }));
   }
 
-  /** The map: `relative` in rows from y = -length/2 upwards, null where nobody has thrown. */
+  /** The map: `relative` in rows from y = -length/2 upwards, null where no stone ran. */
   map(cells, most = null) {
     const layer = this.layers.cells;
     layer.replaceChildren();
@@ -111,7 +111,7 @@ export class Sheet extends EventTarget {
         next = i + 1;
         while (next < relative.length && relative[next][j] === relative[i][j]) next += 1;
         const value = relative[i][j], box = { x, y: bottom(i), width, height: bottom(next) - bottom(i) };
-        if (value === null) layer.append(shape("rect", { ...box, class: "nobody", fill: `url(#${this.hatch})` }));
+        if (value === null) layer.append(shape("rect", { ...box, class: "unseen-ice", fill: `url(#${this.hatch})` }));
         else if (value !== 0) layer.append(shape("rect", { ...box, class: value > 0 ? "heavy" : "keen",
           "fill-opacity": Math.min(Math.abs(value) / top, 1).toFixed(3) }));
       }
@@ -200,7 +200,7 @@ export class Sheet extends EventTarget {
     return { x: Math.min(Math.max(x, -side), side), y: d * along };
   }
 
-  // --- what is said and held ------------------------------------------------------------------
+  // --- words and handles ----------------------------------------------------------------------
 
   send(name, detail) {
     this.dispatchEvent(Object.assign(new Event(name), { detail }));

@@ -69,7 +69,7 @@ def athletes(
         for name in write_athletes(output, found, [*tracks, *ice, *(believed or [])], seed=seed):
             print_remark(f"{name}")
     if picture is not None:
-        from agents.coaching.figures.athletes_figure import draw_athletes
+        from agents.coaching.coaching_figures import draw_athletes
 
         draw_athletes(found, picture)
     results.show(

@@ -54,7 +54,7 @@ def hand_or_ice(
 
         write_causes(output, found)
     if picture is not None:
-        from agents.coaching.figures.hand_or_ice_figure import draw_causes
+        from agents.coaching.coaching_figures import draw_causes
 
         draw_causes(found, picture)
     table = [as_text(causes_rows(found))] if found.throws else []
