@@ -83,7 +83,7 @@ async function letItRun() {
   const team = thrower(), stones = lying();
   sheet.ghost(null);
   await sheet.run(desk.shown.paths.map((path) => ({ ...path, team: path.stone === null ? team : stones[path.stone].team })),
-    { speed: Number($("pace").value), hide: desk.shown.paths.filter((path) => path.stone !== null).map((path) => stones[path.stone].id) });
+    { speed: Number($("playback").value), hide: desk.shown.paths.filter((path) => path.stone !== null).map((path) => stones[path.stone].id) });
   sheet.ghost(desk.shown.in_play ? desk.shown.rest : null, team);
   say(endOf(desk.shown));
 }

@@ -213,7 +213,7 @@ def _expected(rows: Sequence[Row], t: float) -> Floats:
     late = np.array(rows[-LATEST:])
     past, xy = late[:, 0] - late[-1, 0], late[:, 1:3]
     way = xy[-1] - xy[0]
-    slowing = DECELERATION * way / max(float(np.hypot(*way)), REACH)
-    fit = np.polynomial.polynomial.polyfit(past, xy + np.outer(past**2 / 2, slowing), 1)
+    change = DECELERATION * way / max(float(np.hypot(*way)), REACH)
+    fit = np.polynomial.polynomial.polyfit(past, xy + np.outer(past**2 / 2, change), 1)
     u = min(t - late[-1, 0], float(np.hypot(*fit[1])) / DECELERATION)
-    return fit[0] + u * fit[1] - u**2 / 2 * slowing
+    return fit[0] + u * fit[1] - u**2 / 2 * change
