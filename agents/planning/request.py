@@ -188,6 +188,6 @@ def check_room(ice: Ice, target: Floats, stones: Floats) -> None:
     for stone in stones:
         if np.hypot(*(stone - target)) < 2 * ice.stone.radius - OVERLAP_ALLOWED:
             raise InputError(
-                f"no stone can rest at the target: the stone at ({stone[0]:g}, {stone[1]:g}) m "
-                "is in its place"
+                "no stone can rest at the target: the stone at "
+                f"({stone[0]:.2f}, {stone[1]:.2f}) m is in its place"
             )
