@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.planning.objective import MostPoints, Objective, TaskDone
+from agents.planning.objective import MostPoints, Objective, task_done
 from agents.planning.target_search import check_target
 from agents.planning.tuning import SPINS
 from curling_env.envs.options import brief, floats_from
@@ -97,11 +97,11 @@ def objective_for(
         mark = stones[given]
     if mark is None:
         mark = np.asarray(to_sheet(known.easiest_goal, direction))
-    objective = TaskDone(
-        task=known,
-        mark=mark,
-        direction=direction,
-        stones=stones,
+    objective = task_done(
+        known,
+        mark,
+        direction,
+        stones,
         own=teams,
         given=given,
         radius=ice.stone.radius,
