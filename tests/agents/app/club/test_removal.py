@@ -1,4 +1,4 @@
-"""What is removed is gone from pages and files, and comes back as it was."""
+"""Removed sessions, films and throws leave pages and files, and come back unchanged."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def session(club):
 
 
 def state(club, session):
-    """What pages and commands are told of a session."""
+    """Contents of a session on pages and in the files of commands."""
     folder = club.folder_of(session)
     tracks = club.tracks_of(session)
     return (
