@@ -8,7 +8,6 @@ import numpy as np
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from agents.app.club import Club, Session
 from agents.app.pages import Screen, club_of, number_in, page, session_of
@@ -171,8 +170,4 @@ def _picture(one: ThrowCauses) -> dict[str, Any]:
     }
 
 
-SCREEN = Screen(
-    name="hand-or-ice",
-    title="Hand or ice?",
-    routes=[Route("/hand-or-ice", show), Route("/hand-or-ice/{session:int}", show)],
-)
+SCREEN = Screen("hand-or-ice", "Hand or ice?", show)

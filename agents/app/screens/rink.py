@@ -69,12 +69,5 @@ async def plan(request: Request) -> Response:
     return go_to(request, f"rink/{session.id}")
 
 
-SCREEN = Screen(
-    name="rink",
-    title="At the rink",
-    routes=[
-        Route("/rink", show),
-        Route("/rink/{session:int}", show),
-        Route("/rink/{session:int}", plan, methods=["POST"]),
-    ],
-)
+PLAN = Route("/rink/{session:int}", plan, methods=["POST"])
+SCREEN = Screen("rink", "At the rink", show, [PLAN])
