@@ -27,7 +27,7 @@ from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
 from agents.app.work.jobs import COPY, MEASURE, requested, running, submit
 from agents.coaching import ThrowSheet, read_call
-from agents.coaching.calls import call_error, with_units
+from agents.coaching.calls import call_error, shown_call, typed_call
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
@@ -128,12 +128,13 @@ def show_throw(request: Request) -> Response:
 
 def read(request: Request) -> Response:
     """Answer how a call is read, while it is typed."""
-    return JSONResponse(reading_of(club_of(request), request.query_params.get("text", "")[:400]))
+    text = typed_call(request.query_params.get("text", "")[:400])
+    return JSONResponse(reading_of(club_of(request), text))
 
 
 def reading_of(club: Club, called: str) -> dict[str, Any]:
     """A call in words and where it is to rest; or the word that is not known."""
-    text = with_places(with_units(called), club.named_targets())
+    text = with_places(called, club.named_targets())
     call = read_call(text)
     if call is None:
         return {"words": "", "problem": call_error(text) if text.strip() else "", "target": None}
@@ -210,7 +211,7 @@ async def enter(request: Request) -> Response:
     session, throw = _asked_for(request)
     given = {name: _line(form[name]) for name in ENTRY if name in form}
     if "called" in given:
-        given["called"] = with_units(given["called"])
+        given["called"] = typed_call(given["called"])
     if "note" in given:
         given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
     if given.get("made", "") not in MADE:
@@ -269,7 +270,7 @@ def entries_of(club: Club, throws: Sequence[Throw]) -> list[dict[str, str]]:
                 "athlete": "" if athlete is None else athlete.name,
                 "hand": "right" if athlete is None else athlete.hand.value,
                 "stone": stones.get(throw.stone_id or 0, ""),
-                "called": throw.called,
+                "called": shown_call(throw.called),
                 "made": next(word for word, value in MADE.items() if value is throw.made),
                 "note": throw.note,
                 "swept": throw.swept,
