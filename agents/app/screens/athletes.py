@@ -13,14 +13,9 @@ from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
 from agents.app.work.jobs import REPORT, requested
 from agents.app.work.report import report_path
 
-POLICY = "; ".join(
-    [
-        "default-src 'none'",
-        "style-src 'unsafe-inline'",
-        "img-src data:",
-        "media-src data:",
-        "frame-ancestors 'none'",
-    ]
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; media-src data:; "
+    "frame-ancestors 'none'"
 )
 """Content security policy of a report: it holds all that it shows."""
 
