@@ -44,7 +44,7 @@ PATIENCE = 150_000
 
 
 class App:
-    """`curling app` in a process of its own, which can be killed and started again."""
+    """`curling app` in a separate process, which can be killed and started again."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.port = folder, 0
@@ -183,7 +183,7 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     expect(coach.get_by_role("link", name="Mark the sheet")).to_be_visible()
     assert coach.evaluate("window.isTheSame")  # a reload would lose films that wait
 
-    # Somebody else watches on a phone.
+    # An athlete watches on a phone.
     athlete = open_page(browser, errors, viewport=PHONE, has_touch=True, color_scheme="dark")
     athlete.goto(here)
     expect(athlete.locator("#films li")).to_have_count(2)

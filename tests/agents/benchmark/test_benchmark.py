@@ -112,7 +112,7 @@ def test_a_difference_is_that_of_each_episode():
         (("nowhere.npz",), "no such file"),
     ],
 )
-def test_who_cannot_do_a_task_is_told(curling, arguments, says):
+def test_contestants_that_cannot_do_a_task_are_rejected(curling, arguments, says):
     assert says in curling("benchmark", *arguments, "--episodes", "2").complaint
 
 

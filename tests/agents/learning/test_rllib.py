@@ -217,7 +217,7 @@ def test_rllibs_network_agrees_with_stable_baselines3s() -> None:
 def test_two_local_workers_learn_to_draw_and_the_model_throws(
     tmp_path: Path, curling: Callable[..., Any]
 ) -> None:
-    # Throws that are not centred on the best one: who has learnt nothing misses by metres.
+    # Throws that are not centred on the best one: an untrained policy misses by metres.
     options = {
         "target": [0.0, 0.0],
         "throw_range": {"speed": [1.5, 2.4], "angle": [-0.15, 0.15], "spin": [0.5, 1.5]},

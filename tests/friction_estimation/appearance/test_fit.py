@@ -110,7 +110,7 @@ def film_of_a_stone():
 
 
 def learnt(crops, change=0.0):
-    """Places and look that are learnt from copies of crops, whose pixels are changed by so much."""
+    """Places and appearance learned from copies of crops with pixels changed by an amount."""
     rng = np.random.default_rng(3)
     own = [
         replace(crop, pixels=crop.pixels + change * rng.standard_normal(crop.pixels.shape))

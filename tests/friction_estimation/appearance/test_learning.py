@@ -1,4 +1,4 @@
-"""What is learnt of a stone from its pictures."""
+"""Appearance of a stone, learned from its pictures."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def small_stone():
 def learnt(crops, moved=0.0):
     """Copies of crops with the poses that are learnt from them, and the look.
 
-    The poses to begin with are moved by so much [m].
+    `moved` shifts the poses to begin with [m].
     """
     own = [replace(crop, pose=crop.pose + np.array([moved, -moved, 0.0])) for crop in crops]
     return own, learn_appearance(own, MODEL, 2.0)

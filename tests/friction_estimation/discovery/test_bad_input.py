@@ -110,7 +110,7 @@ def test_a_base_ice_of_other_ice_is_said(make_session, rng):
     plain = Ice.uniform(0.02)
     mu = plain.friction.mu * np.exp(rng.normal(0, 0.3, plain.friction.mu.shape))
     wrong = replace(plain, friction=replace(plain.friction, mu=mu))
-    tracks = make_session(throws=6)  # too few to name anything, but this can be said
+    tracks = make_session(throws=6)  # too few to name anything, but enough to report this
     found = discover(tracks, wrong)
     assert OTHER_ICE in said(found)
     assert OTHER_ICE not in said(discover(tracks, plain))

@@ -83,7 +83,7 @@ def test_report_ice_and_page(twice, must_fit, request):
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
+def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path):
     write_tracks(tmp_path / "tracks.csv", make_session([effect("sweeping", friction_factor=0.85)]))
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
     report = json.loads((tmp_path / "found" / "report.json").read_text())

@@ -1,4 +1,4 @@
-"""What a verdict owes its reader beside a name: doubts, limits, and what would settle them."""
+"""Verdicts list alternatives and limits, and the throws that would decide."""
 
 from __future__ import annotations
 

@@ -66,7 +66,7 @@ def test_without_headings_the_spin_is_believed(three_draws) -> None:
     assert any("is assumed, not measured: film more stones" in words for words in found.remarks)
 
 
-def test_a_map_and_curl_are_told_apart_and_both_sized(tmp_path) -> None:
+def test_a_map_and_curl_are_distinguished_and_both_sized(tmp_path) -> None:
     tracks, sealed = session(tmp_path, ("friction_map", "curl"), 3, throws=12)
     found = discover(tracks)
     named, _ = names(found)

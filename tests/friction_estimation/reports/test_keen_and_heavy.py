@@ -45,7 +45,7 @@ def test_a_heavy_corner_is_named_with_its_size():
     assert "Keen at the away end, left (−" in in_a_sentence(ice(0.95, away_left()))
 
 
-def test_what_is_not_known_clearly_is_not_told():
+def test_uncertain_differences_are_not_reported():
     unsure = {z.name: z for z in zones(ice(1.05, away_left(), sigma=0.0003))}
     assert not unsure["the away end, left"].stands_out
 

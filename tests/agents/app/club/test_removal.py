@@ -1,4 +1,4 @@
-"""What is removed is gone from pages and files, and comes back as it was."""
+"""Removal from pages and files, and restoring."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def session(club):
 
 
 def state(club, session):
-    """What pages and commands are told of a session."""
+    """Values that pages and commands show of a session."""
     folder = club.folder_of(session)
     tracks = club.tracks_of(session)
     return (

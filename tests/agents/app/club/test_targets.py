@@ -41,7 +41,7 @@ def test_a_place_off_the_ice_is_refused(club):
 
 def test_what_a_throw_has_called_keeps_its_meaning(club):
     kept = keep_target(club, "pocket", 0.5, 17.0)
-    assert keep_target(club, "Pocket", 0.6, 17.0).id == kept.id  # nobody has called it yet
+    assert keep_target(club, "Pocket", 0.6, 17.0).id == kept.id  # no call names it yet
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     with club.database.writing() as connection:
         connection.execute(

@@ -1,4 +1,4 @@
-"""What a coach enters and sends is kept, whatever the page, the network or others do."""
+"""Entries and films of a coach survive reloads, network failures and other users."""
 
 from __future__ import annotations
 

@@ -36,12 +36,12 @@ LONG_REPORT = {
     "effects": [{"name": name, **EFFECT} for name in ("curl", "friction_map", "air_drag")],
     "next_throws": [NEXT] * 3,
 }
-"""As much as a discovery usually says, to fill the printed page."""
+"""Typical findings of a discovery, to fill the printed page."""
 
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory, serve_club: Any) -> Iterator[str]:
-    """Where an app with six sessions on one sheet is served."""
+    """Address of an app with six sessions on one sheet."""
     club = Club(tmp_path_factory.mktemp("club"))
     ice = load_ice("standard")
     x = np.abs(ice.sheet.x_centres)[None, :] + 0 * ice.friction.mu
@@ -86,7 +86,7 @@ def still(browser: Any) -> Iterator[Any]:
 
 
 def at(page: Any, x: float, y: float) -> tuple[float, float]:
-    """Where a place of the sheet lies on the screen."""
+    """Screen position of a point on the sheet."""
     # The stones' own group has the sheet's places; the first layer is never moved.
     box = page.evaluate(
         """([x, y]) => {

@@ -1,4 +1,4 @@
-"""Long work: done in a process of its own, told in words, taken up again."""
+"""Long work: done in a separate process, reported in words, resumed."""
 
 from __future__ import annotations
 
@@ -139,7 +139,7 @@ def test_work_whose_process_was_ended_is_done_again_but_not_for_ever(club, monke
     assert "was ended" in job.problem
 
 
-def test_a_page_that_watches_is_told_what_has_changed(club):
+def test_changes_are_sent_to_pages_that_watch(club):
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     work = WorkQueue(club)
 
@@ -159,7 +159,7 @@ def test_a_page_that_watches_is_told_what_has_changed(club):
     assert [(job["what"], job["state"]) for job in second["jobs"]] == [("Tracking", "waiting")]
 
 
-def test_a_time_is_told_no_more_exactly_than_it_is_known():
+def test_a_remaining_time_is_rounded_to_its_precision():
     assert [time_left(s) for s in (3, 34, 100, 3000, 7200)] == [
         "about 10 s left",
         "about 30 s left",
@@ -178,7 +178,7 @@ def test_a_remaining_time_is_reported_only_while_estimates_agree(club, monkeypat
     reported = Reported(club, number)
 
     def left(rate, seconds, begin=0.0):
-        """What is reported while work goes on at a rate [share/s]."""
+        """Progress reports of work that advances at a rate [share/s]."""
         nonlocal now
         found = []
         for k in range(seconds):

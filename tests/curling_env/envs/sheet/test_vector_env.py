@@ -75,7 +75,7 @@ LONE = [
     {"ices": heavier_or_keener, "direction": "random"},
     {"ices": {"level": 0.05, "pool": 3}, "throws": 2, "direction": "random"},
 ]
-"""What the engine and the batch play alike, and Gymnasium's form of `info`."""
+"""Options under which engine and batch agree, with Gymnasium's form of `info`."""
 
 
 @pytest.mark.parametrize("mode", MODES)

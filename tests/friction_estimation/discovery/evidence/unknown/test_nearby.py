@@ -1,4 +1,4 @@
-"""What the models near a fit promise is what fits of them find."""
+"""Predicted likelihoods of models near a fit, compared with their own fits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from friction_estimation.discovery import Combination, Following, candidates, fi
 from ..conftest import effect
 
 WEAK = effect("slope", x=2e-5, y=1e-5)
-"""So weak that paths respond linearly."""
+"""Strength at which paths respond linearly."""
 
 
 @pytest.fixture
