@@ -30,6 +30,8 @@ def repository(tmp_path, monkeypatch):
         ("left out", "# such frames are left out"),
         ("headless who", "# Who walks is not followed"),
         ("long help", f'option(help="{"long " * 30}")'),
+        ("long help", f'option(None, "{"long " * 30}")'),
+        ("anew", "begins_anew = 1"),
     ],
 )
 def test_each_pattern_is_found_where_it_is(repository, rule, text):
@@ -52,6 +54,13 @@ def test_each_pattern_is_found_where_it_is(repository, rule, text):
 def test_plain_sentences_pass(repository, text):
     (repository / "module.py").write_text(text, encoding="utf-8")
     assert not any(language.broken(RULES, repository).values())
+
+
+def test_listed_exceptions_pass():
+    place = language.Place(file="a/calls.py", line=1, text='"take-out": "takeout"')
+    rule = {"allowed": [{"file": "a/", "text": "take-out"}]}
+    assert language.is_allowed(place, rule)
+    assert not language.is_allowed(language.Place(file="b.py", line=1, text=place.text), rule)
 
 
 def test_the_glossary_gives_the_words_that_it_replaces():

@@ -34,7 +34,7 @@ def test_ten_tasks_count_and_each_can_be_made():
         json.loads(env.spec.to_json())  # plain data, to be written down
 
 
-def test_the_same_episodes_for_everybody():
+def test_all_policies_play_the_same_episodes():
     first = measure(TASKS["draw"], contestant("random"), episodes=20)
     assert first == measure(TASKS["draw"], contestant("random"), episodes=20)
     assert first.low < first.mean < first.high

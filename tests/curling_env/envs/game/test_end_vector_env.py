@@ -102,7 +102,7 @@ def test_stones_with_a_friction_of_their_own_run_accordingly():
     assert {s.team.label for s in ends[0]} == {"home", "away"}
 
 
-def test_an_end_that_is_over_begins_anew():
+def test_an_end_that_is_over_begins_again():
     many = make(3, hammer="opponent", skill="none")
     first, _ = many.reset(seed=1)
     for _ in range(8):

@@ -237,7 +237,7 @@ def test_an_ice_asked_for_holds_for_one_episode(rng):
     np.testing.assert_allclose(envs.step(actions)[-1]["distance_m"], far)
 
 
-def test_only_the_masked_begin_anew(rng):
+def test_only_the_masked_begin_again(rng):
     envs = make(throws=3)
     envs.reset(seed=0)
     after = envs.step(some_actions(rng))[0]

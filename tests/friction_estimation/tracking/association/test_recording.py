@@ -1,4 +1,4 @@
-"""A film of several throws is cut into them; stones that nobody threw are ignored."""
+"""A film of several throws is cut into them; stones at rest are ignored."""
 
 from __future__ import annotations
 

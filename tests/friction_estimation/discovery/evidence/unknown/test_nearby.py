@@ -89,7 +89,7 @@ def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around)
     assert lost[y] < 0.2 * result[y]
 
 
-def test_what_pushes_can_do_is_no_effect_besides(around):
+def test_pushes_are_no_further_effect(around):
     """A constant push across the sheet is a slope, and one over time may be constant."""
 
     def beside(variable, push, effect="slope"):
