@@ -130,16 +130,16 @@ class Fuzzer:
         good = make_good_files(folder, light=light)
         sides = wire.sides()
         self.given = readers() | {
-            f"{side} {k}": lambda path, said=said: said.give(path.read_bytes())
+            f"{side} {k}": lambda path, sent=sent: sent.give(path.read_bytes())
             for side, messages in sides.items()
-            for k, said in enumerate(messages)
+            for k, sent in enumerate(messages)
         }
         club = app.make_club(self.place / "club", good["t.csv"], good["throws.csv"])
         asked = app.requests()
         self.given |= dict.fromkeys(
             (f"app {k}" for k in range(len(asked))), lambda path: app.answered(club, path)
         )
-        messages = {side: [said.message for said in of] for side, of in sides.items()}
+        messages = {side: [sent.message for sent in of] for side, of in sides.items()}
         only = self.chosen.only
         messages = {side: of for side, of in (messages | {"app": asked}).items() if only in side}
         targets = [k for k in make_targets(good, light=light) if only in k.name]

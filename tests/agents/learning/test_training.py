@@ -357,9 +357,9 @@ def test_the_example_script_trains_evaluates_and_throws(
     assert len(script.read_text().splitlines()) < 60
     monkeypatch.setattr(sys, "argv", [str(script), "--steps", "256", "-o", str(tmp_path / "run")])
     runpy.run_path(str(script), run_name="__main__")
-    said = capsys.readouterr().out
-    assert "agent over best" in said
-    assert "to the button" in said
+    output = capsys.readouterr().out
+    assert "agent over best" in output
+    assert "to the button" in output
 
 
 def test_command_refuses_in_one_line(curling, tmp_path: Path) -> None:

@@ -346,9 +346,9 @@ def test_the_meaning_of_a_miss_is_stated() -> None:
     assert "from the target to the stone's place of rest" in draw.expectation(draw.best)
     assert " in (" in draw.expectation(draw.best, Units.FEET)
     hit = plan_task(ice, "takeout", STONE, skill="club")
-    said = hit.expectation(hit.best)
-    assert "succeed (the struck stone is out of play)" in said
-    assert "miss" not in said
+    expected = hit.expectation(hit.best)
+    assert "succeed (the struck stone is out of play)" in expected
+    assert "miss" not in expected
     assert hit.as_dict()["miss_means"] is None
     exact = plan(ice, (0.0, TEE_Y), skill="none")
     assert exact.expectation(exact.best) == ""
@@ -379,10 +379,10 @@ def test_the_picture_shows_the_team_of_each_stone(tmp_path) -> None:
         draw_plan(ice, found, tmp_path / "plan.png")
         picture = imread(tmp_path / "plan.png")[..., :3] * 255
         seen.append([int((np.abs(picture - c).max(axis=2) < 3).sum()) for c in (red, yellow)])
-    both, theirs, untold = seen
+    both, theirs, without = seen
     assert both[0] > theirs[0] + 100
     assert theirs[1] > both[1] + 100
-    assert untold[1] == 0
+    assert without[1] == 0
 
 
 def test_a_target_mid_sheet_is_questioned():

@@ -224,15 +224,15 @@ def test_films_without_a_throw_are_skipped_with_a_warning(club):
     def stand_in(film, scene, *, progress):
         return [] if film.name in without else [Trajectory(t=np.arange(2.0), xy=np.zeros((2, 2)))]
 
-    said, without = [], ["a.mp4"]
-    found = list(track_each(films, scene, tracker=stand_in, left_out=said.append))
+    skipped, without = [], ["a.mp4"]
+    found = list(track_each(films, scene, tracker=stand_in, left_out=skipped.append))
     assert [(one.film.name, one.thrown.throw) for one in found] == [("b.mp4", 0)]
-    assert said == ["a.mp4: the tracker found no thrown stone"]
+    assert skipped == ["a.mp4: the tracker found no thrown stone"]
     with pytest.raises(NoThrowError, match=r"a\.mp4: the tracker found"):
         track_films(films, scene, tracker=stand_in)
     without.append("b.mp4")
     with pytest.raises(NoThrowError, match=r"a\.mp4: the tracker found"):
-        list(track_each(films, scene, tracker=stand_in, left_out=said.append))
+        list(track_each(films, scene, tracker=stand_in, left_out=skipped.append))
 
 
 def test_the_default_is_what_the_package_offers(club, monkeypatch):
