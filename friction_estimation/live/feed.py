@@ -311,7 +311,7 @@ class Webcam:
         self._capture.release()
 
     def _set(self, coder: Any) -> None:
-        """Set the encoder; every film needs the same settings, because its header tells them."""
+        """Set the encoder; every film needs the same settings, because its header states them."""
         coder.width, coder.height = self.size
         coder.pix_fmt, coder.time_base, coder.framerate = "yuv420p", MPEG4_TICK, round(self.fps)
         coder.bit_rate, coder.options = 80_000_000, FINEST_MPEG4
