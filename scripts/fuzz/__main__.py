@@ -50,14 +50,10 @@ def main() -> int:
     options.add_argument("--minutes", type=float, default=1e9, help="maximum time [min]")
     options.add_argument("--inputs", type=int, default=10**9, help="maximum number of inputs")
     options.add_argument("--seed", type=int, default=None, help="repeat the inputs of this seed")
-    options.add_argument(
-        "--light", action="store_true", help="exclude targets that take seconds a run"
-    )
+    options.add_argument("--light", action="store_true", help="exclude slow targets")
     options.add_argument("--only", default="", help="part of a target's name")
     options.add_argument("--kinds", nargs="*", default=[], choices=KINDS, help="kinds of faults")
-    options.add_argument(
-        "--keep", type=Path, default=Path("../runs/fuzz"), help="folder of the report"
-    )
+    options.add_argument("--keep", type=Path, default=Path("../runs/fuzz"), help="folder")
     chosen = options.parse_args()
     signal.signal(signal.SIGTERM, signal.default_int_handler)  # temporary files are removed
     if chosen.seed is None:
