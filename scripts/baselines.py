@@ -60,7 +60,7 @@ class Algorithm:
 
     Parameters
     ----------
-    name : class in stable-baselines3 or sb3-contrib; "BC" for behaviour cloning
+    name : class in stable-baselines3, sb3-contrib or `learn.masked_dqn`; "BC" for behaviour cloning
     tasks : tasks to train in
     steps : of a training, on single throws and on ends
     num_envs : environments in parallel, on single throws and on ends
@@ -95,7 +95,12 @@ OFF_POLICY: dict[str, Any] = {
     "buffer_size": 100_000,
     "stats_window_size": 1000,
 }
-EXPLORATION = {"gamma": 1.0, "exploration_fraction": 0.3, "target_update_interval": 1000}
+EXPLORATION = {
+    "gamma": 1.0,
+    "train_freq": 1,
+    "exploration_fraction": 0.3,
+    "target_update_interval": 1000,
+}
 COPIED = ["draw", "takeout", END]
 ALGORITHMS = {
     "ppo": Algorithm(
@@ -110,9 +115,9 @@ ALGORITHMS = {
         name="MaskablePPO", tasks=[END], steps=(0, 100_000), settings=ON_POLICY, actions="shots"
     ),
     "dqn": Algorithm(
-        name="DQN",
+        name="MaskedDQN",
         tasks=[END],
-        steps=(0, 60_000),
+        steps=(0, 12_000),
         settings=OFF_POLICY | EXPLORATION,
         actions="shots",
     ),
@@ -309,11 +314,13 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
         policy["log_std_init"] = -1.0
     if kind == "MaskablePPO":
         import sb3_contrib as package  # pyright: ignore[reportMissingImports]
+    elif kind == "MaskedDQN":
+        from learn import masked_dqn as package
     else:
         package = stable_baselines3
     return getattr(package, kind)(
         "MlpPolicy",
-        CurlingVecEnv(envs, seed=100_000 * (seed + 1), info_keywords=()),
+        CurlingVecEnv(envs, seed=100_000 * (seed + 1), info_keywords=("action_mask",)),
         seed=seed,
         device="cpu",
         policy_kwargs=policy,
@@ -438,8 +445,10 @@ TRAINED = ("ppo", "sac", "maskable-ppo", "dqn")
 
 
 def table() -> None:
-    """Print the rows as Markdown, single throws and ends apart."""
-    found = {path.stem: read_row(path) for path in sorted(FOLDER.glob("*.json"))}
+    """Print the released rows and those of runs as Markdown, single throws and ends apart."""
+    released = Path(RELEASED).glob("[!c]*.json"), Path(RELEASED).glob("constant.json")
+    files = {path.stem: path for some in (*released, FOLDER.glob("*.json")) for path in some}
+    found = {name: read_row(path) for name, path in sorted(files.items())}
     for tasks in (THROWS, [*ENDS, "end-draw", "end-doubles"]):
         print(f"\n| | {' | '.join(f'`{name}`' for name in tasks)} |\n{'|---' * (len(tasks) + 1)}|")
         for name, row in found.items():

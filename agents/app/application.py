@@ -104,7 +104,7 @@ async def _own_up(request: Request, error: Exception) -> Response:
     """Report an internal error as such, and keep serving."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)
-    result = "That is a mistake of this program, not of yours."
+    result = "Internal error of this program."
     return _problem(request, f"{result} ({type(error).__name__}: {str(error)[:200]})", 500)
 
 

@@ -18,6 +18,7 @@ from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
 from agents.app.sharing import Sharing
+from curling_env.units import shown_in
 
 TOKEN_FIELD, TOKEN_HEADER = "csrf", "X-CSRF-Token"
 MAX_BODY = 1_000_000
@@ -85,7 +86,8 @@ class Gate:
         except HTTPException as refused:
             await PlainTextResponse(refused.detail, refused.status_code)(scope, receive, send)
             return
-        await self.app(scope, receive, send)
+        with shown_in(self.sharing.club.units):
+            await self.app(scope, receive, send)
 
     async def _check(self, scope: Scope, receive: Receive) -> Receive:
         """Write the secret's part into the scope; gives what the body is read from.

@@ -40,7 +40,7 @@ class Sharing:
     """
 
     def __init__(self, club: Club, own: Door) -> None:
-        self._club, self.doors = club, [own]
+        self.club, self.doors = club, [own]
         self._open = AsyncExitStack()
         self._changing = asyncio.Lock()
         self.app: ASGIApp | None = None
@@ -71,6 +71,6 @@ class Sharing:
             host = network_address()
             await self._open.enter_async_context(serving(self.app, listening(host, port)))
             for may_write, name in ((True, "network"), (False, "network, reading")):
-                secret = self._club.secret(name)
+                secret = self.club.secret(name)
                 self.doors.append(Door(secret, frozenset({host}), may_write))
                 self.addresses[may_write] = f"http://{host}:{port}/{secret}/"

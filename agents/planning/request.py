@@ -71,16 +71,19 @@ def objective_for(
     Parameters
     ----------
     ice : the ice, whose stones and sheet bound the request
-    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_task`
+    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_throw`
 
     Raises
     ------
-    InputError : a task that needs a stone, or a place where none can rest
+    InputError : stones without teams in a plan for points, a task that needs a stone, or a place
+        where none can rest
     """
     own = np.zeros(len(stones), dtype=np.bool_) if teams is None else teams
     nearest = stones[:, 1] if mark is None else np.atleast_1d(mark[1])
     direction = Direction.AWAY if nearest.sum() >= 0 else Direction.HOME
     if task == "score":
+        if len(stones) and teams is None:
+            raise InputError("points need each stone's team: give `own`")
         target = tee(direction) if mark is None else mark
         return MostPoints(
             target=target, direction=direction, stones=stones, own=own, delivery=delivery
@@ -193,6 +196,6 @@ def check_room(ice: Ice, target: Floats, stones: Floats) -> None:
     for stone in stones:
         if np.hypot(*(stone - target)) < 2 * ice.stone.radius - OVERLAP_ALLOWED:
             raise InputError(
-                f"no stone can rest at the target: the stone at ({stone[0]:g}, {stone[1]:g}) m "
-                "is in its place"
+                "no stone can rest at the target: the stone at "
+                f"({stone[0]:.2f}, {stone[1]:.2f}) m is in its place"
             )

@@ -277,16 +277,20 @@ def cut_out(
         window = _inside(window, camera, background_origin, background.shape)
     if window is None:
         return None
+    return window, *pixels_in(window, frame, background, background_origin)
+
+
+def pixels_in(
+    window: PixelWindow, frame: Frame, background: Channels, origin: tuple[int, int]
+) -> tuple[Floats, Floats]:
+    """Channels (n, 3) of a frame and of its background in a window; see `measure_occluded`."""
     rows, columns = window.slices
-    left, top = background_origin
+    left, top = origin
     part = background[
         rows.start - top : rows.stop - top, columns.start - left : columns.stop - left
     ]
-    return (
-        window,
-        channels_of(frame[window.slices]).reshape(-1, 3),
-        np.ascontiguousarray(part.reshape(-1, 3)),
-    )
+    seen = channels_of(frame[window.slices]).reshape(-1, 3)
+    return seen, np.ascontiguousarray(part.reshape(-1, 3))
 
 
 def fit_window(

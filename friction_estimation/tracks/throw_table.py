@@ -19,7 +19,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.tracks.contacts import contacts_of, stays_at_rest, velocity_jumps
 from friction_estimation.tracks.free_slide import free_slide
-from friction_estimation.tracks.gates import passing_times
+from friction_estimation.tracks.gates import gate_time
 from friction_estimation.tracks.measured import Measured, difference, times, together
 from friction_estimation.tracks.seen_throw import (
     FAR_HOG,
@@ -221,7 +221,7 @@ def _measure_by_gates(track: Trajectory) -> ThrowMeasures:
         "far_tee": TEE_Y,
     }
     passed = {
-        name: None if (found := passing_times(track, line)) is None else Measured(*found)
+        name: None if (found := gate_time(track, line)) is None else Measured(*found)
         for name, line in lines.items()
     }
     return ThrowMeasures(
@@ -245,10 +245,4 @@ def rows_until(track: Trajectory, time: float) -> Trajectory:
     """Return the rows of a track before a time."""
     if time > track.t[-1]:
         return track
-    rows = track.t < time - 0.02
-    columns = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
-    part = {
-        name: getattr(track, name)[rows] if getattr(track, name).size else getattr(track, name)
-        for name in columns
-    }
-    return Trajectory(throw=track.throw, stone=track.stone, clock=track.clock, **part)
+    return track.only(track.t < time - 0.02)

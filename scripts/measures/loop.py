@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from agents.planning import Plan, plan, plan_task
+from agents.planning import Plan, plan_throw
 from curling_env.envs.sheet.reward import MAX_MISS
 from curling_env.ice import Ice
 from curling_env.physics.slides import play_bounds, slide
@@ -121,8 +121,8 @@ def _plan(ice: Ice, request: Request, seed: int) -> Plan:
     """Plan a request; draws and guards should rest at their marks."""
     task, mark = request
     if task == "takeout":
-        return plan_task(ice, task, mark, skill=SKILL, seed=seed)
-    return plan(ice, mark, skill=SKILL, seed=seed)
+        return plan_throw(ice, task, mark, skill=SKILL, seed=seed)
+    return plan_throw(ice, mark, skill=SKILL, seed=seed)
 
 
 def misses(hidden: HiddenIce, assumed: Ice, planned: Plan, errors: Floats) -> Floats:

@@ -1,5 +1,6 @@
 """The screens, in the order of the navigation; a new one is a module with a `SCREEN`."""
 
+from agents.app.pages import Screen
 from agents.app.screens import (
     athletes,
     hand_or_ice,
@@ -10,7 +11,6 @@ from agents.app.screens import (
     throw,
     throws,
 )
-from agents.app.screens.screen import Screen
 
 SCREENS: tuple[Screen, ...] = (
     practice.SCREEN,

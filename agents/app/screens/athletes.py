@@ -7,13 +7,10 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
-from agents.app.club.planned_ice import sessions_with_causes
 from agents.app.club.records import State
-from agents.app.pages import club_of, page, session_of
-from agents.app.screens.screen import Screen
-from agents.app.views.coached import errors_of
+from agents.app.pages import Screen, club_of, page, session_of
 from agents.app.views.hands import hands_of
-from agents.app.work.causes import ComingError
+from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
 from agents.app.work.jobs import REPORT, latest, submit
 from agents.app.work.report import report_path
 

@@ -11,12 +11,10 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Club, Session
-from agents.app.club.planned_ice import believed_ice, earlier_sessions
-from agents.app.pages import club_of, number_in, page, session_of
-from agents.app.screens.screen import Screen
+from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.sheet.choices import centre_of_session
 from agents.app.sheet.ice_sheet import compared_in_words
-from agents.app.work.causes import causes_of
+from agents.app.work.causes import believed_ice, causes_of, earlier_sessions
 from agents.coaching import Pattern, ThrowCauses
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
 from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause
@@ -51,7 +49,7 @@ def show(request: Request) -> Response:
     athlete = request.query_params.get("athlete", "")
     patterns = {pattern.athlete: pattern for pattern in found.athletes}
     if athlete and athlete not in patterns:
-        raise HTTPException(404, "Nobody of that name has thrown to a called target here.")
+        raise HTTPException(404, "No one of that name has thrown to a called target here.")
     shown = [one for one in found.throws if not athlete or one.athlete == athlete]
     chosen = _chosen(request, shown)
     there = {one.number for one in club.throws(session)}
@@ -75,6 +73,7 @@ def show(request: Request) -> Response:
         believed=believed,
         earlier=earlier_sessions(club, session),
         found=found,
+        small=SMALL,
     )
 
 

@@ -19,17 +19,15 @@ from agents.app.club.films import has_other_marks
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import SWEPT, finish_files, note_change
 from agents.app.club.targets import with_places
-from agents.app.pages import club_of, form_of, go_to, page, session_of
-from agents.app.screens.screen import Screen
+from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of
 from agents.app.views.film_view import throw_view
-from agents.app.views.measures import sheets_of
 from agents.app.views.progress import in_words
-from agents.app.views.throw_numbers import COLUMNS, throw_numbers
+from agents.app.views.throws import COLUMNS, sheets_of, throw_numbers
 from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
 from agents.app.work.jobs import COPY, MEASURE, latest, running, submit
 from agents.coaching import ThrowSheet, read_call
-from agents.coaching.calls import call_error
+from agents.coaching.calls import call_error, with_units
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
@@ -130,7 +128,7 @@ def read(request: Request) -> Response:
 
 def reading_of(club: Club, called: str) -> dict[str, Any]:
     """A call in words and where it is to rest; or the word that is not known."""
-    text = with_places(called, club.named_targets())
+    text = with_places(with_units(called), club.named_targets())
     call = read_call(text)
     if call is None:
         return {"words": "", "problem": call_error(text) if text.strip() else "", "target": None}
@@ -209,6 +207,8 @@ async def enter(request: Request) -> Response:
     club, form = club_of(request), await form_of(request)
     session, throw = _asked_for(request)
     given = {name: _line(form[name]) for name in ENTRY if name in form}
+    if "called" in given:
+        given["called"] = with_units(given["called"])
     if "note" in given:
         given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
     if given.get("made", "") not in MADE:

@@ -79,6 +79,7 @@ class SeenStone:
         """Clear pictures of the stone, placed as a camera sees them; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
         kept &= self.path.likeness >= numbers.MIN_LEARNING_LIKENESS
+        kept &= self.path.t > self.path.released  # before, a hand or a shoe may be taken for it
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # At one place alone, a stone does not show its profile.

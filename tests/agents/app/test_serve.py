@@ -17,7 +17,13 @@ def test_the_address_is_there_before_anything_else_is_done(club):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        serve(club, port=0, share=False, opened=lambda *links: result.append(links), begin=begin)
+        serve(
+            club,
+            port=0,
+            share=False,
+            opened=lambda *addresses: result.append(addresses),
+            begin=begin,
+        )
     (address, shared), after = result
     assert address.startswith("http://127.0.0.1:")
     assert (shared, after) == (None, "begin")

@@ -12,7 +12,7 @@ from curling_env.ice import Ice
 from curling_env.infrastructure import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from friction_estimation import estimate_ice
-from friction_estimation.reports import Still, headline, worth_of_a_per_cent, write_report
+from friction_estimation.reports import DrawWeight, Still, headline, write_report
 
 
 @pytest.fixture(scope="module")
@@ -95,7 +95,7 @@ def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_said(slidin
 def test_a_per_cent_is_worth_what_the_formulas_say():
     """Constant friction: a draw of d metres runs d/100 further, and splits change as √(d/μ)."""
     ice = Ice.uniform(0.009)
-    further, longer = worth_of_a_per_cent(ice, 0.009)
+    further, longer = DrawWeight(ice, 0.009).worth_of_a_per_cent
     between, whole = 2 * HOG_LINE_Y, HOG_LINE_Y + TEE_Y
     assert further == pytest.approx(whole / 100, rel=0.03)
     split = np.sqrt(2 / (9.80665 * 0.009)) * (np.sqrt(whole) - np.sqrt(whole - between))

@@ -55,7 +55,7 @@ def test_what_is_missing_and_what_would_settle_it():
 
 def test_nothing_missing_is_no_fault():
     result = findings({"verdict": "Nothing is missing.", "effects": []})
-    assert result.missing == ()
+    assert not result.missing
     assert result.next_throws == ()
 
 

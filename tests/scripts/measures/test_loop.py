@@ -13,7 +13,7 @@ from measures.hidden_ice import (
 )
 from measures.loop import misses
 
-from agents.planning import plan, plan_task
+from agents.planning import plan_throw
 from curling_env.physics import slide
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
@@ -47,9 +47,9 @@ def test_the_cameras_errors_are_its_noise() -> None:
 def test_plans_on_the_truth_succeed_on_the_hidden_ice() -> None:
     hidden = draw_hidden_ice(np.random.default_rng(3))
     truth = hidden.truth()
-    draw = plan(truth, (0.4, TEE_Y), skill="none")
+    draw = plan_throw(truth, (0.4, TEE_Y), skill="none")
     assert misses(hidden, truth, draw, np.zeros((1, 3)))[0] < 0.02
-    hit = plan_task(truth, "takeout", (-0.5, 17.8), skill="elite")
+    hit = plan_throw(truth, "takeout", (-0.5, 17.8), skill="elite")
     made = misses(hidden, truth, hit, np.array([[0.0, 0.0, 0.0], [0.0, 0.03, 0.0]]))
     assert made[0] < 0.01
     assert made[1] == pytest.approx(28.6 * 0.03, rel=0.1)  # a metre beside the stone

@@ -1,4 +1,4 @@
-"""Removal from pages and files, and restoring."""
+"""Removed sessions, films and throws leave pages and files, and come back unchanged."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def session(club):
 
 
 def state(club, session):
-    """Values that pages and commands show of a session."""
+    """Contents of a session on pages and in the files of commands."""
     folder = club.folder_of(session)
     tracks = club.tracks_of(session)
     return (

@@ -1,4 +1,4 @@
-"""Entries and films of a coach survive reloads, network failures and other users."""
+"""Entries and films of a coach are kept, whatever the page, the network or others do."""
 
 from __future__ import annotations
 

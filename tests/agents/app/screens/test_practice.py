@@ -63,7 +63,7 @@ def test_a_film_is_sent_and_goes_on(visitor, club):
 
 
 @pytest.mark.parametrize("sent", [{}, {"name": 5, "size": 5}, {"name": "a.mp4", "size": "5"}, []])
-def test_malformed_announcements_are_rejected(visitor, club, sent):
+def test_what_is_no_announcement_is_refused(visitor, club, sent):
     begin(visitor)
     (session,) = club.sessions()
     assert visitor.send(f"practice/{session.id}/films", sent).status == 422

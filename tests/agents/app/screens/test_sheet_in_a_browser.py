@@ -36,7 +36,7 @@ LONG_REPORT = {
     "effects": [{"name": name, **EFFECT} for name in ("curl", "friction_map", "air_drag")],
     "next_throws": [NEXT] * 3,
 }
-"""Typical findings of a discovery, to fill the printed page."""
+"""A discovery of the usual length, which fills the printed page."""
 
 
 @pytest.fixture(scope="module")
@@ -88,7 +88,7 @@ def still(browser: Any) -> Iterator[Any]:
 
 
 def at(page: Any, x: float, y: float) -> tuple[float, float]:
-    """Screen position of a point on the sheet."""
+    """Position of a place of the sheet on the screen."""
     # The stones' own group has the sheet's places; the first layer is never moved.
     box = page.evaluate(
         """([x, y]) => {
