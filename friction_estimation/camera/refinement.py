@@ -92,11 +92,11 @@ class PaintSolver:
     scale: Floats
     size: tuple[int, int]
 
-    def likeliest(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
-        """The likeliest of the cameras to which starts lead; None where none meets the paint.
+    def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
+        """The most likely camera to which the starts lead; None if none agrees with the paint.
 
         Marks in the wrong place may favour starts that lead astray, so that they are followed until
-        the likeliest camera that agrees with all of the paint is found twice.
+        the most likely camera that agrees with all of the paint is found twice.
 
         Parameters
         ----------
@@ -165,7 +165,7 @@ def refine(
     small = solver.reduced_camera(camera)
     share = min(1.0, max(small.size) / SEARCHED_SIDE)
     starts = _starts(small, solver.fit)
-    found = solver.likeliest(
+    found = solver.most_likely(
         (start, [share * radius for radius in searches])
         for searches in WIDE_SEARCHES_PX
         for start in starts

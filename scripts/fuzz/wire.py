@@ -240,7 +240,7 @@ def _ask(hosting: Hosting, game: HostedGame, message: bytes) -> None:
         hosting.game = game
         match = Match4(hosting, set(Team))
         match.users["anna"] = game.to_throw
-        waiting = asyncio.create_task(match.decision(game.to_throw, 5.0))
+        waiting = asyncio.create_task(match.shot.of(game.to_throw, 5.0))
         await asyncio.sleep(0)
         status = await answer(application(match, PASSWORDS), message)
         await asyncio.sleep(0)

@@ -161,7 +161,7 @@ class Masked:
 def test_policies_of_shots_are_measured_with_masks_and_memory():
     score = measure(TASKS["end-rulebased"], contestant(Masked()), episodes=3)
     assert -8 <= score.mean <= 8
-    with pytest.raises(InputError, match="who is measured must be one of"):
+    with pytest.raises(InputError, match="a policy must be one of"):
         contestant(3)
 
 

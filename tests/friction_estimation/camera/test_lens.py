@@ -48,7 +48,7 @@ def test_the_formula_is_opencvs(bent):
 
 
 def test_only_one_module_knows_the_terms_of_the_lens():
-    """What another lens model would have to change."""
+    """Lens parameters that another lens model would have to change."""
     root = Path(friction_estimation.__file__).parent
     knowing = set()
     for path in root.rglob("*.py"):

@@ -56,9 +56,9 @@ def test_cells_that_no_stone_crossed_say_nothing():
     blank = ice(3.0, away_left(), observed=seen)
     parts = {zone.name: zone for zone in zones(blank)}
     assert parts["the away end, left"].relative is None
-    assert parts["the away end, left"].words == "nobody has thrown there"
+    assert parts["the away end, left"].words == "no throw has passed there"
     assert np.isnan(relative_map(blank)[away_left()]).all()
     assert np.nanmax(np.abs(relative_map(blank))) < 1e-9
-    assert in_a_sentence(blank).endswith("Nobody has thrown on 1 of its 12 parts.")
+    assert in_a_sentence(blank).endswith("No throw has passed 1 of its 12 parts.")
     nothing = ice(observed=np.zeros_like(seen))
     assert in_a_sentence(nothing) == "Nothing is known of the places of this sheet."

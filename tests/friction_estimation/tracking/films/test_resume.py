@@ -39,7 +39,7 @@ def tracked_film(throw=0):
         frame_count=9,
         camera=SimpleNamespace(size=(120, 600)),
         appearance=SimpleNamespace(has_handle=False),
-        refined=SimpleNamespace(measured=0, height_doubt=0.0),
+        refined=SimpleNamespace(measured=0, height_uncertainty=0.0),
     )
 
 
