@@ -72,9 +72,14 @@ class Follower:
             self._seen = -np.inf  # its motion before says nothing of that after
         if any(abs(t - contact) < numbers.CONTACT_WITHIN for contact in self.path.contacts):
             least += numbers.CONTACT_GATE
-        tries = [(place, spread)] if spread.max() < numbers.LOST else []
+        known = spread.max() < numbers.LOST
+        tries = [(place, spread)] if known else []
         if self._predict(t):
-            tries.insert(0, (self._state[:, 0].copy(), np.sqrt(self._p[:, 0, 0])))
+            expected = self._state[:, 0].copy()
+            if known and (np.abs(expected - place) > numbers.LOST + numbers.GATE * spread).any():
+                self._seen = -np.inf  # what was measured is not what slides along the path
+            else:
+                tries.insert(0, (expected, np.sqrt(self._p[:, 0, 0])))
         strays: list[StoneFit] = []
         for at, spread in tries:
             if not np.isfinite(at).all():
