@@ -97,11 +97,11 @@ class PaintSolver:
     scale: Floats
     size: tuple[int, int]
 
-    def likeliest(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
-        """The likeliest of the cameras to which starts lead; None where none meets the paint.
+    def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
+        """The most likely camera to which the starts lead; None if none agrees with the paint.
 
         Marks in the wrong place may favour starts that lead astray, so that they are followed until
-        the likeliest camera that agrees with all of the paint is found twice.
+        the most likely camera that agrees with all of the paint is found twice.
 
         Parameters
         ----------
@@ -171,7 +171,7 @@ def refine(
     share = min(1.0, max(small.size) / SEARCHED_SIDE)
     starts = _starts(small, solver.fit)
     searches = [share * radius for radius in WIDE_SEARCHES_PX]
-    found = solver.likeliest((start, searches) for start in starts)
+    found = solver.most_likely((start, searches) for start in starts)
     return _agreeing(camera, solver, found)
 
 
