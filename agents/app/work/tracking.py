@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Film, Session
 from agents.app.club.films import waits
 from agents.app.club.records import State
 from agents.app.club.session_files import Part, keep_part, load_part, part_path, write_files
-from agents.app.work.jobs import submit
+from agents.app.work.jobs import Reported, submit
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.provenance import sha256_of
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking import TrackedFilm, track_each
 from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 
 def do_track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
