@@ -60,7 +60,7 @@ def fillings(path: str):
         if not path.endswith("events")
     ],
 )
-def test_nothing_that_is_sent_is_a_mistake_of_the_program(visitor, club, method, path):
+def test_no_input_causes_an_internal_error(visitor, club, method, path):
     club.add_session("Tuesday", "2026-11-17", "1", None)
     sent = {
         "application/x-www-form-urlencoded": f"csrf={visitor.token}&name=%00&kind=&made=%FF&x=1",
