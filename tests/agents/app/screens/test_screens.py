@@ -32,7 +32,7 @@ def test_an_address_keeps_its_session(visitor, club, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_session_that_is_not_there_is_said_so(visitor, name):
+def test_a_session_that_is_not_there_is_reported(visitor, name):
     answer = visitor.get(f"{name}/77")
     assert answer.status == 404
     assert "no such session" in answer.text
