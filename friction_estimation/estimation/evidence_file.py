@@ -110,10 +110,18 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
             source=source,
         )
     columns = read_arrays(path, what="the evidence of an ice")
-    if not {*_COLUMNS, "mu", "choices"} <= columns.keys() or "rows" in columns:
+    if not {*_COLUMNS, "mu", "choices"} <= columns.keys():
         problem = "has no throws in it: estimate the ice once more from its tracks"
         raise InputError(problem, source=path)
     mu, choices = columns.pop("mu"), str(columns.pop("choices"))
+    counts = columns.pop("rows", None)
+    if counts is not None:  # releases up to 0.2.0 wrote the labels once for each throw
+        if counts.dtype.kind not in "iu" or counts.min(initial=0) < 0:
+            raise InputError(_INCOMPLETE, source=path)
+        for name in ("throw", "stone", "clock"):
+            if columns[name].shape != counts.shape:
+                raise InputError(_INCOMPLETE, source=path)
+            columns[name] = np.repeat(columns[name], counts)
     if mu.dtype.kind != "f" or any(
         column.ndim != 1 or column.dtype.kind not in "biuf" for column in columns.values()
     ):

@@ -83,9 +83,9 @@ def _draw_misses(
     unit, name = (FOOT, "feet") if units is Units.FEET else (1.0, "metres")
     radius = radius / unit
     misses = [
-        (k.throw, -k.too_far_left / unit, k.too_long / unit)
+        (k.throw, -k.miss[0] / unit, k.miss[1] / unit)
         for k in comparison.rethrows
-        if k.too_far_left is not None and k.too_long is not None
+        if k.miss is not None
     ]
     plain_axes(
         ax,

@@ -228,20 +228,15 @@ def _bridge_gaps(
     t = np.concatenate(times) if times else np.empty(0)
     if len(t) == 0:
         return None, tuple(gaps)
-    theta = np.full(len(t), np.nan)
+    unknown = np.full(len(t), np.nan)
     known = np.isfinite(seen.theta)
-    if known.sum() >= 2:
-        theta = np.interp(t, seen.t[known], seen.theta[known])
-    return (
-        Trajectory(
-            t=t,
-            xy=path.at(t),
-            theta=theta,
-            sigma_xy=path.sigma(t),
-            sigma_theta=np.full(len(t), np.nan),
-            throw=seen.throw,
-            stone=seen.stone,
-            clock=seen.clock,
-        ),
-        tuple(gaps),
+    bridge = replace(
+        seen,
+        t=t,
+        xy=path.at(t),
+        theta=np.interp(t, seen.t[known], seen.theta[known]) if known.sum() >= 2 else unknown,
+        swept=np.zeros(len(t)),
+        sigma_xy=path.sigma(t),
+        sigma_theta=unknown,
     )
+    return bridge, tuple(gaps)

@@ -6,8 +6,7 @@ import pytest
 
 from agents.app import WorkQueue, sharing
 from agents.app.application import application
-from agents.app.gate import FORM, MAX_BODY, MAX_PIECE
-from agents.app.sharing import Door
+from agents.app.gate import FORM, MAX_BODY, MAX_PIECE, Door
 
 
 def test_whoever_knows_the_secret_sees_the_pages(visitor):

@@ -61,10 +61,10 @@ def sigmas(comparisons: list[Comparison]) -> np.ndarray:
     """Errors of all rests in standard deviations, along and to the left, (n, 2)."""
     return np.array(
         [
-            (k.sigmas_too_long, k.sigmas_too_far_left)
+            k.sigmas[::-1]
             for comparison in comparisons
             for k in comparison.rethrows
-            if k.sigmas_too_long is not None
+            if k.sigmas is not None
         ]
     )
 

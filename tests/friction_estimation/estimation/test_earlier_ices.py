@@ -92,6 +92,20 @@ def test_evidence_without_throws_is_refused(session, tmp_path):
         load_evidence(session.found.ice, path)
 
 
+def test_evidence_of_earlier_releases_is_read(session, tmp_path):
+    """They wrote throw, stone and clock once for each throw, and the number of its rows."""
+    path, ice, tracks = tmp_path / "ice.json", session.found.ice, session.tracks[:3]
+    save_evidence(tracks, Choices(), ice, path)
+    with np.load(evidence_path(path)) as arrays:
+        columns = dict(arrays)
+    each = {name: [getattr(k, name) for k in tracks] for name in ("throw", "stone", "clock")}
+    np.savez(evidence_path(path), **{**columns, **each, "rows": [len(k) for k in tracks]})
+    assert load_evidence(ice, path).tracks == list(tracks)
+    np.savez(evidence_path(path), **{**columns, **each, "rows": [len(tracks[0])]})
+    with pytest.raises(InputError, match="whole evidence"):
+        load_evidence(ice, path)
+
+
 def test_command_updates_and_starts_from_yesterday(curling, session, tmp_path):
     early, late = tmp_path / "early.csv", tmp_path / "late.csv"
     write_tracks(early, session.tracks[:2])

@@ -8,7 +8,7 @@ import cv2
 import numpy as np
 import pytest
 
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from friction_estimation import estimate_ice
@@ -90,6 +90,23 @@ def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_reported(sl
     left = table.numbers("left_m", blank=True)
     assert np.isfinite(left[use == "used"]).all()
     assert np.isnan(left[use == "after"]).all()
+
+
+def test_a_draw_is_that_of_the_closed_form():
+    """Constant friction takes v²/(2μg) to stop, and times are those of a parabola."""
+    even, whole = DrawWeight(Ice.uniform(0.02), 0.009), HOG_LINE_Y + TEE_Y
+    speed = np.sqrt(2 * 9.80665 * 0.009 * whole)
+    assert even.speed == pytest.approx(speed, rel=1e-3)
+    assert even.seconds == pytest.approx(2 * whole / speed, rel=1e-3)
+    passed = speed - np.sqrt(speed**2 - 2 * 9.80665 * 0.009 * 2 * HOG_LINE_Y)
+    assert even.hog_to_hog == pytest.approx(passed / (9.80665 * 0.009), rel=1e-3)
+    assert even.curl is None
+
+
+def test_the_curl_of_a_draw_is_to_one_side_of_its_line():
+    """The preset's draw with three turns; `curling validate` has 1.47 m for 1 rad/s."""
+    curl = DrawWeight(load_ice("standard"), 0.0082).curl
+    assert curl == pytest.approx(1.47, abs=0.1)
 
 
 def test_a_per_cent_is_worth_what_the_formulas_say():
