@@ -136,7 +136,8 @@ class Trajectory:
 
     def at(self, t: Floats) -> Floats:
         """Return positions at times, (n, 2) [m]; linear between rows, constant beyond the ends."""
-        return np.column_stack([np.interp(t, self.t, axis) for axis in self.xy.T])
+        xy: list[Floats] = [np.interp(t, self.t, axis) for axis in self.xy.T]
+        return np.column_stack(xy)
 
     @property
     def by_gates(self) -> bool:
