@@ -98,6 +98,7 @@ OFF_POLICY: dict[str, Any] = {
 EXPLORATION = {
     "gamma": 1.0,
     "train_freq": 1,
+    "n_steps": 8,
     "exploration_fraction": 0.3,
     "target_update_interval": 1000,
 }
@@ -117,7 +118,7 @@ ALGORITHMS = {
     "dqn": Algorithm(
         name="MaskedDQN",
         tasks=[END],
-        steps=(0, 12_000),
+        steps=(0, 60_000),
         settings=OFF_POLICY | EXPLORATION,
         actions="shots",
     ),

@@ -433,12 +433,9 @@ def _together(
     ]
     others = [fit(counts) for counts in drawn]
     names, who = _owners([one for lot in found.values() for one in lot.shots])
-    curves, games_of = _curves(found, best), np.concatenate(list(owners.values()))
-    effects = fit_scatter(curves, who, np.ones(len(curves)))
-    persons = fit_scatter(
-        curves, {kind: who[kind] for kind in ("task", "handle", "player")}, np.ones(len(curves))
-    )["player"]
-    resampled = [fit_scatter(curves, who, counts[games_of].astype(float)) for counts in drawn]
+    curves = _curves(found, best)
+    effects = fit_scatter(curves, who)
+    persons = fit_scatter(curves, {kind: who[kind] for kind in ("task", "handle", "player")})
 
     def measured(k: int, task: str | None = None) -> Measured:
         each = [
@@ -465,10 +462,10 @@ def _together(
             for task, lot in found.items()
         ],
         scatter={
-            kind: Measured.of(one.scatter, [other[kind].scatter for other in resampled])
+            kind: Measured(value=one.scatter, low=one.low, high=one.high)
             for kind, one in effects.items()
         },
-        players={name: persons.alone(k) for k, name in enumerate(names["player"])},
+        players={name: persons["player"].alone(k) for k, name in enumerate(names["player"])},
         by_handle=by_handle,
         slope=slope,
     )

@@ -1,4 +1,4 @@
-"""Hands of championship players: errors of all, of each task, and of each player by its grades.
+"""Hands of championship players: errors of all, of each task, and of each player.
 
 The errors of all hands together and of each task come from where the stones went (`execution`). A
 player's differ from them by its grades, an ability in the logit of a grade over `Execution.slope`,

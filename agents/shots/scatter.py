@@ -11,15 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.special import logsumexp, softmax
+from scipy.stats import chi2
 
 from curling_env.typing import Floats, Indices
 
 GRID: Floats = np.arange(-1.0, 1.01, 0.1)
 """Logarithms of errors over those of all shots at which likelihoods are known."""
+SCATTERS: Floats = np.append(0.02, np.arange(0.05, 1.01, 0.05))
+"""Scatters among which is chosen [e-folds]; the first is as good as none."""
 ROUNDS = 12
 """Rounds in which effects and scatters are estimated in turn."""
-FIRST_SCATTER, LEAST_SCATTER = 0.3, 0.02
-"""Scatter at the beginning, and the least one [e-folds]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,11 +30,13 @@ class Effects:
 
     Parameters
     ----------
-    scatter : standard deviation of the effects
+    scatter, low, high : standard deviation of the effects, with its 95 % interval
     mean, variance : (m,) of each effect, given the shots
     """
 
     scatter: float
+    low: float
+    high: float
     mean: Floats
     variance: Floats
 
@@ -44,38 +48,36 @@ class Effects:
         return float(self.mean[k] / (precision * self.variance[k])), float(precision)
 
 
-def fit_scatter(
-    curves: Floats, owners: Mapping[str, Indices], weights: Floats
-) -> dict[str, Effects]:
-    """Estimate effects and their scatter.
+def fit_scatter(curves: Floats, owners: Mapping[str, Indices]) -> dict[str, Effects]:
+    """Estimate effects, and their scatter: the one with the largest likelihood, all effects of the
+    kind integrated out, and an interval of those with nearly as large a one (by χ² of one degree).
 
     Parameters
     ----------
     curves : (n, len(GRID)) log-likelihood of each shot by the logarithm of its errors
     owners : for each kind, the owner of each shot, (n,) from 0
-    weights : (n,) how often each shot counts
     """
-    found = {
-        kind: Effects(
-            scatter=FIRST_SCATTER,
-            mean=np.zeros(owner.max() + 1),
-            variance=np.full(owner.max() + 1, FIRST_SCATTER**2),
-        )
-        for kind, owner in owners.items()
-    }
+    mean = {kind: np.zeros(owner.max() + 1) for kind, owner in owners.items()}
+    found: dict[str, Effects] = {}
+    prior = -0.5 * (GRID / SCATTERS[:, None]) ** 2
+    prior -= logsumexp(prior, axis=1, keepdims=True)
     for _ in range(ROUNDS):
         for kind, owner in owners.items():
-            rest = sum(found[k].mean[of] for k, of in owners.items() if k != kind)
-            total = np.zeros((len(found[kind].mean), len(GRID)))
-            np.add.at(total, owner, weights[:, None] * _shifted(curves, np.asarray(rest)))
-            total -= 0.5 * (GRID / found[kind].scatter) ** 2
-            chance = np.exp(total - total.max(axis=1, keepdims=True))
-            chance /= chance.sum(axis=1, keepdims=True)
-            mean = chance @ GRID
-            variance = np.maximum(chance @ GRID**2 - mean**2, 1e-6)
-            scatter = float(np.sqrt(np.mean(mean**2 + variance)))
-            scatter = max(scatter, LEAST_SCATTER)
-            found[kind] = Effects(scatter=scatter, mean=mean, variance=variance)
+            rest = sum(mean[k][of] for k, of in owners.items() if k != kind)
+            total = np.zeros((len(mean[kind]), len(GRID)))
+            np.add.at(total, owner, _shifted(curves, np.asarray(rest)))
+            likelihood = logsumexp(total[:, None] + prior, axis=2).sum(axis=0)
+            best = int(np.argmax(likelihood))
+            close = SCATTERS[likelihood > likelihood[best] - 0.5 * chi2.ppf(0.95, 1)]
+            chance = softmax(total + prior[best], axis=1)
+            mean[kind] = chance @ GRID
+            found[kind] = Effects(
+                scatter=float(SCATTERS[best]),
+                low=float(close[0]),
+                high=float(close[-1]),
+                mean=mean[kind],
+                variance=np.maximum(chance @ GRID**2 - mean[kind] ** 2, 1e-6),
+            )
     return found
 
 

@@ -31,26 +31,46 @@ class MaskedBuffer(ReplayBuffer):
         super().add(*given)
 
     def sample_masked(
-        self, number: int, rng: np.random.Generator
+        self, number: int, steps: int, rng: np.random.Generator
     ) -> tuple[list[torch.Tensor], torch.Tensor]:
-        """Draw steps at random, and the mask of the actions after each."""
+        """Draw steps at random, and the mask of the actions after each.
+
+        Each goes on for up to `steps` steps, or to the end of its episode; its reward is their sum.
+        """
         rows = rng.integers(self.buffer_size if self.full else self.pos, size=number)
         columns = rng.integers(self.n_envs, size=number)
-        drawn = (self.observations, self.actions, self.next_observations, self.dones, self.rewards)
-        parts = [self.to_torch(array[rows, columns]) for array in drawn]
-        return parts, self.to_torch(self.masks[rows, columns])
+        last, rewards = rows.copy(), self.rewards[rows, columns].copy()
+        for _ in range(steps - 1):
+            after = (last + 1) % self.buffer_size
+            goes_on = (self.dones[last, columns] == 0) & (after != self.pos)
+            last = np.where(goes_on, after, last)
+            rewards += goes_on * self.rewards[last, columns]
+        drawn = (
+            self.observations[rows, columns],
+            self.actions[rows, columns],
+            self.next_observations[last, columns],
+            self.dones[last, columns],
+            rewards,
+        )
+        return [self.to_torch(array) for array in drawn], self.to_torch(self.masks[last, columns])
 
 
 class MaskedDQN(DQN):
     """DQN whose exploration, choice and targets are limited to the actions that there are.
 
     The environments give the mask of each as `action_masks`, and in `info` as `action_mask`.
+
+    Parameters
+    ----------
+    args, options : as for `DQN`, with gamma 1
+    n_steps : number of steps whose rewards are added before the value of a position counts
     """
 
     replay_buffer: MaskedBuffer
 
-    def __init__(self, *args: Any, **options: Any) -> None:
+    def __init__(self, *args: Any, n_steps: int = 1, **options: Any) -> None:
         super().__init__(*args, replay_buffer_class=MaskedBuffer, **options)
+        self.n_steps = n_steps
         self.rng = np.random.default_rng(self.seed)
 
     def _sample_action(
@@ -73,7 +93,7 @@ class MaskedDQN(DQN):
         self._update_learning_rate(self.policy.optimizer)
         for _ in range(gradient_steps):
             (seen, actions, after, over, rewards), masks = self.replay_buffer.sample_masked(
-                batch_size, self.rng
+                batch_size, self.n_steps, self.rng
             )
             with torch.no_grad():
                 best = self.q_net_target(after).masked_fill(~masks, IMPOSSIBLE).amax(dim=1)
