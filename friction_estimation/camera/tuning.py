@@ -87,8 +87,8 @@ WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
 TOLERANCE_PX = 2.0
 """Largest distance at which a curve is where a camera puts it."""
-SAME_MISFIT = 10.0
-"""Cameras whose misfits differ by less are the same [squared standard errors]."""
+COMPLETE_SHARE = 0.8
+"""A camera that meets more of the paint in view is surely right."""
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
 DISPLACED_SEARCH_PX = 6.0
