@@ -103,9 +103,9 @@ class PaintSolver:
     def likeliest(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
         """The likeliest of the cameras to which starts lead; None where none meets the paint.
 
-        Marks in the wrong place may favour starts that lead astray. So one start more than the lens
-        has unknown parameters is followed, unless a camera meets most of the paint, and others
-        until a camera agrees with it.
+        Marks in the wrong place may favour starts that lead astray. So more starts are followed than
+        the camera has unknown parameters, unless one leads to a camera that meets most of the paint,
+        and others until a camera agrees with it.
 
         Parameters
         ----------
@@ -116,7 +116,8 @@ class PaintSolver:
             solved = self.followed(start, searches)
             found += [] if solved is None else [solved]
             agreeing = [one for one in found if not one.wrong]
-            if agreeing and (k > self.fit.lens.count or agreeing[-1].share > COMPLETE_SHARE):
+            unknown = 6 + self.fit.lens.count
+            if agreeing and (k > unknown or agreeing[-1].share > COMPLETE_SHARE):
                 break
         return min(found, key=lambda k: (len(k.wrong), k.refined.misfit), default=None)
 
