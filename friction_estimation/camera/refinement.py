@@ -103,9 +103,9 @@ class PaintSolver:
     def likeliest(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
         """The likeliest of the cameras to which starts lead; None where none meets the paint.
 
-        Marks in the wrong place may favour starts that lead astray. So more starts are followed than
-        the camera has unknown parameters, unless one leads to a camera that meets most of the paint,
-        and others until a camera agrees with it.
+        Marks in the wrong place may favour starts that lead astray. So more starts are followed
+        than the camera has unknown parameters, unless one leads to a camera that meets most of the
+        paint, and others until a camera agrees with it.
 
         Parameters
         ----------

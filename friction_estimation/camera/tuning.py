@@ -24,8 +24,6 @@ BOARD_MAX_RMS_PX = 3.0
 """A board that is missed by more is not the board that was described."""
 BOARD_MAX_FOCAL_SIGMA = 0.03
 """Largest standard error of the focal length, as a share of it."""
-BOARD_FOCAL_RANGE = (0.2, 20.0)
-"""Focal lengths of cameras, in image widths."""
 BOARD_MIN_TILT_DEG = 5.0
 """Boards that are all held square to the camera cannot tell focal length from distance."""
 BOARD_LAST_TERM_GAIN = 0.95
