@@ -100,8 +100,8 @@ class PaintSolver:
     scale: Floats
     size: tuple[int, int]
 
-    def likeliest(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
-        """The likeliest of the cameras to which starts lead; None where none meets the paint.
+    def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
+        """The most likely camera to which the starts lead; None if none agrees with the paint.
 
         Marks in the wrong place may favour starts that lead astray. So more starts are followed
         than the camera has unknown parameters, unless one leads to a camera that meets most of the
@@ -177,7 +177,7 @@ def refine(
     share = min(1.0, max(small.size) / SEARCHED_SIDE)
     starts = _starts(small, solver.fit)
     searches = [share * radius for radius in WIDE_SEARCHES_PX]
-    found = solver.likeliest((start, searches) for start in starts)
+    found = solver.most_likely((start, searches) for start in starts)
     return _agreeing(camera, solver, found)
 
 
@@ -321,7 +321,7 @@ def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -
 
 
 def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
-    """Cameras to begin with: the likeliest by their points, and others that marks leave open."""
+    """Cameras to begin with: the most likely by their points, and others that marks leave open."""
     starts = [
         one
         for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
