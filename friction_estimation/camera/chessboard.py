@@ -23,7 +23,6 @@ from curling_env.infrastructure.files.storage import write_json
 from curling_env.typing import Floats, Image, Progress, no_progress, with_progress
 from friction_estimation.camera.lens import TERMS, Lens
 from friction_estimation.camera.tuning import (
-    BOARD_FOCAL_RANGE,
     BOARD_LAST_TERM_GAIN,
     BOARD_MAX_FOCAL_SIGMA,
     BOARD_MAX_RMS_PX,
@@ -277,11 +276,7 @@ def _solved(
     )
     tilt = max(np.degrees(np.arccos(min(abs(cv2.Rodrigues(r)[0][2, 2]), 1))) for r in turns)
     focal_sigma_px = float(np.asarray(sigma).ravel()[:2].max())
-    if (
-        tilt < BOARD_MIN_TILT_DEG
-        or not focal_sigma_px < BOARD_MAX_FOCAL_SIGMA * lens.focal_px
-        or not BOARD_FOCAL_RANGE[0] < lens.focal_px / size[0] < BOARD_FOCAL_RANGE[1]
-    ):
+    if tilt < BOARD_MIN_TILT_DEG or not focal_sigma_px < BOARD_MAX_FOCAL_SIGMA * lens.focal_px:
         raise undetermined
     return LensCalibration(
         lens=lens, rms_px=float(rms_px), focal_sigma_px=focal_sigma_px, used=used, unused=unused

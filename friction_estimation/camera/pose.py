@@ -30,6 +30,8 @@ from friction_estimation.camera.tuning import MAX_AXIS_OFFSET, MAX_MISFIT
 
 PLANE_TURNS = (0.0, 0.5, 1.0)
 """Angles by which the axes of the ice may be turned before a pose is sought [rad]."""
+SAME_FOCAL = 0.2
+"""Trial focal lengths that differ by less, in log, lead to the same cameras."""
 FOLLOWED = 3
 """Trial lenses that are followed: those that meet the points best."""
 NOTHING_MEASURED = MarkingMeasurements(
@@ -111,11 +113,12 @@ def best_camera(
 
 
 def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
-    """A lens, and others to try where its focal length or its distortion is unknown."""
+    """A lens, and clearly different ones where its focal length or its distortion is unknown."""
     lenses = [lens]
     if focal:
-        focals = [share * max(lens.size) for share in TRIAL_FOCALS]
-        lenses += [Lens.centred(focal, lens.size, lens.distortion) for focal in focals]
+        focals = np.array(TRIAL_FOCALS) * max(lens.size)
+        others = focals[np.abs(np.log(focals / lens.focal_px)) > SAME_FOCAL].tolist()
+        lenses += [Lens.centred(focal, lens.size, lens.distortion) for focal in others]
     return [one.bent(bend) for one in lenses for bend in TRIAL_BENDS] if bends else lenses
 
 

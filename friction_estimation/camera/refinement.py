@@ -33,17 +33,18 @@ from friction_estimation.camera.refined import (
     RefinedCamera,
     height_prior,
     log_height_prior,
+    prior_residuals,
     unrefined,
 )
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
+    COMPLETE_SHARE,
     DISPLACED_SEARCH_PX,
     MAX_MISFIT,
     MAX_STARTS,
     MIN_MARKINGS,
     MIN_MARKINGS_SHARE,
     NARROW_SEARCHES_PX,
-    SAME_MISFIT,
     SEARCHED_SIDE,
     SPREAD_SIGMAS,
     WIDE_SEARCHES_PX,
@@ -70,10 +71,12 @@ class SolvedCamera:
     Parameters
     ----------
     refined : the camera
+    share : part of the paint in view that is seen where it puts it, 0 to 1
     wrong : names of the curves that disagree with it, or are needed and not seen
     """
 
     refined: RefinedCamera
+    share: float
     wrong: tuple[str, ...]
 
 
@@ -100,19 +103,21 @@ class PaintSolver:
     def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
         """The most likely camera to which the starts lead; None if none agrees with the paint.
 
-        Marks in the wrong place may favour starts that lead astray, so that they are followed until
-        the most likely camera that agrees with all of the paint is found twice.
+        Marks in the wrong place may favour starts that lead astray. So more starts are followed
+        than the camera has unknown parameters, unless one leads to a camera that meets most of the
+        paint, and others until a camera agrees with it.
 
         Parameters
         ----------
         starts : cameras to begin with, each with the search radii of the first rounds [px]
         """
         found: list[SolvedCamera] = []
-        for start, searches in starts:
+        for k, (start, searches) in enumerate(starts, 1):
             solved = self.followed(start, searches)
             found += [] if solved is None else [solved]
-            misfits = sorted(one.refined.misfit for one in found if not one.wrong)[:2]
-            if len(misfits) == 2 and misfits[1] - misfits[0] < SAME_MISFIT:
+            agreeing = [one for one in found if not one.wrong]
+            unknown = 6 + self.fit.lens.count
+            if agreeing and (k > unknown or agreeing[-1].share > COMPLETE_SHARE):
                 break
         return min(found, key=lambda k: (len(k.wrong), k.refined.misfit), default=None)
 
@@ -137,7 +142,8 @@ class PaintSolver:
         met = {curve.name: curve.miss_px for curve in seen if curve.agrees}
         missing = [name for name in self.needed if name not in met]
         wrong = tuple(dict.fromkeys([*disagreeing(seen), *missing]))
-        return SolvedCamera(refined=replace(refined, misses_px=met), wrong=wrong)
+        share = refined.measured / measured.expected
+        return SolvedCamera(refined=replace(refined, misses_px=met), share=share, wrong=wrong)
 
     def reduced_camera(self, camera: Camera) -> Camera:
         """A camera of the whole picture as that of this one."""
@@ -315,14 +321,19 @@ def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -
 
 
 def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
-    """Cameras to begin with: those that meet the points best, and others that marks leave open."""
+    """Cameras to begin with: the most likely by their points, and others that marks leave open."""
     starts = [
         one
         for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
         for one in cameras_from_points(fit.sheet_points, fit.points_px, lens)[:1]
+        if one[0] < MAX_MISFIT * max(camera.size)
     ]
-    starts.sort(key=lambda one: one[0])
-    near = [found for rms_px, found in starts if rms_px < MAX_MISFIT * max(camera.size)]
+
+    def unlikelihood(start: tuple[float, Camera]) -> float:
+        misfit = len(fit.points_px) * (start[0] / fit.click_sigma_px) ** 2
+        return misfit + float(np.sum(prior_residuals(start[1], fit.height) ** 2))
+
+    near = [found for _, found in sorted(starts, key=unlikelihood)]
     yield from near[:MAX_STARTS]
     for first in near[:1]:
         step, lens = _loosest(first, fit)

@@ -24,8 +24,6 @@ BOARD_MAX_RMS_PX = 3.0
 """A board that is missed by more is not the board that was described."""
 BOARD_MAX_FOCAL_SIGMA = 0.03
 """Largest standard error of the focal length, as a share of it."""
-BOARD_FOCAL_RANGE = (0.2, 20.0)
-"""Focal lengths of cameras, in image widths."""
 BOARD_MIN_TILT_DEG = 5.0
 """Boards that are all held square to the camera cannot tell focal length from distance."""
 BOARD_LAST_TERM_GAIN = 0.95
@@ -87,8 +85,8 @@ WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
 TOLERANCE_PX = 2.0
 """Largest distance at which a curve is where a camera puts it."""
-SAME_MISFIT = 10.0
-"""Cameras whose misfits differ by less are the same [squared standard errors]."""
+COMPLETE_SHARE = 0.8
+"""A camera that meets more of the paint in view is surely right."""
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
 DISPLACED_SEARCH_PX = 6.0

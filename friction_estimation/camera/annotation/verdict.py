@@ -17,8 +17,6 @@ MAX_HEIGHT = 30.0
 """No camera of a rink hangs higher [m]; with the wrong size of the ice, stones look too small."""
 BETTER_BY = 25.0
 """Another size of the ice is right if it lowers the misfit by this [squared standard errors]."""
-LEAST_SEEN = 0.9
-"""Paint measured with another size of the ice, as a part of that measured with this one."""
 
 
 def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[str]:
@@ -59,11 +57,8 @@ def better_sheet(own: RefinedCamera, others: Sequence[tuple[Sheet, RefinedCamera
     others : other sizes of the ice with the camera that the same clicks give on each
     """
     for sheet, found in others:
-        if (
-            found.measured >= LEAST_SEEN * own.measured
-            and found.measured
-            and (not own.measured or found.misfit + BETTER_BY < own.misfit)
-        ):
+        # Paint that is not seen where a camera puts it counts in its misfit.
+        if found.measured and (not own.measured or found.misfit + BETTER_BY < own.misfit):
             return sheet
     return None
 
