@@ -29,8 +29,6 @@ OUTLIER_DEVIATIONS = 4.5
 150 000."""
 LEAST_ROWS = 20
 """Rows below which a series is left as it is."""
-AT_LIMIT = 1e-6
-"""Part of the range of a parameter within which its value counts as the limit."""
 LEAST_NOISE = (2e-4, 2e-4)
 """Smallest noise of a coordinate and of the heading [m, rad]: simulated tracks are rounded, and no
 other is perfect."""
