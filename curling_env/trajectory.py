@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import itertools
-from collections.abc import Sequence
-from dataclasses import dataclass, field, fields
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_table
 from curling_env.infrastructure.files.table import Column, Table, read_table
-from curling_env.typing import Floats
+from curling_env.typing import Flags, Floats, Indices
 
 TRACK_TABLE = (
     Column(name="throw"),
@@ -109,6 +109,35 @@ class Trajectory:
         )
 
     __hash__ = None  # pyright: ignore[reportAssignmentType]
+
+    def only(self, rows: Flags | Indices | slice) -> Trajectory:
+        """Return the track of some rows."""
+        return replace(self, **{name: getattr(self, name)[rows] for name in self._measured})
+
+    def joined(self, other: Trajectory) -> Trajectory:
+        """Return the rows of both tracks in order of time, with this one's labels.
+
+        Parameters
+        ----------
+        other : track with the same columns
+        """
+        order = np.argsort(np.concatenate([self.t, other.t]), kind="stable")
+        columns = {
+            name: np.concatenate([getattr(self, name), getattr(other, name)])[order]
+            for name in self._measured
+        }
+        return replace(self, **columns)
+
+    @property
+    def _measured(self) -> list[str]:
+        """Names of the columns that are not empty."""
+        names = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta", "sigma_t")
+        return [name for name in names if getattr(self, name).size]
+
+    def at(self, t: Floats) -> Floats:
+        """Return positions at times, (n, 2) [m]; linear between rows, constant beyond the ends."""
+        xy: list[Floats] = [np.interp(t, self.t, axis) for axis in self.xy.T]
+        return np.column_stack(xy)
 
     @property
     def by_gates(self) -> bool:
@@ -266,8 +295,41 @@ def write_tracks(path: str | Path, tracks: Sequence[Trajectory]) -> None:
     write_table(path, track_columns(tracks))
 
 
-def track_columns(tracks: Sequence[Trajectory]) -> dict[str, NDArray[Any]]:
-    """Return tracks as columns by name, one row per frame; positions are rounded to 0.01 mm."""
+def tracks_of_columns(columns: Mapping[str, Sequence[Any]], source: str) -> list[Trajectory]:
+    """Return the tracks in columns of numbers by name; None or NaN for an empty cell.
+
+    Raises
+    ------
+    InputError : columns of different lengths, and see `read_tracks`
+    """
+    known = {column.name: column for column in TRACK_TABLE}
+    length = len(columns["throw"])
+    for name, cells in columns.items():
+        if len(cells) != length:
+            raise InputError(
+                f"has {len(cells)} entries, throw has {length}",
+                source=source,
+                where=f"tracks.{name}",
+            )
+    cells = {
+        name: ["" if cell is None or cell != cell else repr(cell) for cell in columns[name]]
+        for name in known
+        if name in columns
+    }
+    return tracks_of(Table(source=source, columns=cells, rows=range(1, length + 1), known=known))
+
+
+def track_columns(tracks: Sequence[Trajectory], *, exact: bool = False) -> dict[str, NDArray[Any]]:
+    """Return tracks as columns by name, one row per frame.
+
+    Parameters
+    ----------
+    exact : keep all digits; otherwise positions are rounded to 0.01 mm
+    """
+
+    def rounded(values: Floats, digits: int) -> Floats:
+        return values if exact else np.round(values, digits)
+
     measured = [
         name
         for name in ("sigma_xy", "sigma_theta", "sigma_t")
@@ -286,12 +348,12 @@ def track_columns(tracks: Sequence[Trajectory]) -> dict[str, NDArray[Any]]:
     xy = np.concatenate([track.xy for track in tracks])
     return {
         "throw": np.repeat([track.throw for track in tracks], counts),
-        "t": np.round(column("t"), 6),
-        "x": np.where(np.isnan(column("sigma_t")), np.round(xy[:, 0], 5), np.nan),
-        "y": np.round(xy[:, 1], 5),
-        "theta": np.round(column("theta"), 5),
+        "t": rounded(column("t"), 6),
+        "x": np.where(np.isnan(column("sigma_t")), rounded(xy[:, 0], 5), np.nan),
+        "y": rounded(xy[:, 1], 5),
+        "theta": rounded(column("theta"), 5),
         "stone": np.repeat([track.stone for track in tracks], counts),
         "clock": np.repeat([track.clock for track in tracks], counts),
         "swept": column("swept").astype(int),
-        **{name: np.round(column(name), 6) for name in measured},
+        **{name: rounded(column(name), 6) for name in measured},
     }

@@ -31,7 +31,7 @@ AT_ONCE = {
     *("environments/curling-end.md", "environments/curling-game.md"),
     "environments/curling-sheet.md",
     *("how-to/own-effect.md", "how-to/own-player.md", "how-to/own-task.md"),
-    *("how-to/own-tracker.md", "effects.md"),
+    *("how-to/own-tracker.md", "how-to/benchmark-row.md", "effects.md"),
 }
 """Pages whose examples take a moment each; `make docs-test` also runs those of the others."""
 TESTED_ELSEWHERE = {"README.md": "test_readme.py", "CONTRIBUTING.md": "test_contributing.py"}

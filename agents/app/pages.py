@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, RedirectResponse
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.routing import BaseRoute, Route
 
 from agents.app.club import Club, Session
 from agents.app.gate import token_for
@@ -17,6 +20,7 @@ from curling_env.infrastructure.files.reading import parse_json
 
 if TYPE_CHECKING:
     from agents.app.work.queue import WorkQueue
+
 
 MAX_FIELDS = 200
 """Fields of a form."""
@@ -129,3 +133,27 @@ def number_in(text: str, what: str) -> int:
     if not (text.isascii() and text.isdecimal() and len(text) < 18):
         raise InputError(f"expected the number of {what}")
     return int(text)
+
+
+@dataclass(frozen=True)
+class Screen:
+    """One of the pages that the navigation leads to.
+
+    Parameters
+    ----------
+    name : first part of its addresses: ``/NAME`` for the latest session and ``/NAME/SESSION``
+    title : what the navigation calls it
+    show : answers these two
+    more : further addresses
+    """
+
+    name: str
+    title: str
+    show: Callable[[Request], Response]
+    more: Sequence[BaseRoute] = ()
+
+    @property
+    def routes(self) -> list[BaseRoute]:
+        """Its addresses."""
+        both = (f"/{self.name}", f"/{self.name}/{{session:int}}")
+        return [*(Route(path, self.show) for path in both), *self.more]

@@ -2,17 +2,37 @@
 
 from __future__ import annotations
 
+import re
 from functools import cache
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from curling_env.units import brooms, length, short_length
+from agents.coaching.calls import shown_call
+from curling_env.units import Units, brooms, chosen_units, length, short_length
+
+METRIC = re.compile(
+    r"(?<![\w.])(\d+(?:\.\d+)?) (cm|m)\b(?!/)|(?:(?<=, not )|(?<=off by ))(\d+(?:\.\d+)?)(?=\.$)"
+)
+"""Metric lengths; a last one without a unit ("5 cm from the forecast, not 49.") is in cm."""
 
 
 def rendered(template: str, **content: Any) -> str:
     """Fill a template of `templates`."""
-    return _environment().get_template(template).render(**content)
+    units = chosen_units()
+    other = next(one for one in Units if one is not units)
+    return _environment().get_template(template).render(units=units, other_units=other, **content)
+
+
+def in_units(text: str) -> str:
+    """Return a stored sentence, whose lengths are metric, with lengths in the chosen units."""
+    if chosen_units() is Units.METRES:
+        return text
+    return METRIC.sub(_length_of, text)
+
+
+def _length_of(found: re.Match[str]) -> str:
+    return short_length(float(found[1] or found[3]) * (1.0 if found[2] == "m" else 0.01))
 
 
 @cache
@@ -24,5 +44,11 @@ def _environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.filters |= {"short": short_length, "metres": length, "brooms": brooms}
+    found.filters |= {
+        "short": short_length,
+        "metres": length,
+        "brooms": brooms,
+        "in_units": in_units,
+        "call": shown_call,
+    }
     return found

@@ -1,27 +1,31 @@
-"""A session from files that are there, such as those of `curling demo`."""
+"""Sessions from files that are there, such as those of `curling demo`, and a made-up evening."""
 
 from __future__ import annotations
 
 import os
 import re
 import shutil
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from datetime import date, timedelta
 from itertools import groupby
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 from agents.app.club import Camera, Club, Film, Session
 from agents.app.club.club import ICE, TRACKS, named_row, plain
 from agents.app.club.films import added_film, film_in
 from agents.app.club.records import Hand, State
 from agents.app.club.session_files import Part, finish_files, note_change, save_part, write_files
+from agents.app.work.jobs import submit
 from agents.coaching.throw_sheet import hands_beside
 from curling_env.errors import InputError
 from curling_env.ice import load_ice, save_ice
 from curling_env.infrastructure.files.writing import atomic_path, make_directory
 from curling_env.infrastructure.provenance import sha256_of
 from curling_env.trajectory import Trajectory, read_tracks
+from curling_env.typing import Progress, no_progress
 from friction_estimation.camera.scene import load_scene, save_scene
 from friction_estimation.tracks.throw_list import ThrowNote, throws_beside
 
@@ -217,3 +221,68 @@ def _note(club: Club, session: Session, found: Found, before: Mapping[int, int])
                 (athlete, stone, note.called, note.note, session.id, number),
             )
         note_change(connection, "id = ?", session.id)
+
+
+NAME, BEFORE, SHEET = "A made-up evening", "The week before", "Sheet 2"
+
+
+def begin_evening(club: Club, day: str) -> Session | None:
+    """The session of the made-up evening, still empty; None where the club has one.
+
+    Parameters
+    ----------
+    day : of the evening, as ``2026-11-22``
+    """
+    if any(session.name == NAME for session in club.sessions()):
+        return None
+    return club.add_session(NAME, day, SHEET, None)
+
+
+def fill_evening(
+    club: Club, session: Session, *, seed: int = 0, progress: Progress = no_progress
+) -> Session:
+    """Fill a session with the made-up evening; one that was filled in part is filled up.
+
+    Parameters
+    ----------
+    session : of the evening
+    seed, progress : see `write_evening`
+    """
+    from agents.closed_loop.made_up_evening import write_evening  # it loads what renders films
+
+    with TemporaryDirectory() as made:
+        believed = write_evening(Path(made), seed=seed, progress=progress)
+        fill_from(club, session, Path(made))
+    day = (date.fromisoformat(session.day) - timedelta(days=7)).isoformat()
+    if not any(one.name == BEFORE and one.day == day for one in club.sessions()):
+        before = club.add_session(BEFORE, day, SHEET, None)
+        save_ice(believed, club.ice_of(before))  # what the team takes it for
+    return session
+
+
+def begin_sessions(
+    club: Club, folders: Sequence[Path], *, demo: bool, remark: Callable[[str], object]
+) -> None:
+    """Begin sessions from folders, and a made-up evening; both are filled while the app runs.
+
+    Parameters
+    ----------
+    club : the club
+    folders : folders with tracks; one that the club has already is skipped, with a remark
+    demo : also begin a made-up evening
+    remark : called with what the person at the terminal should know
+
+    Raises
+    ------
+    InputError : see `take_in.look_through`
+    """
+    today = date.today().isoformat()
+    for folder in folders:
+        if is_in(club, folder):
+            remark(f"{folder}: is in this club already")
+            continue
+        session = begin_from(club, folder, name=folder.resolve().name, day=today, sheet="")
+        submit(club, "import", session, str(folder.resolve()))
+    evening = begin_evening(club, today) if demo else None
+    if evening is not None:
+        submit(club, "make up", evening)

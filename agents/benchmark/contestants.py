@@ -11,7 +11,7 @@ import numpy as np
 from agents.benchmark.tasks import BenchmarkTask
 from agents.learning.policy import TrainedPolicy
 from agents.models import LEARNT, load
-from agents.planning import plan, plan_task
+from agents.planning import plan_throw
 from agents.playing.learned.network import ShotNetwork
 from agents.playing.learned.player import LearnedPlayer
 from agents.playing.policy_player import GamePolicy
@@ -67,7 +67,7 @@ def contestant(given: Any) -> Contestant:
         return _trained(given)
     if not (callable(given) or hasattr(given, "predict")):
         raise InputError(
-            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
+            f"a policy must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
             f"module:object, or a function of observations, got {str(given)[:60]!r}"
         )
     return _policy(given)
@@ -120,10 +120,10 @@ def _planned(env: Any, observation: Any) -> Any:
     known, stones = env.known_ice, env.places
     wanted: dict[str, Any] = {"skill": env.skill, "delivery": env.delivery}
     if env.task.name == "draw":
-        found = plan(known, to_sheet(env.target, env.direction), stones=stones, **wanted)
+        found = plan_throw(known, to_sheet(env.target, env.direction), stones=stones, **wanted)
     else:
         mark = stones[0] if env.task.has_target_stone else to_sheet(env.target, env.direction)
-        found = plan_task(known, env.task, mark, stones=stones, **wanted)
+        found = plan_throw(known, env.task, mark, stones=stones, **wanted)
     return env.action_of(found.best.throw)
 
 

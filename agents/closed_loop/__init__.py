@@ -3,7 +3,6 @@
 - `demo`, `demo_findings`: the whole loop and its results; `curling demo` runs it
 - `demo_figures`, `demo_page`: its pictures and its page
 - `patches`, `practice`, `filming`: the ice, the practice throws, and their films
-- `areas`: heavy and keen areas in a curler's words
 """
 
 from curling_env.infrastructure.lazy_names import lazy_names
@@ -11,7 +10,6 @@ from curling_env.infrastructure.lazy_names import lazy_names
 __getattr__, __dir__ = lazy_names(
     __name__,
     {
-        "areas": ("find_areas",),
         "demo": ("find_missing_effect", "run_demo"),
         "patches": ("patchy_ice",),
         "practice": ("draw_practice",),

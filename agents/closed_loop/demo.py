@@ -13,13 +13,12 @@ from pathlib import Path
 import numpy as np
 
 from agents.closed_loop import demo_figures, demo_page
-from agents.closed_loop.areas import find_areas
 from agents.closed_loop.demo_findings import ComparedDraw, Findings
 from agents.closed_loop.filming import FPS, film_throws
 from agents.closed_loop.patches import patchy_ice
 from agents.closed_loop.practice import draw_practice
 from agents.learning.evaluation import rest_in_env
-from agents.planning import Plan, plan
+from agents.planning import Plan, plan_throw
 from curling_env.errors import OutputError
 from curling_env.ice import Ice, save_ice
 from curling_env.infrastructure.files.kinds import kind_of
@@ -149,8 +148,8 @@ def _run_in(
     save_ice(estimated, folder / "ice.json", provenance=origin)
 
     progress("planning a draw", 0.84)
-    best = plan(estimated, BUTTON, skill="elite", seed=seed)
-    on_average = plan(_certain(average), BUTTON, skill="elite", seed=seed)
+    best = plan_throw(estimated, BUTTON, skill="elite", seed=seed)
+    on_average = plan_throw(_certain(average), BUTTON, skill="elite", seed=seed)
     tested = ComparedDraw(
         target=best.target, rest=_rest(truth, best), other=_rest(truth, on_average)
     )
@@ -177,7 +176,6 @@ def _run_in(
         on_estimated=_rest(estimated, best),
         tested=tested,
         draws=more,
-        areas=find_areas(estimated),
         missing=missing,
         named=named,
         film_frames=films.frames,
@@ -240,7 +238,8 @@ def find_missing_effect(
 def _compare(truth: Ice, target: Floats, ice: Ice, other: Ice) -> ComparedDraw:
     """Plan a draw for an exact player on two ices and throw both on the hidden one."""
     rest, other_rest = (
-        _rest(truth, plan(_certain(assumed), target, skill="none")) for assumed in (ice, other)
+        _rest(truth, plan_throw(_certain(assumed), target, skill="none"))
+        for assumed in (ice, other)
     )
     return ComparedDraw(target=target, rest=rest, other=other_rest)
 

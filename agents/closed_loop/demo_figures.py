@@ -74,7 +74,7 @@ def _maps(figure: Figure, found: Findings) -> None:
     _outline_areas(axes[1], found)
     titles = (
         "The hidden ice with its heavy and keen areas",
-        f"The ice estimated from {len(found.tracks)} filmed throws (thin lines); dashed: areas "
+        f"The ice estimated from {len(found.tracks)} filmed throws (thin lines); dashed: parts "
         "found heavy or keen",
         "Uncertainty of the estimate: dark where no stone ran",
     )
@@ -86,17 +86,16 @@ def _maps(figure: Figure, found: Findings) -> None:
 
 
 def _outline_areas(ax: Axes, found: Findings) -> None:
-    sheet = found.true_ice.sheet
-    centres = figures.lengthwise(np.stack(np.meshgrid(sheet.x_centres, sheet.y_centres), axis=-1))
     for area in found.areas:
-        cells = np.where(area.cells, 1.0, 0.0)
-        outline: dict[str, Any] = {"colors": figures.INK, "linewidths": 1.1, "linestyles": "--"}
-        ax.contour(centres[..., 0], centres[..., 1], cells, levels=[0.5], **outline)
-        x, y = figures.lengthwise((area.x, (area.y_low + area.y_high) / 2))
+        (left, right), (low, high) = area.x, area.y
+        corners = [(left, low), (right, low), (right, high), (left, high), (left, low)]
+        outline = figures.lengthwise(corners)
+        ax.plot(*outline.T, color=figures.INK, lw=1.1, ls="--")
+        x, y = figures.lengthwise((np.mean(area.x), np.mean(area.y)))
         ax.text(
             x,
             y,
-            f"{area.kind}\n{100 * area.difference:+.0f} %",
+            f"{area.kind}\n{100 * (area.relative or 0.0):+.0f} %",
             ha="center",
             va="center",
             fontsize=9,

@@ -4,16 +4,17 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
-from agents.closed_loop.areas import Area, relative
 from agents.planning import Plan
 from curling_env.ice import Ice
 from curling_env.sheet import TEE_Y
 from curling_env.trajectory import Trajectory
 from curling_env.typing import Flags, Floats
 from curling_env.units import Units, length, miss
+from friction_estimation.reports.keen_and_heavy import Zone, zones
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -56,7 +57,6 @@ class Findings:
     on_estimated : (2,) place of rest of the tested draw on the estimated ice [m]
     tested : the tested draw on the hidden ice, planned on the estimated and on the average ice
     draws : the same for draws to other places in the house
-    areas : heavy and keen areas of the estimate
     missing : a draw planned with and without the effect that the model lacked
     named : names of the discovered effects
     film_frames, film_size : number of frames in all films, and their size [px]
@@ -74,7 +74,6 @@ class Findings:
     on_estimated: Floats
     tested: ComparedDraw
     draws: list[ComparedDraw]
-    areas: list[Area]
     missing: ComparedDraw
     named: list[str]
     film_frames: int
@@ -91,16 +90,26 @@ class Findings:
         """Return the friction of an ice over its mean in the observed cells, minus one, (rows,
         columns).
         """
-        return relative(ice.friction.mu, self.observed)
+        mu = ice.friction.mu
+        return mu / mu[self.observed].mean() - 1.0
 
     def map_error(self, ice: Ice) -> float:
         """Return the relative RMS error of an ice's μ in the observed cells."""
         ratio = ice.friction.mu / self.true_ice.friction.mu
         return float(np.sqrt(np.mean((ratio - 1.0)[self.observed] ** 2)))
 
-    def true_difference(self, area: Area) -> float:
-        """Return the mean relative difference of the hidden ice in an area."""
-        return float(self.difference(self.true_ice)[area.cells].mean())
+    @cached_property
+    def areas(self) -> list[Zone]:
+        """Heavy and keen parts of the estimated sheet, the most different first."""
+        found = [zone for zone in zones(self.estimated_ice) if zone.stands_out]
+        return sorted(found, key=lambda zone: -abs(zone.relative or 0.0))
+
+    def true_difference(self, area: Zone) -> float:
+        """Return the mean relative difference of the hidden ice where stones ran in a part."""
+        sheet = self.true_ice.sheet
+        x, y = np.meshgrid(sheet.x_centres, sheet.y_centres)
+        inside = (area.x[0] <= x) & (x < area.x[1]) & (area.y[0] <= y) & (y < area.y[1])
+        return float(self.difference(self.true_ice)[inside & self.observed].mean())
 
     @property
     def miss_on_estimated(self) -> float:
@@ -137,13 +146,13 @@ class Findings:
         )
 
     def area_sentences(self) -> list[str]:
-        """Describe each area: its position, its difference, and the true difference."""
+        """Describe each heavy or keen part, and the true difference of its friction."""
         sentences = [
-            f"{area.kind} ice {area.place_in(self.units)}: {_percent(area.difference)} friction "
-            f"(± {100 * area.sigma:.1f}), in truth {_percent(self.true_difference(area))}"
+            f"{area.name}: {area.words} (± {100 * area.sigma:.1f}), in truth "
+            f"{100 * self.true_difference(area):+.1f} %"
             for area in self.areas
         ]
-        return sentences or ["no area that differs clearly from the rest"]
+        return sentences or ["no part that differs clearly from the rest"]
 
     def draw_sentences(self) -> list[str]:
         """Describe the tested draw: the throw, and its place of rest."""
@@ -204,8 +213,8 @@ class Findings:
             "areas": [
                 {
                     "kind": area.kind,
-                    "place": area.place,
-                    "found": area.difference,
+                    "place": area.name,
+                    "found": area.relative,
                     "sigma": area.sigma,
                     "true": self.true_difference(area),
                 }
@@ -221,7 +230,3 @@ class Findings:
             "seconds": round(self.seconds, 1),
             "headline": self.headline(),
         }
-
-
-def _percent(share: float) -> str:
-    return f"{100 * share:+.1f} %"

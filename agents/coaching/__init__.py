@@ -5,10 +5,10 @@
 - `hand_or_ice`: causes of misses; `causes` has its results
 - `athletes`: bias and spread of an athlete's throws, over sessions (`athlete_errors`)
 - `stones`: stones that run and curl alike (`match_stones`)
-- `seen_throws`, `released`: the actual throw; `intended`, `habits`: the intended one
+- `seen_throws`, `released`: the actual throw; `intended`: the intended one, and habits
 - `throw_parts`: the contribution of each cause to a miss
-- `runs`, `session_ice`, `shared_ice`: throws simulated on ices, the ice before each of them, and
-  its correction by all of them
+- `runs`, `ices`: throws simulated on ices; the ice before each of them, corrected by all of them
+- `coaching_figures`: pictures of the results
 - `tuning`: chosen constants
 """
 
@@ -43,7 +43,7 @@ __getattr__, __dir__ = lazy_names(
     __name__,
     {
         "calls": ("PLACES",),
-        "figures.stones_figure": ("draw_stones",),
+        "coaching_figures": ("draw_stones",),
         "lane_draws": ("LANES",),
         "misses.causes": ("CAUSES", "HandError"),
         "misses.intended": ("intend",),

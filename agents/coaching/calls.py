@@ -27,7 +27,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from curling_env.sheet import BACK_LINE_Y, HOG_TO_TEE, RING_RADII, TEE_Y
-from curling_env.units import FOOT, INCH, Units, length, side
+from curling_env.units import FOOT, INCH, Units, chosen_units, length, side
 
 Shot = Literal[
     "draw",
@@ -159,11 +159,11 @@ class Call:
             return "hit"
         return "guard" if self.shot == "guard" else "draw"
 
-    def in_words(self, units: Units = Units.METRES) -> str:
+    def in_words(self) -> str:
         """Return the call as a coach would say it."""
         parts = ["hit" if self.shot == "takeout" else self.shot.replace("tap-", "tap ")]
         if self.target is not None:
-            parts.append(place_in_words(self.target, units))
+            parts.append(place_in_words(self.target))
         if self.weight is not None:
             parts.append(f"{self.weight} weight")
         if self.hog_to_hog is not None:
@@ -175,22 +175,22 @@ class Call:
         if self.turns is not None:
             parts.append(f"{self.turns:g} turns")
         if self.broom is not None:
-            where = side(self.broom, units)
+            where = side(self.broom)
             parts.append(f"broom {'on the centre line' if where == 'on the line' else where}")
         elif self.ice is not None:
-            parts.append(f"{length(self.ice, units)} of ice")
+            parts.append(f"{length(self.ice)} of ice")
         return ", ".join(parts)
 
 
-def place_in_words(place: tuple[float, float], units: Units = Units.METRES) -> str:
+def place_in_words(place: tuple[float, float]) -> str:
     """Return a place by its name, or past or short of the tee and beside the centre line."""
     for name, (right, past) in PLACES.items():
         if abs(place[0] - right) < 1e-6 and abs(place[1] - past) < 1e-6:
             return name
     along = "level with the tee"
     if abs(place[1]) >= 0.005:
-        along = f"{length(place[1], units)} {'past' if place[1] > 0 else 'short of'} the tee"
-    return along if abs(place[0]) < 0.005 else f"{along}, {side(place[0], units)}"
+        along = f"{length(place[1])} {'past' if place[1] > 0 else 'short of'} the tee"
+    return along if abs(place[0]) < 0.005 else f"{along}, {side(place[0])}"
 
 
 def read_call(text: str) -> Call | None:
@@ -220,6 +220,26 @@ def call_error(text: str) -> str:
     return ""
 
 
+def typed_call(text: str) -> str:
+    """Return a call as it was typed, with the chosen unit behind the lengths that have none."""
+    return text if chosen_units() is Units.METRES else _with_unit(text, "ft")
+
+
+def shown_call(text: str) -> str:
+    """Return a stored call, whose lengths without a unit are metres, to be shown beside feet."""
+    return text if chosen_units() is Units.METRES else _with_unit(text, "m")
+
+
+def _with_unit(text: str, unit: str) -> str:
+    def written(found: re.Match[str]) -> str:
+        has_units = re.search(rf"\d\s*{_UNIT}(?![a-z])", found[0], re.IGNORECASE)
+        return found[0] if has_units else re.sub(_NUMBER, rf"\g<0>{unit}", found[0])
+
+    for pattern in (_BROOM, _ICE, _PAIR, _SIDED):
+        text = pattern.sub(written, text.replace("\u2212", "-"))
+    return text
+
+
 class _NoCallError(Exception):
     """The text is not a call."""
 
@@ -239,14 +259,14 @@ _UNITS = {
     **dict.fromkeys(("inch", "inches", '"'), INCH),
 }
 _END = r"(?![\w.])"
-_PAIR = re.compile(rf"{_LENGTH}\s*,\s*{_LENGTH}{_END}")
-_SIDED = re.compile(rf"{_LENGTH}\s*(right|left|short|past|behind|long){_END}")
+_PAIR = re.compile(rf"{_LENGTH}\s*,\s*{_LENGTH}{_END}", re.IGNORECASE)
+_SIDED = re.compile(rf"{_LENGTH}\s*(right|left|short|past|behind|long){_END}", re.IGNORECASE)
 _BROOM = re.compile(
-    rf"broom\s+(?:(centre line|center line|centre|center)|{_LENGTH}\s*(right|left)?){_END}"
+    rf"broom\s+(?:(?:centre|center)(?: line)?|{_LENGTH}\s*(right|left)?){_END}", re.IGNORECASE
 )
 _SECONDS = re.compile(rf"({_NUMBER})\s*(?:seconds|second|sec|s){_END}")
 _SPLIT = re.compile(rf"(?:split\s+({_NUMBER})\s*s?|({_NUMBER})\s*s?\s+split){_END}")
-_ICE = re.compile(rf"(?:ice\s+{_LENGTH}|{_LENGTH}\s+(?:of\s+)?ice){_END}")
+_ICE = re.compile(rf"(?:ice\s+{_LENGTH}|{_LENGTH}\s+(?:of\s+)?ice){_END}", re.IGNORECASE)
 _BARE_SECONDS = re.compile(rf"(?<![\w.,-])(\d{{1,2}}\.\d+){_END}(?!\s*,)")
 _TURNS = re.compile(rf"({_NUMBER})\s*(?:turns|turn|rotations|rotation){_END}")
 _WORD = re.compile(r"[^\s,;]+")
@@ -380,8 +400,8 @@ class _Words:
             raise _twice("a broom")
         if not found:
             return None
-        centre, number, unit, where = found[0].groups()
-        return 0.0 if centre else _metres(number, unit) * (-1.0 if where == "left" else 1.0)
+        number, unit, where = found[0].groups()
+        return _metres(number or "0", unit) * (-1.0 if where == "left" else 1.0)
 
     def _ice(self) -> float | None:
         found = self._take(_ICE)

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from agents.coaching.athletes import AthleteErrors, ErrorSummary, Interval
 from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause, Part, Pattern, SessionCauses
 from agents.coaching.stones import StoneFactor, StoneMatch, StonePair
-from curling_env.units import Units, length, short_length, side, speed
+from curling_env.units import length, short_length, side, speed
 from friction_estimation.reports.throws_section import NOT_SEEN, ThrowRows
 
 CAUSE_WORDS: dict[Cause, str] = {
@@ -25,18 +25,17 @@ MIN_MENTIONED_MEAN = 0.1
 """Smallest mean part that is mentioned [m]."""
 
 
-def offset(right: float, past: float, units: Units = Units.METRES) -> str:
+def offset(right: float, past: float) -> str:
     """Format a displacement on the ice: along play first, without a component that is small beside
     the other.
 
     Parameters
     ----------
     right, past : to the right, and along play [m]
-    units : units of displayed lengths
     """
     least = max(MIN_SHOWN, 0.2 * max(abs(right), abs(past)))
     parts = [
-        side(value, units, right=name)
+        side(value, right=name)
         for value, name in ((past, "past"), (right, "right"))
         if abs(value) >= least
     ]
@@ -46,7 +45,7 @@ def offset(right: float, past: float, units: Units = Units.METRES) -> str:
 # --- hand or ice ---------------------------------------------------------------------------------
 
 
-def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
+def causes_rows(found: SessionCauses) -> ThrowRows:
     """Return a row for each throw: its miss and the contribution of each cause."""
     causes: list[Cause] = [c for c in CAUSES if any(c in one.parts for one in found.throws)]
     if not found.believed and not any(
@@ -59,8 +58,8 @@ def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
             str(one.throw),
             one.athlete,
             one.call.text,
-            offset(float(one.miss[0]), float(one.miss[1]), units),
-            *(part_in_words(one.parts.get(cause), units) for cause in causes),
+            offset(float(one.miss[0]), float(one.miss[1])),
+            *(part_in_words(one.parts.get(cause)) for cause in causes),
             CAUSE_WORDS[one.main],
         ]
         for one in found.throws
@@ -68,7 +67,7 @@ def causes_rows(found: SessionCauses, units: Units = Units.METRES) -> ThrowRows:
     return _without_empty(head, rows, numeric=("throw",))
 
 
-def part_in_words(part: Part | None, units: Units = Units.METRES) -> str:
+def part_in_words(part: Part | None) -> str:
     """Format the contribution of a cause, with half its 95 % interval along its larger
     component.
     """
@@ -76,11 +75,11 @@ def part_in_words(part: Part | None, units: Units = Units.METRES) -> str:
         return NOT_SEEN
     larger = max((part.right, part.past), key=lambda one: abs(one.value))
     half = INTERVAL * (larger.sigma or 0.0)
-    text = offset(part.right.value, part.past.value, units)
-    return f"{text} ± {short_length(half, units)}" if half >= 0.005 else text
+    text = offset(part.right.value, part.past.value)
+    return f"{text} ± {short_length(half)}" if half >= 0.005 else text
 
 
-def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
+def pattern_in_words(pattern: Pattern) -> str:
     """Describe the common pattern of some throws in one or two sentences."""
     who = "All throws" if pattern.athlete is None else pattern.athlete
     count = "one throw" if pattern.throws == 1 else f"{pattern.throws} throws"
@@ -91,11 +90,11 @@ def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
         if abs(pattern.shares[cause].value) >= 0.005
     ]
     words = (
-        f"{who} ({count}): {length(pattern.typical_miss, units)} from the target (root mean "
+        f"{who} ({count}): {length(pattern.typical_miss)} from the target (root mean "
         f"square); of this {', '.join(shares)}."
     )
     again = [
-        f"{CAUSE_WORDS[cause]} {offset(right, past, units)}"
+        f"{CAUSE_WORDS[cause]} {offset(right, past)}"
         for cause, ways in pattern.mean.items()
         if pattern.throws > 2
         for right, past in [
@@ -111,12 +110,12 @@ def pattern_in_words(pattern: Pattern, units: Units = Units.METRES) -> str:
     return f"{words} Systematic: {'; '.join(again)}." if again else words
 
 
-def session_in_words(found: SessionCauses, units: Units = Units.METRES) -> list[str]:
+def session_in_words(found: SessionCauses) -> list[str]:
     """Describe the pattern of a session and of each athlete, and list the excluded throws."""
     patterns = [found.pattern] if found.pattern is not None else []
     if len(found.athletes) > 1 or (found.athletes and found.athletes[0].throws < len(found.throws)):
         patterns += found.athletes
-    sentences = [pattern_in_words(pattern, units) for pattern in patterns]
+    sentences = [pattern_in_words(pattern) for pattern in patterns]
     if found.throws:
         sentences.append(
             "Each cause is shown as the distance that it moved the stone; the parts add up to the "
@@ -129,7 +128,7 @@ def session_in_words(found: SessionCauses, units: Units = Units.METRES) -> list[
 # --- athletes ------------------------------------------------------------------------------------
 
 
-def athletes_rows(athletes: Sequence[AthleteErrors], units: Units = Units.METRES) -> ThrowRows:
+def athletes_rows(athletes: Sequence[AthleteErrors]) -> ThrowRows:
     """Return a row for all throws of each athlete, then one for each handle and weight."""
     head = ["athlete", "throws", "handle", "shot", "weight", "± weight", "line", "± line"]
     head += ["rotation", "± rotation"]
@@ -142,32 +141,32 @@ def athletes_rows(athletes: Sequence[AthleteErrors], units: Units = Units.METRES
                     str(group.throws),
                     group.handle or ("all" if group is one.overall else ""),
                     group.weight or "",
-                    *_weight(one, group, units),
-                    _value(group.bias[1], units),
-                    short_length(group.spread[1].value, units),
+                    *_weight(one, group),
+                    _value(group.bias[1]),
+                    short_length(group.spread[1].value),
                     *_rotation(one, group),
                 ]
             )
     return _without_empty(head, rows, numeric=("throws",))
 
 
-def athletes_in_words(athletes: Sequence[AthleteErrors], units: Units = Units.METRES) -> list[str]:
+def athletes_in_words(athletes: Sequence[AthleteErrors]) -> list[str]:
     """Describe the notable errors of each athlete."""
     sentences: list[str] = []
     for one in athletes:
         errors: list[str] = []
         weight, line, _ = one.overall.bias
         if not weight.low <= 0 <= weight.high:
-            errors.append(f"throws {_weight(one, one.overall, units)[0].split(' (')[0]}")
+            errors.append(f"throws {_weight(one, one.overall)[0].split(' (')[0]}")
         if not line.low <= 0 <= line.high:
-            errors.append(f"sends stones {side(line.value, units)} of the line")
+            errors.append(f"sends stones {side(line.value)} of the line")
         by_handle = [g for g in one.groups if g.handle is not None and g.weight is None]
         if line.low <= 0 <= line.high and not by_handle:
             by_handle = [g for g in one.groups if g.handle is not None and _is_finest(one, g)]
         for group in by_handle:
             low, high = group.bias[1].low, group.bias[1].high
             if line.low <= 0 <= line.high and not low <= 0 <= high:
-                errors.append(f"{group.handle}s {side(group.bias[1].value, units)}")
+                errors.append(f"{group.handle}s {side(group.bias[1].value)}")
         name = one.name or "Throws without a name"
         count = f"{one.overall.throws} throws in {_sessions(one.sessions)}"
         sentences.append(f"{name} ({count}): {', '.join(errors) or 'no systematic error'}.")
@@ -190,13 +189,13 @@ def _is_finest(one: AthleteErrors, group: ErrorSummary) -> bool:
     return whole == min(some, default=0) and group.throws < one.overall.throws
 
 
-def _weight(one: AthleteErrors, group: ErrorSummary, units: Units) -> tuple[str, str]:
+def _weight(one: AthleteErrors, group: ErrorSummary) -> tuple[str, str]:
     """Format bias and spread of the weight, as times if these are known."""
     bias, spread = group.bias[0], group.spread[0]
     each = one.seconds_per_speed
     if each is None:
         sign = "+" if bias.value > 0 else "−"
-        return f"{sign}{speed(abs(bias.value), units)}", speed(spread.value, units)
+        return f"{sign}{speed(abs(bias.value))}", speed(spread.value)
     value = each * bias.value
     sign = 1.0 if value > 0 else -1.0
     low, high = sorted((sign * each * bias.low, sign * each * bias.high))
@@ -210,9 +209,9 @@ def _range(low: float, high: float, digits: int) -> str:
     return f"{low:.{digits}f} to {high:.{digits}f}".replace("-", "−")
 
 
-def _value(bias: Interval, units: Units) -> str:
-    half = short_length((bias.high - bias.low) / 2, units)
-    return f"{side(bias.value, units)} ± {half}"
+def _value(bias: Interval) -> str:
+    half = short_length((bias.high - bias.low) / 2)
+    return f"{side(bias.value)} ± {half}"
 
 
 def _rotation(one: AthleteErrors, group: ErrorSummary) -> tuple[str, str]:
@@ -230,7 +229,7 @@ def _rotation(one: AthleteErrors, group: ErrorSummary) -> tuple[str, str]:
 # --- stones --------------------------------------------------------------------------------------
 
 
-def stones_rows(found: StoneMatch, units: Units = Units.METRES) -> ThrowRows:
+def stones_rows(found: StoneMatch) -> ThrowRows:
     """Return a row for each stone, the keenest first."""
     head = ["stone", "throws", "friction", "on a draw", "curl"]
     rows = [
@@ -238,7 +237,7 @@ def stones_rows(found: StoneMatch, units: Units = Units.METRES) -> ThrowRows:
             one.stone,
             str(one.throws),
             _percent(one.friction, "heavier", "keener"),
-            _carry(one, units),
+            _carry(one),
             NOT_SEEN if one.curl is None else _percent(one.curl, "more", "less"),
         ]
         for one in found.stones
@@ -253,16 +252,16 @@ def _percent(one: Interval, above: str, below: str) -> str:
     return f"{abs(value):.1f} % {above if value > 0 else below} ({_range(low, high, 1)})"
 
 
-def _carry(one: StoneFactor, units: Units) -> str:
+def _carry(one: StoneFactor) -> str:
     word = "further" if one.carry.value > 0 else "shorter"
     half = (one.carry.high - one.carry.low) / 2
-    return f"{short_length(one.carry.value, units)} {word} ± {short_length(half, units)}"
+    return f"{short_length(one.carry.value)} {word} ± {short_length(half)}"
 
 
-def stones_in_words(found: StoneMatch, units: Units = Units.METRES) -> list[str]:
+def stones_in_words(found: StoneMatch) -> list[str]:
     """Describe the pairs, and the throws needed to distinguish the rest."""
     pairs = "; ".join(
-        f"{p.first} and {p.second} ({short_length(p.apart, units)} apart)" for p in found.pairs
+        f"{p.first} and {p.second} ({short_length(p.apart)} apart)" for p in found.pairs
     )
     sentences = [f"Pairs that run most alike on a draw: {pairs}."]
     if found.undecided:

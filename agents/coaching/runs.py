@@ -13,9 +13,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from agents.planning.rollouts import releases_of
 from curling_env.ice import Ice
-from curling_env.physics.batch import Rests, throw_batch
+from curling_env.physics.batch import Rests, releases_of, throw_batch
 from curling_env.physics.slides import NO_BOUNDS, SlideEnd
 from curling_env.sheet import HOG_LINE_Y, HOG_TO_TEE, TEE_Y, Direction, to_delivery
 from curling_env.typing import Floats, Indices

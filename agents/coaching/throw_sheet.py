@@ -15,7 +15,7 @@ from curling_env.errors import InputError
 from curling_env.infrastructure.files.table import read_table
 from curling_env.throw import handles
 from curling_env.trajectory import Trajectory
-from curling_env.units import Units, side
+from curling_env.units import side
 from friction_estimation.reports.throws_section import (
     NOT_SEEN,
     ThrowRows,
@@ -198,16 +198,15 @@ def hands_beside(tracks: str | Path) -> Hands:
     return found
 
 
-def sheet_rows(sheets: Sequence[ThrowSheet], units: Units = Units.METRES) -> ThrowRows:
+def sheet_rows(sheets: Sequence[ThrowSheet]) -> ThrowRows:
     """Return the table as text: the handle by the athlete's hand, and calls next to outcomes.
 
     Parameters
     ----------
     sheets : the throws
-    units : units of displayed lengths
     """
     notes = {sheet.throw: sheet.note for sheet in sheets}
-    table = throw_rows([sheet.measures for sheet in sheets], units, notes, errors=False)
+    table = throw_rows([sheet.measures for sheet in sheets], notes=notes, errors=False)
     head, rows = list(table.head), [list(row) for row in table.rows]
     if "handle" in head:
         at = head.index("handle")
@@ -215,8 +214,8 @@ def sheet_rows(sheets: Sequence[ThrowSheet], units: Units = Units.METRES) -> Thr
             if sheet.handle is not None:
                 row[at] = f"{sheet.handle} {row[at][-1]}"
     for name, after, cells in (
-        ("off the broom", "line", [_off_broom(sheet, units) for sheet in sheets]),
-        ("miss", "rest", [_miss(sheet, units) for sheet in sheets]),
+        ("off the broom", "line", [_off_broom(sheet) for sheet in sheets]),
+        ("miss", "rest", [_miss(sheet) for sheet in sheets]),
     ):
         if after in head and any(cells):
             at = head.index(after) + 1
@@ -229,19 +228,19 @@ def sheet_rows(sheets: Sequence[ThrowSheet], units: Units = Units.METRES) -> Thr
     )
 
 
-def _off_broom(sheet: ThrowSheet, units: Units) -> str:
+def _off_broom(sheet: ThrowSheet) -> str:
     off = sheet.off_broom
-    return "" if off is None else side(off.value, units).replace("on the line", "on the broom")
+    return "" if off is None else side(off.value).replace("on the line", "on the broom")
 
 
-def _miss(sheet: ThrowSheet, units: Units) -> str:
+def _miss(sheet: ThrowSheet) -> str:
     if sheet.miss is None:
         return ""
     right, past = (value.value for value in sheet.miss)
     if hypot(right, past) < 0.05:
         return "on the target"
     words = [
-        side(value, units, right=name)
+        side(value, right=name)
         for value, name in ((past, "past"), (right, "right"))
         if abs(value) >= 0.015
     ]

@@ -48,9 +48,8 @@ def app(
     import jinja2  # noqa: F401  of the extra `app`, reported here if it is missing
 
     from agents.app.club import Club
-    from agents.app.demo import begin_sessions
     from agents.app.serve import serve
-    from agents.app.take_in import look_through
+    from agents.app.take_in import begin_sessions, look_through
 
     club, folders = Club(folder), take_in or []
 

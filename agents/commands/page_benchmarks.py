@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.app.sheet import calls, games, plans, runs
+from agents.app.sheet import games, throws
 from agents.app.sheet.forms import CallsForm, GameForm, PlanForm, RunForm, asked
 from curling_env.benchmarks.measures import Measure
 from curling_env.ice import Ice, load_ice
@@ -43,10 +43,10 @@ def page_measures() -> Iterator[Measure]:
     answer = {"position": position, "throw": throw, "opponent": "search"}
     game = asked({"ice": "", **answer}, GameForm)
     for name, unit, work in (
-        ("page_throw_path_ms", "ms", lambda: runs.run(ice, run)),
-        ("page_planned_target_s", "s", lambda: plans.planned(ice, club, draw)),
-        ("page_planned_hit_s", "s", lambda: plans.planned(ice, club, takeout)),
-        ("page_best_call_s", "s", lambda: calls.called(ice, club, call)),
+        ("page_throw_path_ms", "ms", lambda: throws.run(ice, run)),
+        ("page_planned_target_s", "s", lambda: throws.planned(ice, club, draw)),
+        ("page_planned_hit_s", "s", lambda: throws.planned(ice, club, takeout)),
+        ("page_best_call_s", "s", lambda: games.called(ice, club, call)),
         ("page_search_answers_s", "s", lambda: games.played(ice, hands, game)),
     ):
         yield Measure(name=name, value=_spent(work) * (1000 if unit == "ms" else 1), unit=unit)

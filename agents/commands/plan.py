@@ -62,8 +62,7 @@ def plan(
     The best expected result counts, given the player's execution error and the standard errors of
     the ice. docs/planning.md explains the fields of the JSON.
     """
-    from agents.planning import plan as find
-    from agents.planning import plan_task
+    from agents.planning import plan_throw
     from agents.planning.request import check_stones
     from agents.planning.stones_file import count_doubtful, read_stones
     from curling_env.game.skill_file import load_skill
@@ -89,11 +88,7 @@ def plan(
         "delivery": delivery_named(delivery),
         "seed": seed,
     }
-    if task is not None:
-        result = plan_task(known, task, aim, **wanted)
-    else:
-        assert aim is not None  # only one of the two was given
-        result = find(known, aim, **wanted)
+    result = plan_throw(known, task or aim or "", aim, **wanted)
     if picture is not None:
         from agents.planning.plan_figure import draw_plan
 

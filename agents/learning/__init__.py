@@ -4,7 +4,6 @@
 - `training`: training with stable-baselines3, with checkpoints; `rllib`: training on a Ray cluster
 - `policy`: a trained policy and its throws
 - `evaluation`: a policy compared with the planner and the best possible throw
-- `random_ice`: domain randomisation of the ice
 - `normalisation`: the normaliser of observations
 - `model_file`: trained models as files of arrays and JSON
 """
@@ -33,7 +32,6 @@ __getattr__, __dir__ = lazy_names(
         ),
         "model_file": ("read_model", "write_model"),
         "policy": ("TrainedPolicy", "policy_kwargs_of"),
-        "random_ice": ("RandomIces",),
         "training": ("make_vec_env", "new_model"),
         "zoo": ("ALGORITHMS", "file_of"),
     },

@@ -15,7 +15,8 @@ from typing import Any
 
 import numpy as np
 
-from agents.learning.random_ice import KNOWLEDGE, RandomIces
+from curling_env.envs.options import brief, dataclass_from
+from curling_env.envs.random_ice import KNOWLEDGE, RandomIces
 from curling_env.envs.sheet.action import ThrowRange
 from curling_env.envs.sheet.env import CurlingSheetEnv
 from curling_env.envs.sheet.reward import RewardWeights
@@ -127,15 +128,15 @@ class TrainingSettings:
             if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
                 raise InputError(
                     f"{name} must be a whole number of at least {least} and at most {most}, got "
-                    f"{_brief(value)}"
+                    f"{brief(value)}"
                 )
         for name in ("policy_kwargs", "env_kwargs", "hyperparameters"):
             if not isinstance(getattr(self, name), Mapping):
-                raise InputError(f"{name} must be a mapping, got {_brief(getattr(self, name))}")
+                raise InputError(f"{name} must be a mapping, got {brief(getattr(self, name))}")
         if not isinstance(self.normalize, bool):
-            raise InputError(f"normalize must be true or false, got {_brief(self.normalize)}")
+            raise InputError(f"normalize must be true or false, got {brief(self.normalize)}")
         if not isinstance(self.noise, int | float) or not 0 <= self.noise <= 10:
-            raise InputError(f"noise must lie within 0 and 10, got {_brief(self.noise)}")
+            raise InputError(f"noise must lie within 0 and 10, got {brief(self.noise)}")
         _known_keys("policy_kwargs", self.policy_kwargs, POLICY_KWARGS)
         _known_keys("env_kwargs", self.env_kwargs, _options_of_environment())
         known = _hyperparameters_of(self.algorithm)
@@ -149,11 +150,11 @@ class TrainingSettings:
         ):
             raise InputError(
                 f"net_arch must list layers of one unit or more, at most {_MOST_LAYERS} of at most "
-                f"{_MOST_UNITS}, got {_brief(layers)}"
+                f"{_MOST_UNITS}, got {brief(layers)}"
             )
         deviation = self.policy_kwargs.get("log_std_init", 0.0)
         if not isinstance(deviation, int | float) or not -20 <= deviation <= 5:
-            raise InputError(f"log_std_init must lie within -20 and 5, got {_brief(deviation)}")
+            raise InputError(f"log_std_init must lie within -20 and 5, got {brief(deviation)}")
         if "activation_fn" in self.policy_kwargs:
             _one_of("activation_fn", self.policy_kwargs["activation_fn"], ACTIVATIONS)
         if self.ices is not None and self.env_kwargs.get("throws", 1) != 1:
@@ -168,7 +169,7 @@ class TrainingSettings:
         options = dict(self.env_kwargs)
         for name, kind in (("throw_range", ThrowRange), ("weights", RewardWeights)):
             if name in options:
-                options[name] = _dataclass_from(kind, name, options[name])
+                options[name] = _fields_from(kind, name, options[name])
         return options
 
     def as_dict(self) -> dict[str, Any]:
@@ -198,12 +199,12 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
     ours = {f.name for f in fields(TrainingSettings)} - {"hyperparameters"}
     ices = given.get("ices")
     if ices is not None and not isinstance(ices, RandomIces):
-        given["ices"] = _dataclass_from(RandomIces, "ices", ices)
+        given["ices"] = _fields_from(RandomIces, "ices", ices)
     settings = {name: value for name, value in given.items() if name in ours}
     rest = {name: _number(value) for name, value in given.items() if name not in ours}
     for name in ("policy_kwargs", "env_kwargs"):
         if not isinstance(settings.get(name, {}), dict):
-            raise InputError(f"{name} must be a mapping, got {_brief(settings[name])}")
+            raise InputError(f"{name} must be a mapping, got {brief(settings[name])}")
     try:
         return TrainingSettings(**settings, hyperparameters=rest)
     except (TypeError, ValueError, OverflowError) as error:  # a list where a number belongs
@@ -270,7 +271,7 @@ def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
     except ValueError:
         first = np.nan
     if kind != "lin" or not np.isfinite(first):
-        raise InputError(f"a schedule is lin_ and a number, such as lin_1e-3, got {_brief(value)}")
+        raise InputError(f"a schedule is lin_ and a number, such as lin_1e-3, got {brief(value)}")
     return lambda remaining: first * remaining
 
 
@@ -298,12 +299,7 @@ def _options_of_environment() -> list[str]:
 
 def _one_of(name: str, value: Any, choices: tuple[str, ...]) -> None:
     if not isinstance(value, str) or value not in choices:
-        raise InputError(f"{name} must be one of {', '.join(choices)}, got {_brief(value)}")
-
-
-def _brief(value: Any) -> str:
-    text = repr(value)
-    return text if len(text) <= 60 else f"{text[:57]}..."
+        raise InputError(f"{name} must be one of {', '.join(choices)}, got {brief(value)}")
 
 
 def _check_hyperparameters(given: Mapping[str, Any]) -> None:
@@ -322,7 +318,7 @@ def _check_hyperparameters(given: Mapping[str, Any]) -> None:
         if plain and name not in _RANGES:
             continue
         kind = "a whole number" if whole else "a number"
-        raise InputError(f"{name} must be {kind} from {low:g} to {high:g}, got {_brief(value)}")
+        raise InputError(f"{name} must be {kind} from {low:g} to {high:g}, got {brief(value)}")
 
 
 def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
@@ -331,18 +327,11 @@ def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
         raise InputError(f"unknown key {unknown[0]!r} in {where}; known are {', '.join(known)}")
 
 
-def _dataclass_from(kind: type, name: str, given: Any) -> Any:
-    """Make a dataclass from a mapping, in which lists become tuples."""
-    if not isinstance(given, dict):
-        raise InputError(f"{name} must be a mapping, got {_brief(given)}")
-    _known_keys(name, given, [f.name for f in fields(kind)])
-    values = {k: tuple(v) if isinstance(v, list) else _number(v) for k, v in given.items()}
-    try:
-        return kind(**values)
-    except (TypeError, ValueError) as error:
-        if isinstance(error, InputError):
-            raise
-        raise InputError(f"{name}: {error}") from error
+def _fields_from(kind: type, name: str, given: Any) -> Any:
+    """Make a dataclass from a mapping, in which numbers may be text."""
+    if isinstance(given, dict):
+        given = {key: _number(value) for key, value in given.items()}
+    return dataclass_from(kind, name, given)
 
 
 def _number(value: Any) -> Any:

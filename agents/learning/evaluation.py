@@ -15,7 +15,7 @@ from scipy.optimize import minimize
 import curling_env  # noqa: F401  (registers the environments)
 from agents.learning.configuration import TrainingSettings
 from agents.learning.policy import TrainedPolicy
-from agents.planning import plan
+from agents.planning import plan_throw
 from agents.planning.rollouts import roll_out_in_play
 from agents.planning.target_search import direction_to
 from curling_env.envs.sheet.action import ThrowRange
@@ -100,7 +100,7 @@ def house_targets(n: int, rng: np.random.Generator) -> Floats:
 
 def planner_throw(ice: Ice, target: Floats, skill: str | Skill) -> Floats:
     """Return the planner's throw at a target, (4,) speed, angle, spin and offset."""
-    throw = plan(ice, target, skill=skill).best.throw
+    throw = plan_throw(ice, target, skill=skill).best.throw
     return np.array([throw.speed, throw.angle, throw.spin, throw.x])
 
 

@@ -1,8 +1,8 @@
 """Planning: from a target or a task to a throw, by search over simulated throws.
 
-- `planner`: `plan` for a stone that should rest at a target, `plan_task` for a task
+- `planner`: `plan_throw`, for a stone that should rest at a target or for a task
 - `objective`: the objective of a throw, and the judgement of its outcome
-- `target_search`: throws that come to rest at a target, by a grid and Newton's method
+- `target_search`: throws that come to rest at a target
 - `reward_map`: promising throws for a task, by a grid and the cross-entropy method
 - `monte_carlo`: a throw repeated with execution errors, on ices sampled within the standard errors
 - `rollouts`: many throws in the batch engine
@@ -10,10 +10,10 @@
 - `tuning`: tuned constants
 """
 
-from agents.planning.planner import Plan, PlannedThrow, plan, plan_task
+from agents.planning.planner import Plan, PlannedThrow, plan_throw
 from curling_env.infrastructure.lazy_names import lazy_names
 
-__all__ = ["Plan", "PlannedThrow", "plan", "plan_task"]
+__all__ = ["Plan", "PlannedThrow", "plan_throw"]
 
 __getattr__, __dir__ = lazy_names(
     __name__,
@@ -22,7 +22,7 @@ __getattr__, __dir__ = lazy_names(
         "monte_carlo": ("run_trials",),
         "objective": ("RestAtTarget",),
         "plan_figure": ("draw_plan",),
-        "rollouts": ("releases_of", "roll_out"),
+        "rollouts": ("roll_out",),
         "stones_file": ("read_stones",),
         "target_search": ("find_throws",),
     },

@@ -43,7 +43,7 @@ class Description:
         """Complete call in one sentence, in metres."""
         return self.call_in(Units.METRES)
 
-    def call_in(self, units: Units) -> str:
+    def call_in(self, units: Units | None = None) -> str:
         """Return the complete call in one sentence."""
         weight = "a stone that stops before the hog line"
         if self.hog_to_hog_s is not None:
@@ -54,7 +54,7 @@ class Description:
             given = f"{length(self.ice_m, units)} of ice on the {which}"
         return f"{weight}; {given}: the broom {self.broom_in(units)}; {self.handle}"
 
-    def broom_in(self, units: Units) -> str:
+    def broom_in(self, units: Units | None = None) -> str:
         """Return the position of the broom."""
         if abs(self.broom_m) < 0.01:
             return "on the centre line"

@@ -16,6 +16,8 @@ from curling_env.throw import MAX_SPEED, Throw
 from curling_env.typing import Floats
 from curling_env.units import BROOM, Units, short_length
 
+LEAST = 0.05
+"""Smallest displacement that is named [m]."""
 TENTH = 0.1
 """Reported error of weight [s], from hog line to hog line: the resolution of a stop-watch."""
 
@@ -43,16 +45,16 @@ class ErrorCost:
     miss: float
     success: bool
 
-    def words(self, units: Units = Units.METRES) -> str:
+    def words(self, units: Units | None = None) -> str:
         """Describe the cost: ``0.1 s heavier hog to hog: 22 cm long``."""
         if not np.isfinite(self.rest).all():
             return f"{self.error}: out of play"
         parts = [
             f"{short_length(value, units)} {names[int(value > 0)]}"
             for value, names in ((self.short, ("long", "short")), (self.right, ("left", "right")))
-            if abs(value) >= 0.05
+            if abs(value) >= LEAST
         ]
-        return f"{self.error}: {' and '.join(parts) or 'less than 5 cm'}"
+        return f"{self.error}: {' and '.join(parts) or 'less than {short_length(LEAST, units)}'}"
 
 
 def error_costs(

@@ -74,7 +74,7 @@ def run_trials(
     Parameters
     ----------
     ices : possible ices; the trials are divided among them
-    throws : (m, 4) or (m, 6) throws without error, see `rollouts.releases_of`
+    throws : (m, 4) or (m, 6) throws without error, see `curling_env.physics.batch.releases_of`
     objective : objective of the throws, with the stones on the sheet
     skill : execution error of the player
     n : trials of each throw; a player without error has one on each ice

@@ -143,7 +143,7 @@ class Plan:
         """Ownership of each stone by the thrower's team, (k,); None if unknown."""
         return self.objective.own
 
-    def expectation(self, planned: PlannedThrow, units: Units = Units.METRES) -> str:
+    def expectation(self, planned: PlannedThrow, units: Units | None = None) -> str:
         """Describe the expected outcome of one of the throws; empty for an exact throw."""
         trials = planned.trials
         if trials.miss.size < 2:

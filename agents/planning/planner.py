@@ -65,111 +65,100 @@ from curling_env.throw import (
 from curling_env.typing import Floats
 
 
-@rejects_unknown_keywords("plan")
-def plan(
+@rejects_unknown_keywords("plan_throw")
+def plan_throw(
     ice: Ice | str | Path,
-    target: ArrayLike,
+    target: ArrayLike | str | Task,
+    mark: ArrayLike | None = None,
     *,
     stones: ArrayLike = NO_OBSTACLES,
     own: ArrayLike | None = None,
-    skill: str | Skill = "elite",
-    spins: Sequence[float] | None = None,
-    x: float = 0.0,
-    delivery: str | Delivery = FROM_HOG_LINE,
-    seed: int = 0,
-) -> Plan:
-    """Find the throw that comes to rest at a target, and predict its miss.
-
-    Among all throws that get there without touching a stone, the one with the smallest expected
-    miss is chosen: it forgives the player's errors and those of the ice.
-
-    Parameters
-    ----------
-    ice : known or estimated ice, a file, or a preset
-    target : (2,) target, sheet frame [m]; the end played to is its half of the sheet
-    stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) true for stones of the thrower's team, for the picture; None if unknown
-    skill : name in `SKILLS`, or a skill
-    spins : spins to try [rad/s]; by default some of both handles from the hog line, or the usual
-        one of another `delivery`
-    x : offset of the release, delivery frame [m]
-    delivery : start and maximum speed of throws: a `Delivery` or its name
-    seed : seed of the trials; the same seed gives the same plan
-
-    Raises
-    ------
-    InputError : no stone can rest at the target, or stones block every throw to it
-    """
-    ice, delivery = load_ice(ice), delivery_from(delivery)
-    target = place_from("target", target)
-    stones, seed = places_from("stones", stones), whole_number("seed", seed, least=0)
-    x = number("x", x, above=-ice.sheet.width / 2, most=ice.sheet.width / 2)
-    spins = spins_from(spins, delivery)
-    skill = skill_with(skill, spins)
-    check_target(ice, target)
-    check_stones(ice, stones)
-    check_room(ice, target, stones)
-    direction = direction_to(target)
-    throws = find_throws(ice, target, spins=spins, x=x, delivery=delivery).throws
-    teams = teams_from(own, stones)
-    objective = RestAtTarget(
-        target=target, direction=direction, stones=stones, own=teams, delivery=delivery
-    )
-    return _choose(ice, objective, _clear_throws(ice, throws, objective), skill, seed)
-
-
-@rejects_unknown_keywords("plan_task")
-def plan_task(
-    ice: Ice | str | Path,
-    task: str | Task,
-    target: ArrayLike | None = None,
-    *,
-    stones: ArrayLike = NO_OBSTACLES,
-    own: ArrayLike | None = None,
-    skill: str | Skill = "elite",
+    skill: str | Path | Skill = "elite",
     spins: Sequence[float] | None = None,
     x: float = 0.0,
     delivery: str | Delivery = FROM_HOG_LINE,
     candidates: int = GRID_THROWS,
     seed: int = 0,
 ) -> Plan:
-    """Find the throw that does a task best on average, among stones that may be moved.
+    """Find the best throw for a target or a task.
 
-    It has the largest expected reward of the task in `CurlingSheet-v0`, under the player's errors
-    and on ices sampled within the ice's standard errors.
+    For a target, it is the throw with the smallest expected miss among all that get there without
+    touching a stone: it forgives the player's errors and those of the ice. For a task, it is the
+    throw with the largest expected reward of the task in `CurlingSheet-v0`, among stones that may
+    be moved. Both are taken under the player's errors, on ices sampled within the ice's standard
+    errors.
 
     Parameters
     ----------
-    ice : known or estimated ice
-    task : name of a task of `CurlingSheet-v0`, a `Task`, or ``score`` for the most points
-    target : (2,) the task's mark, sheet frame [m]. A task about a stone takes the stone nearest to
-        it, or puts one there if no stones are given. Without a target: the opponents' stone nearest
+    ice : known or estimated ice, a file, or a preset
+    target : (2,) place where the stone should rest, sheet frame [m]; the end played to is its half
+        of the sheet. Or a task of `CurlingSheet-v0`, such as ``"takeout"``, or ``"score"`` for the
+        most points
+    mark : (2,) the task's mark, sheet frame [m]. A task about a stone takes the stone nearest to
+        it, or puts one there if no stones are given. Without a mark: the opponents' stone nearest
         to the tee, or for other tasks the task's usual mark at the away end
     stones : (k, 2) centres of resting stones, sheet frame [m]
     own : (k,) true for stones of the thrower's team; with None all are the opponents' in a task
         about one of theirs, and ``score`` is refused
-    skill, spins, x, delivery, seed : see `plan`
-    candidates : number of throws in the grid
+    skill : the player who throws: a name in `SKILLS`, a skill file, or a `Skill`
+    spins : spins to try [rad/s]; by default some of both handles from the hog line, or the usual
+        one of another `delivery`
+    x : offset of the release, delivery frame [m]
+    delivery : start of the throws: ``hog-line``, ``tee-line``, ``hack`` (as in Digital Curling) or
+        a `Delivery`
+    candidates : number of throws in the grid for a task
+    seed : seed of the trials; the same seed gives the same plan
+
+    Returns
+    -------
+    the plan; `plan.best.throw` can be thrown as it is
 
     Raises
     ------
-    InputError : unknown task, impossible mark or stones, stones without teams in a plan for points,
-        or no throw that gets there
+    InputError : an impossible target, mark or stones, an unknown task, stones without teams in a
+        plan for points, or no throw that gets there
     """
-    delivery, seed = delivery_from(delivery), whole_number("seed", seed, least=0)
+    known, delivery = load_ice(ice), delivery_from(delivery)
+    seed = whole_number("seed", seed, least=0)
     candidates = whole_number("candidates", candidates, least=1)
+    x = number("x", x, above=-known.sheet.width / 2, most=known.sheet.width / 2)
     spins = spins_from(spins, delivery)
-    skill = skill_with(skill, spins)
-    ice, stones = load_ice(ice), places_from("stones", stones)
-    x = number("x", x, above=-ice.sheet.width / 2, most=ice.sheet.width / 2)
-    teams = teams_from(own, stones)
-    if task == "score" and len(stones) and teams is None:
-        raise InputError("points need each stone's team: give `own`")
-    mark = None if target is None else place_from("target", target)
-    if mark is not None:
-        check_target(ice, mark)
-    check_stones(ice, stones)
-    objective = objective_for(ice, task, mark, stones, teams, delivery)
+    player = skill_with(load_skill(skill), spins)
+    if not isinstance(target, str | Task):
+        place = place_from("target", target)
+    else:
+        place = None if mark is None else place_from("mark", mark)
+    if place is not None:
+        check_target(known, place)
+    places = places_from("stones", stones)
+    teams = teams_from(own, places)
+    check_stones(known, places)
+    if isinstance(target, str | Task):
+        objective = objective_for(known, target, place, places, teams, delivery)
+        throws = _throws_for(known, objective, player, spins, x, candidates, seed)
+        return _choose(known, objective, throws, player, seed)
+    assert place is not None
+    check_room(known, place, places)
+    rest = RestAtTarget(
+        target=place, direction=direction_to(place), stones=places, own=teams, delivery=delivery
+    )
+    throws = find_throws(known, place, spins=spins, x=x, delivery=delivery)
+    return _choose(known, rest, _clear_throws(known, throws, rest), player, seed)
+
+
+# --- candidates ----------------------------------------------------------------------------------
+
+
+def _throws_for(
+    ice: Ice,
+    objective: Objective,
+    skill: Skill,
+    spins: Sequence[float],
+    x: float,
+    candidates: int,
+    seed: int,
+) -> Floats:
+    """Return promising throws (n, 6) for a task."""
     handles = handles_of(ice, spins)
     peaks = reward_peaks(ice, objective, skill, handles, x=x, grid_throws=candidates)
     peaks = _best_peaks(peaks)
@@ -180,81 +169,19 @@ def plan_task(
         tried = run_trials(some, throws, objective, skill, n=CLOUD_TRIALS, seed=seed + 1)
         return np.array([trials.expected_value for trials in tried])
 
-    rng = np.random.default_rng((seed, 2))
+    delivery = objective.delivery
     refined = cross_entropy_search(
         peaks,
         expected_value,
         skill,
-        rng,
+        np.random.default_rng((seed, 2)),
         vary_spin=len(spins) > 1 and delivery == FROM_HOG_LINE,
         max_speed=delivery.max_speed,
     )
     throws = np.concatenate([peaks, refined])
     if objective.comes_to_rest:
         throws = np.concatenate([throws, _throws_to(ice, objective, spins, x)])
-    return _choose(ice, objective, throws, skill, seed)
-
-
-@rejects_unknown_keywords("plan_throw")
-def plan_throw(
-    ice: Ice | str | Path,
-    target: ArrayLike | str | Task,
-    *,
-    mark: ArrayLike | None = None,
-    stones: ArrayLike = NO_OBSTACLES,
-    own: ArrayLike | None = None,
-    skill: str | Path | Skill = "elite",
-    delivery: str | Delivery = FROM_HOG_LINE,
-    seed: int = 0,
-) -> Plan:
-    """Find the best throw for a target or a task.
-
-    Parameters
-    ----------
-    ice : known or estimated ice, a file, or a preset
-    target : (2,) place where the stone should rest, sheet frame [m]; or a task, such as
-        ``"takeout"``, or ``"score"`` for the most points
-    mark : (2,) mark of the task, see `plan_task`
-    stones : (k, 2) centres of resting stones, sheet frame [m]
-    own : (k,) true for stones of the thrower's team, see `plan_task`
-    skill : the player who throws: ``none``, ``elite``, ``champion``, ``championship``,
-        ``club``, a skill file, or a `Skill`
-    delivery : start of the throws: ``hog-line``, ``tee-line``, ``hack`` (as in Digital Curling) or
-        a `Delivery`
-    seed : seed of the trials; the same seed gives the same plan
-
-    Returns
-    -------
-    the plan; `plan.best.throw` can be thrown as it is
-
-    Raises
-    ------
-    InputError : an impossible target, mark or stones, an unknown task, or no throw that gets there
-    """
-    known, skill = load_ice(ice), load_skill(skill)
-    if isinstance(target, str | Task):
-        return plan_task(
-            known,
-            target,
-            mark,
-            stones=stones,
-            own=own,
-            skill=skill,
-            delivery=delivery,
-            seed=seed,
-        )
-    return plan(
-        known,
-        target,
-        stones=stones,
-        own=own,
-        skill=skill,
-        delivery=delivery,
-        seed=seed,
-    )
-
-
-# --- candidates ----------------------------------------------------------------------------------
+    return throws
 
 
 def _best_peaks(peaks: Floats) -> Floats:
@@ -269,7 +196,7 @@ def _throws_to(ice: Ice, objective: Objective, spins: Sequence[float], x: float)
     """Return throws that rest at the target on the empty sheet; empty if none reaches it."""
     delivery = objective.delivery
     try:
-        return find_throws(ice, objective.target, spins=spins, x=x, delivery=delivery).throws
+        return find_throws(ice, objective.target, spins=spins, x=x, delivery=delivery)
     except InputError:
         return np.empty((0, 6))
 

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.planning.objective import MostPoints, Objective, TaskDone
+from agents.planning.objective import MostPoints, Objective, task_done
 from agents.planning.target_search import check_target
 from agents.planning.tuning import SPINS
 from curling_env.envs.options import brief, floats_from
@@ -27,14 +27,10 @@ def place_from(name: str, given: ArrayLike) -> Floats:
     ------
     InputError : anything else
     """
-    try:
-        place = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        place = np.empty(0)
+    wanted = f"{name} must be (x, y) in metres, in the sheet frame"
+    place = floats_from(wanted, given)
     if place.shape != (2,):
-        raise InputError(
-            f"{name} must be (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(given)}")
     return place
 
 
@@ -45,16 +41,12 @@ def places_from(name: str, given: ArrayLike) -> Floats:
     ------
     InputError : anything else
     """
-    try:
-        places = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        places = np.empty((1, 1))
+    wanted = f"{name} must be places (x, y) in metres, in the sheet frame"
+    places = floats_from(wanted, given)
     if places.size == 0:
         return np.empty((0, 2))
     if places.ndim != 2 or places.shape[1] != 2:
-        raise InputError(
-            f"{name} must be places (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(given)}")
     return places
 
 
@@ -71,16 +63,19 @@ def objective_for(
     Parameters
     ----------
     ice : the ice, whose stones and sheet bound the request
-    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_task`
+    task, mark, stones, teams, delivery : see `agents.planning.planner.plan_throw`
 
     Raises
     ------
-    InputError : a task that needs a stone, or a place where none can rest
+    InputError : stones without teams in a plan for points, a task that needs a stone, or a place
+        where none can rest
     """
     own = np.zeros(len(stones), dtype=np.bool_) if teams is None else teams
     nearest = stones[:, 1] if mark is None else np.atleast_1d(mark[1])
     direction = Direction.AWAY if nearest.sum() >= 0 else Direction.HOME
     if task == "score":
+        if len(stones) and teams is None:
+            raise InputError("points need each stone's team: give `own`")
         target = tee(direction) if mark is None else mark
         return MostPoints(
             target=target, direction=direction, stones=stones, own=own, delivery=delivery
@@ -102,11 +97,11 @@ def objective_for(
         mark = stones[given]
     if mark is None:
         mark = np.asarray(to_sheet(known.easiest_goal, direction))
-    objective = TaskDone(
-        task=known,
-        mark=mark,
-        direction=direction,
-        stones=stones,
+    objective = task_done(
+        known,
+        mark,
+        direction,
+        stones,
         own=teams,
         given=given,
         radius=ice.stone.radius,
@@ -193,6 +188,6 @@ def check_room(ice: Ice, target: Floats, stones: Floats) -> None:
     for stone in stones:
         if np.hypot(*(stone - target)) < 2 * ice.stone.radius - OVERLAP_ALLOWED:
             raise InputError(
-                f"no stone can rest at the target: the stone at ({stone[0]:g}, {stone[1]:g}) m "
-                "is in its place"
+                "no stone can rest at the target: the stone at "
+                f"({stone[0]:.2f}, {stone[1]:.2f}) m is in its place"
             )

@@ -51,7 +51,8 @@ def reward_peaks(
     x: float = 0.0,
     grid_throws: int = GRID_THROWS,
 ) -> Floats:
-    """Return promising throws (m, 6), the most promising first; see `rollouts.releases_of`.
+    """Return promising throws (m, 6), the most promising first; see
+    `curling_env.physics.batch.releases_of`.
 
     Parameters
     ----------
@@ -65,7 +66,7 @@ def reward_peaks(
     mark = np.asarray(to_delivery(objective.target, objective.direction))
     delivery = objective.delivery
     length = float(mark[1]) - delivery.start_y
-    slowest, fastest = speed_range_to(ice, length, objective.direction, x, delivery)
+    slowest, fastest = speed_range_to(ice, float(mark[1]), objective.direction, x, delivery)
     fastest = min(fastest * objective.max_weight, delivery.max_speed)
     # Steps of weight and line are equal in units of the player's errors.
     blur = np.maximum((skill.sigma_speed, skill.sigma_angle), MIN_BLUR)

@@ -3,21 +3,19 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, play_batch, throw_batch
+from curling_env.physics.batch import play_batch, releases_of
 from curling_env.physics.engine import is_hogged
 from curling_env.physics.slides import NO_BOUNDS, NO_OBSTACLES, SlideEnd, play_bounds
 from curling_env.sheet import Direction
-from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
+from curling_env.throw import FROM_HOG_LINE, Delivery
 from curling_env.typing import Flags, Floats, Integers
 
 SPEED, ANGLE, SPIN, OFFSET, SWEEP, SWEEP_END = range(6)
-"""Columns of a table of throws (n, 6); a table (n, 4) has no sweeping."""
+"""Columns of a table of throws (n, 6), see `curling_env.physics.batch.releases_of`."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,28 +44,6 @@ class Rollouts:
         return self.end == SlideEnd.REST
 
 
-def releases_of(
-    throws: Floats, direction: Direction, delivery: Delivery = FROM_HOG_LINE
-) -> NDArray[Any]:
-    """Return the releases of throws towards an end, for the batch engine.
-
-    Parameters
-    ----------
-    throws : (n, 4) speed [m/s], angle [rad], spin [rad/s] and lateral offset at the start [m]; or
-        (n, 6) with the start and the end of the sweeping, after the release [s]
-    direction : the end played to
-    delivery : start of the throws
-    """
-    table = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-    table["x"] = direction * throws[:, OFFSET]
-    table["y"] = -direction * delivery.line_y
-    table["vx"], table["vy"] = velocity_of(throws[:, SPEED], throws[:, ANGLE], direction)
-    table["omega"] = throws[:, SPIN]
-    if throws.shape[1] > SWEEP_END:
-        table["sweep_start"], table["sweep_end"] = throws[:, SWEEP], throws[:, SWEEP_END]
-    return table
-
-
 def roll_out(
     ice: Ice,
     throws: Floats,
@@ -87,20 +63,8 @@ def roll_out(
     stones : (k, 2) centres of resting stones, sheet frame [m]
     delivery : start of the throws
     """
-    releases = releases_of(throws, direction, delivery)
-    if len(stones) == 0:
-        rests = throw_batch(ice, releases, bounds=bounds)
-        xy, end = np.column_stack([rests.x, rests.y]), rests.end.astype(np.int64)
-        xy[end == SlideEnd.NEVER_STOPS] = np.nan
-        return Rollouts(
-            xy=xy,
-            end=end,
-            in_play=(end == SlideEnd.REST) & ~_is_short(ice, xy, direction),
-            time=rests.time,
-            stones=np.empty((len(throws), 0, 2)),
-        )
     before = np.broadcast_to(stones, (len(throws), *stones.shape))
-    after = play_batch(ice, before, releases, bounds=bounds)
+    after = play_batch(ice, before, releases_of(throws, direction, delivery), bounds=bounds)
     struck = after.collisions > 0
     gone = np.isnan(after.xy[:, -1, 0])
     end = np.where(struck, SlideEnd.CONTACT, np.where(gone, SlideEnd.LEFT_BOUNDS, SlideEnd.REST))

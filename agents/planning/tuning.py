@@ -10,19 +10,13 @@ SPINS = (1.0, -1.0, 0.8, -0.8, 1.3, -1.3, 0.5, -0.5, 1.6, -1.6)
 """Spins to try [rad/s], the usual one first: one to five turns during a draw, both handles."""
 SWEEPS = ((0.0, 0.0), (0.0, 60.0), (8.0, 60.0))
 """Sweeping to try if the ice has the effect: never, all the way, late (start and end) [s]."""
-GRID_SPEEDS, GRID_LINES = 13, 9
-"""Number of speeds and lines of the grid for each spin and sweeping."""
-GRID_HALF_WIDTH = 3.0
-"""Half-width of the grid around the target [m]; a draw curls 1 to 2 m."""
-NEWTON_STARTS = 3
-"""Number of grid throws refined by Newton's method, for each spin and sweeping."""
-NEWTON_TOLERANCE = 1e-4
-"""Distance from the target at which Newton's method stops [m]."""
-REACHED = 5e-3
-"""Distance from the target within which a throw counts as reaching it [m]."""
+REACHED = 1e-4
+"""Distance from the target within which a throw reaches it [m]."""
 
 # --- throws for a task ---------------------------------------------------------------------------
 
+WEIGHTS_TO_TRY = (0.9, 1.08)
+"""Range of the weights of the reward map, relative to a straight draw to the target."""
 GRID_THROWS = 30_000
 """Number of throws in the grid of the reward map, over all handles."""
 PEAKS_PER_HANDLE = 2

@@ -23,11 +23,10 @@ from curling_env.game.rules.rulesets import RuleSet, Side
 from curling_env.game.rules.teams import STONES_PER_TEAM, Stones
 from curling_env.game.simulator import direction_of
 from curling_env.ice import load_ice
-from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+from curling_env.physics.batch import releases_of, throw_batch
 from curling_env.physics.engine import Status
 from curling_env.physics.slides import NO_BOUNDS
 from curling_env.sheet import TEE_Y, Direction
-from curling_env.throw import velocity_of
 from curling_env.typing import Floats
 
 MOVED = 1e-3
@@ -234,10 +233,7 @@ def _slides(end: PlacedEnd, ice: str) -> tuple[Floats, list[Floats]]:
         if not np.isfinite(throws[k]).all():
             throws[k] = table.button_speed, 0.0, spin
         before = shot.after
-    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-    releases["y"] = -int(table.direction) * table.delivery.line_y
-    releases["vx"], releases["vy"] = velocity_of(throws[:, 0], throws[:, 1], int(table.direction))
-    releases["omega"] = throws[:, 2]
+    releases = releases_of(throws, int(table.direction), table.delivery)
     run = throw_batch(table.ice, releases, bounds=NO_BOUNDS, fps=PATH_FPS)
     assert run.paths is not None
     slides: list[Floats] = []

@@ -75,7 +75,38 @@ def stable_baselines_policy(path: str | Path) -> Any:
         problem = f"the weights do not fit the policy that it names: {str(error)[:120]}"
         raise InputError(problem, source=path) from error
     policy.set_training_mode(False)
-    return policy
+    return _BestOfThoseThere(policy) if module.endswith("dqn.policies") else policy
+
+
+class _BestOfThoseThere:
+    """Policy that values every action, and takes the best of those that there are.
+
+    Parameters
+    ----------
+    policy : policy of DQN or QR-DQN
+    """
+
+    def __init__(self, policy: Any) -> None:
+        self._policy = policy
+
+    def predict(
+        self, observation: Any, *, action_masks: Any = None, deterministic: bool = True
+    ) -> tuple[Any, None]:
+        """Return the action for an observation, as stable-baselines3 does; and None.
+
+        Parameters
+        ----------
+        observation : (k,) of the environment
+        action_masks : (n,) 0 for each action that there is not
+        deterministic : always true: values have no probabilities
+        """
+        if action_masks is None:
+            return self._policy.predict(observation, deterministic=deterministic)[0], None
+        seen, _ = self._policy.obs_to_tensor(observation)
+        network = getattr(self._policy, "q_net", None) or self._policy.quantile_net
+        values = network(seen).detach().numpy()
+        values = values.reshape(-1, values.shape[-1]).mean(axis=0)
+        return int(np.where(action_masks, values, -np.inf).argmax()), None
 
 
 def _space(entry: Mapping[str, Any]) -> Space[Any]:

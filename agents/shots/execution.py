@@ -10,11 +10,12 @@ execution and decision skill: Archibald and Nieves-Rivera 2019). Errors follow S
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.ndimage import map_coordinates
 from scipy.optimize import minimize
 from scipy.special import expit
 from scipy.stats import chi2
@@ -28,6 +29,7 @@ from agents.playing.search.value_network import skill_feature
 from agents.shots.checks import LINES, RULES
 from agents.shots.grades import GradedShot
 from agents.shots.inversion import Inversion, distances, is_struck
+from agents.shots.scatter import GRID, fit_scatter
 from agents.shots.table import Shot
 from curling_env.errors import InputError
 from curling_env.game.rules.teams import STONES_PER_TEAM
@@ -122,6 +124,10 @@ class Execution:
         rad]
     tails : degrees of freedom of Student's t
     tasks : the errors of each task
+    scatter : standard deviation of the logarithm of errors between tasks, teams, players and
+        handles, by the places of stones alone
+    players : for each player, the logarithm of its errors over those of all shots, and the
+        precision of that number, by the places of its stones alone
     by_handle : errors with the counter-clockwise handle over those with the clockwise one
     slope : by how much the logit of a grade falls when a miss grows e-fold
     """
@@ -131,6 +137,8 @@ class Execution:
     line: Measured
     tails: float
     tasks: list[TaskErrors]
+    scatter: dict[str, Measured]
+    players: dict[Hashable, tuple[float, float]]
     by_handle: Measured
     slope: Measured
 
@@ -419,8 +427,18 @@ def _together(
         return _fit(found, {task: counts[own].astype(np.float64) for task, own in owners.items()})
 
     best = fit(np.ones(len(games), dtype=np.intp))
-    drawn = [rng.choice(len(games), len(games)) for _ in range(RESAMPLES)]
-    others = [fit(np.bincount(one, minlength=len(games))) for one in drawn]
+    drawn = [
+        np.bincount(rng.choice(len(games), len(games)), minlength=len(games))
+        for _ in range(RESAMPLES)
+    ]
+    others = [fit(counts) for counts in drawn]
+    names, who = _owners([one for lot in found.values() for one in lot.shots])
+    curves, games_of = _curves(found, best), np.concatenate(list(owners.values()))
+    effects = fit_scatter(curves, who, np.ones(len(curves)))
+    persons = fit_scatter(
+        curves, {kind: who[kind] for kind in ("task", "handle", "player")}, np.ones(len(curves))
+    )["player"]
+    resampled = [fit_scatter(curves, who, counts[games_of].astype(float)) for counts in drawn]
 
     def measured(k: int, task: str | None = None) -> Measured:
         each = [
@@ -446,9 +464,40 @@ def _together(
             )
             for task, lot in found.items()
         ],
+        scatter={
+            kind: Measured.of(one.scatter, [other[kind].scatter for other in resampled])
+            for kind, one in effects.items()
+        },
+        players={name: persons.alone(k) for k, name in enumerate(names["player"])},
         by_handle=by_handle,
         slope=slope,
     )
+
+
+def _owners(shots: Sequence[GradedShot]) -> tuple[dict[str, list[Hashable]], dict[str, Indices]]:
+    """Return the owners of effects of each kind, and which of them each shot has."""
+    kinds: dict[str, list[Hashable]] = {
+        "task": [task_of(one) for one in shots],
+        "team": [one.team for one in shots],
+        "player": [one.player for one in shots],
+        "handle": [one.shot.spin > 0 for one in shots],
+    }
+    names = {kind: list(dict.fromkeys(each)) for kind, each in kinds.items()}
+    places = {kind: {name: k for k, name in enumerate(each)} for kind, each in names.items()}
+    return names, {
+        kind: np.array([places[kind][name] for name in each]) for kind, each in kinds.items()
+    }
+
+
+def _curves(found: Mapping[str, _Likelihood], fit: _Fit) -> Floats:
+    """Return the log-likelihood of every shot by the logarithm of its errors, (n, len(GRID))."""
+    curves: list[Floats] = []
+    for task, lot in found.items():
+        surface = lot.values[:, fit.intents[task], fit.tails]
+        steps = fit.place[:, None] + GRID / np.log(STEP)
+        at = np.broadcast_arrays(np.arange(len(surface))[:, None], *steps[:, None])
+        curves.append(map_coordinates(surface, at, order=1, mode="nearest"))
+    return np.concatenate(curves)
 
 
 # --- first draws -------------------------------------------------------------------------------

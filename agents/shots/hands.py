@@ -1,8 +1,8 @@
 """Hands of championship players: errors of all, of each task, and of each player by its grades.
 
 The errors of all hands together and of each task come from where the stones went (`execution`). A
-player's differ from them by its grades: an ability that is worth one in the logit of a grade makes
-errors smaller by e to the power of `Execution.by_ability`.
+player's differ from them by its grades, an ability in the logit of a grade over `Execution.slope`,
+and by where its stones went (`scatter`); both are weighted by their precision.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ NOT_SEPARATED = (
     "intent: teams that value positions otherwise than the search seem to throw worse, and less "
     "so in depth than across",
     "speed of hits: the stones hardly show it",
-    "grades: whoever grades more strictly in a game makes its players seem worse",
+    "grades: a stricter grader makes the players of a game seem worse",
 )
 """Influences that the table cannot separate from hands."""
 
@@ -104,7 +104,9 @@ class Hands:
         """The report."""
         grades = self.grades
         return {
-            "execution": asdict(self.execution),
+            "execution": {
+                name: value for name, value in asdict(self.execution).items() if name != "players"
+            },
             "grades": {
                 "scatter": grades.scatter,
                 "handle_by_task": {
@@ -201,7 +203,7 @@ def _players(
             shots=own.shots,
         )
         name = f"{names[team]}-{competition}-{player}"
-        factor = _factor(ability, execution.slope)
+        factor = _factor(ability, execution.slope, execution.players.get(key, (0.0, 0.0)))
         found.append(
             PlayerHand(
                 name=name,
@@ -215,11 +217,21 @@ def _players(
     return sorted(found, key=lambda one: one.name)
 
 
-def _factor(ability: Effect, slope: Measured) -> Measured:
-    """Return errors over those of all hands, by ability; the slope's own error counts too."""
-    value = -ability.value / slope.value
+def _factor(ability: Effect, slope: Measured, shown: tuple[float, float]) -> Measured:
+    """Return errors over those of all hands, by ability and by where stones went.
+
+    Parameters
+    ----------
+    ability : effect of team and player on the logit of a grade
+    slope : by how much the logit falls when errors grow e-fold; its own error counts too
+    shown : the logarithm of that factor by where the player's stones went, and its precision
+    """
     of_slope = ability.value / slope.value**2 * (slope.high - slope.low) / 3.92
-    spread = 1.96 * float(np.hypot(ability.stderr / slope.value, of_slope))
+    graded = 1 / float(np.hypot(ability.stderr / slope.value, of_slope)) ** 2
+    value, weight = shown
+    precision = graded + weight
+    value = (weight * value - graded * ability.value / slope.value) / precision
+    spread = 1.96 / np.sqrt(precision)
     low, high = (float(np.exp(value + sign * spread)) for sign in (-1.0, 1.0))
     return Measured(value=float(np.exp(value)), low=low, high=high)
 
@@ -256,6 +268,13 @@ def in_words(hands: Hands) -> list[str]:
         f"{execution.shots} shots of {len(execution.tasks)} tasks: speed {_mm(execution.speed)}, "
         f"line {_degrees(execution.line)}, {execution.tails:.0f} degrees of freedom"
     ]
+    text.append(
+        "errors differ by "
+        + ", ".join(
+            f"{100 * one.value:.0f} % between {kind}s ({100 * one.low:.0f} to {100 * one.high:.0f})"
+            for kind, one in execution.scatter.items()
+        )
+    )
     text += [
         f"{one.task}: line {_degrees(one.line)}"
         + ("" if one.speed is None else f", speed {_mm(one.speed)}")

@@ -15,6 +15,7 @@ import signal
 import sys
 from collections.abc import Callable, Generator, Sequence
 from contextlib import contextmanager, suppress
+from contextvars import copy_context
 from typing import Annotated, Any, NoReturn
 
 import typer
@@ -145,7 +146,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
     files = CommandFiles()
     try:
         with silenced_libraries():
-            return _run(arguments, files)
+            # Units that an option chooses hold for this command.
+            return copy_context().run(_run, arguments, files)
     except KeyboardInterrupt:  # a second one, while the first is handled
         return INTERRUPTED
 

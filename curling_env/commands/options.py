@@ -18,7 +18,7 @@ from typer.models import OptionInfo
 from curling_env.commands.outputs import Writes
 from curling_env.commands.terminal import conclude
 from curling_env.errors import InputError
-from curling_env.units import Units
+from curling_env.units import Units, choose_units
 
 Command = Callable[..., None]
 Number = TypeVar("Number", int, float)
@@ -135,6 +135,9 @@ class Measured(Results):
     """Output"""
 
     units: Units = option(Units.METRES, "Units of displayed lengths.")
+
+    def __post_init__(self) -> None:
+        choose_units(self.units)
 
 
 IceOption = Annotated[

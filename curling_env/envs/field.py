@@ -11,40 +11,12 @@ from numpy.typing import NDArray
 
 from curling_env.errors import InputError
 from curling_env.ice import Ice
-from curling_env.physics.batch import (
-    RELEASE_DTYPE,
-    BatchEngine,
-    IceVariants,
-    Positions,
-    throw_batch,
-)
+from curling_env.physics.batch import BatchEngine, IceVariants, Positions
 from curling_env.physics.engine import Status, is_hogged, left_over_side_line
-from curling_env.physics.slides import SlideEnd, play_bounds
+from curling_env.physics.slides import play_bounds
 from curling_env.physics.tuning import QUICK_TOLERANCE
 from curling_env.sheet import Direction
-from curling_env.throw import Delivery, velocity_of
-from curling_env.typing import Floats, Indices, Integers
-
-
-def releases_of(throws: Floats, direction: int | Integers, delivery: Delivery) -> NDArray[Any]:
-    """Releases of throws, of RELEASE_DTYPE.
-
-    Parameters
-    ----------
-    throws : (n, 9) rows of offset, speed, angle, spin, identifier, clock, order, begin and end of
-        sweeping
-    direction : the end played to, 1 or -1; one for all throws or (n,)
-    delivery : where throws begin
-    """
-    x, speed, angle, spin, stone, clock, order, begin, until = throws.T
-    vx, vy = velocity_of(speed, angle, direction)
-    columns = {"x": direction * x, "y": -direction * delivery.line_y, "vx": vx, "vy": vy}
-    columns |= {"omega": spin, "stone": stone, "clock": clock, "order": order}
-    columns |= {"sweep_start": begin, "sweep_end": until}
-    releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-    for name, values in columns.items():
-        releases[name] = values
-    return releases
+from curling_env.typing import Floats, Indices
 
 
 class Field:
@@ -77,7 +49,6 @@ class Field:
         direction: int,
         *,
         which: Indices | None = None,
-        alone: bool = False,
     ) -> Positions:
         """The positions after throws.
 
@@ -85,22 +56,18 @@ class Field:
         ----------
         stones : (n, k, 2) the stones before, sheet frame; NaN for missing ones [m]
         identifiers : (k,) of these stones
-        releases : (n,) from `releases_of`
+        releases : (n,) from `curling_env.physics.batch.releases_of`
         direction : the end played to, 1 or -1
         which : (n,) index of the ice of each throw, where there are several
-        alone : whether no stones lie; what happens among stones need then not be compiled
 
         Raises
         ------
         InputError : stones outside the lines or in one place, or ice on which one never stops
         """
         bounds = self._bounds[direction]
-        if alone:
-            after = _alone(self._variants or self.ice, releases, bounds, which)
-        else:
-            after = self._engine.play(
-                stones, releases, which=which, identity=identifiers, bounds=bounds
-            )
+        after = self._engine.play(
+            stones, releases, which=which, identity=identifiers, bounds=bounds
+        )
         if (after.collisions < 0).any():
             raise InputError("a stone never stops on this ice; check its friction and slope")
         return after
@@ -120,19 +87,3 @@ class Field:
         hogged = is_hogged(y[:, -1], direction, self.ice.stone.radius) & (after.collisions == 0)
         status[(status[:, -1] == Status.REST.value) & hogged, -1] = Status.HOGGED.value
         return status
-
-
-def _alone(
-    ice: Ice | IceVariants, releases: NDArray[Any], bounds: Floats, which: Indices | None
-) -> Positions:
-    """The positions after throws on empty ice."""
-    alone = throw_batch(ice, releases, bounds=bounds, which=which)
-    last = np.stack([alone.x, alone.y], axis=-1)[:, None]
-    gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]
-    return Positions(
-        xy=np.where(gone[..., None], np.nan, last),
-        last=last,
-        theta=np.where(gone, np.nan, alone.theta[:, None]),
-        time=alone.time,
-        collisions=np.where(alone.end == SlideEnd.NEVER_STOPS, -1, 0).astype(np.int32),
-    )

@@ -46,6 +46,8 @@ class Aim:
         depend on them
     tolerance : maximum error of a rest on the roughest ice [m]
     delivery : start and maximum speed of throws
+    x : offset of the release of the throws that are found [m]
+    sweep : start and end of the sweeping, after the release [s]
 
     Raises
     ------
@@ -62,6 +64,8 @@ class Aim:
         stone: int = 0,
         tolerance: float = QUICK_TOLERANCE,
         delivery: Delivery = FROM_HOG_LINE,
+        x: float = 0.0,
+        sweep: tuple[float, float] = (0.0, 0.0),
     ) -> None:
         self.ice = ice
         self.direction = direction
@@ -69,14 +73,15 @@ class Aim:
         self._start_y, self._max_speed = delivery.start_y, delivery.max_speed
         self._d, self._reach = int(direction), 2 * ice.stone.radius
         self._law = compile_law(ice)
-        self._place = ThrowTimes(clock, 0.0, 0.0)
+        self._x, self._place = x, ThrowTimes(clock, *sweep)
         self._motion = np.zeros(MOTION_SIZE)
         self._motion[[ORDER, STONE]] = order, stone
         self._work = new_workspace(tolerance)
         self._tables: dict[float, Floats] = {}
-        self._draws: dict[tuple[float, float, float], Throw | None] = {}
+        self._draws: dict[tuple[float, ...], Throw | None] = {}
         place = {"clock": clock, "order": order, "stone": stone}
-        self._again = partial(Aim, ice, direction, **place, tolerance=tolerance, delivery=delivery)
+        self._again = partial(Aim, ice, direction, **place, tolerance=tolerance, delivery=delivery,
+                              x=x, sweep=sweep)  # fmt: skip
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The law holds addresses of this process.
@@ -87,16 +92,17 @@ class Aim:
         end, x, y = self._slide(throw.speed, throw.angle, throw.spin, throw.x, NO_BOUNDS)
         return None if end == NEVER_STOPS else (x, y)
 
-    def draw(self, x: float, y: float, spin: float) -> Throw | None:
+    def draw(self, x: float, y: float, spin: float, *, within: float = ON_TARGET) -> Throw | None:
         """Return the throw that comes to rest at (x, y) with this spin, or None if none was found.
 
-        It is cached: players draw to the same places repeatedly.
+        It is cached: players draw to the same places repeatedly. `within` is the largest distance
+        from the place [m].
         """
-        place = x, y, spin
+        place = x, y, spin, within
         if place not in self._draws:
             if len(self._draws) >= MAX_CACHED_DRAWS:
                 self._draws.clear()
-            self._draws[place] = self._find(x, y, spin)
+            self._draws[place] = self._find(x, y, spin, on_target=within)
         return self._draws[place]
 
     def draw_weight(self, spin: float = 0.0, *, y: float = 0.0) -> float | None:
@@ -136,16 +142,16 @@ class Aim:
         else:
             bounds, wanted = self._bounds_until(y), LEFT_BOUNDS
             speed, curl, slope = weight, 0.0, 1.0
-        sine = 0.0 if x is None else (x - curl) / distance
+        sine = 0.0 if x is None else (x - self._x - curl) / distance
         angle = -asin(max(min(sine, MAX_AIM_ANGLE), -MAX_AIM_ANGLE))
         for _ in range(MAX_CORRECTIONS):
-            end, at_x, at_y = self._slide(speed, angle, spin, 0.0, bounds)
+            end, at_x, at_y = self._slide(speed, angle, spin, self._x, bounds)
             if end != wanted:
                 return None
             left = 0.0 if x is None else at_x - x
             short = y - at_y if weight is None else 0.0
             if hypot(left, short) < on_target:
-                return Throw(speed=speed, angle=angle, spin=spin)
+                return Throw(speed=speed, angle=angle, spin=spin, x=self._x)
             speed += short / slope
             angle += left / distance
             too_fast = weight is None and not 0 < speed <= self._max_speed
@@ -174,10 +180,10 @@ class Aim:
             rows: list[tuple[float, float, float]] = []
             speed = 0.05
             while speed < self._max_speed:
-                end, x, y = self._slide(speed, 0.0, spin, 0.0, NO_BOUNDS)
+                end, x, y = self._slide(speed, 0.0, spin, self._x, NO_BOUNDS)
                 if end == NEVER_STOPS or (rows and y - self._start_y <= rows[-1][1]):
                     break
-                rows.append((speed, y - self._start_y, x))
+                rows.append((speed, y - self._start_y, x - self._x))
                 if y > BACK_LINE_Y - TEE_Y + 2.0:
                     break
                 speed *= 1.25

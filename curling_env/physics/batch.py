@@ -25,12 +25,12 @@ from curling_env.physics.law import Law, Laws, compile_law, law_among
 from curling_env.physics.map_path import sample_path
 from curling_env.physics.motion import MOTION_SIZE, ORDER, STONE
 from curling_env.physics.refusals import refuse_impossible_positions
-from curling_env.physics.slides import USUAL_NODES, edge_bounds
+from curling_env.physics.slides import USUAL_NODES, SlideEnd, edge_bounds
 from curling_env.physics.state import NODE_SIZE, State
 from curling_env.physics.step import Workspace, new_workspace
 from curling_env.physics.surroundings import NO_OBSTACLES, Limits
 from curling_env.physics.tuning import MAX_TIME, QUICK_TOLERANCE
-from curling_env.throw import Release
+from curling_env.throw import FROM_HOG_LINE, Delivery, Release, velocity_of
 from curling_env.typing import Flags, Floats
 
 RELEASE_FIELDS = (
@@ -163,6 +163,31 @@ def release_table(releases: Sequence[Release]) -> NDArray[Any]:
     """Return releases as a structured array of RELEASE_DTYPE, (n,)."""
     rows = [tuple(getattr(release, name) for name in RELEASE_FIELDS) for release in releases]
     return np.array(rows, dtype=RELEASE_DTYPE)
+
+
+def releases_of(
+    throws: Floats, direction: Any, delivery: Delivery = FROM_HOG_LINE, **more: Any
+) -> NDArray[Any]:
+    """Return the releases of throws towards an end, a structured array of RELEASE_DTYPE.
+
+    Parameters
+    ----------
+    throws : (n, 3) speed [m/s], angle [rad], spin [rad/s]; then perhaps the lateral offset at the
+        start [m], and the start and the end of the sweeping, after the release [s]
+    direction : the end played to, 1 or -1; one for all throws or (n,)
+    delivery : start of the throws
+    more : further columns, a number for all throws or (n,)
+    """
+    names = ("speed", "angle", "omega", "x", *RELEASE_FIELDS[-2:])
+    columns = dict(zip(names, throws.T, strict=False))
+    speed, angle = columns.pop("speed"), columns.pop("angle")
+    vx, vy = velocity_of(speed, angle, direction)
+    columns |= {"x": direction * columns.get("x", 0.0), "y": -direction * delivery.line_y}
+    columns |= {"vx": vx, "vy": vy, **more}
+    table = np.zeros(len(throws), dtype=RELEASE_DTYPE)
+    for name, values in columns.items():
+        table[name] = values
+    return table
 
 
 def _as_rows(releases: NDArray[Any] | Sequence[Release]) -> Floats:
@@ -377,14 +402,20 @@ class BatchEngine:
     ) -> None:
         varied = isinstance(ice, IceVariants)
         self.ice, self._given = ice.family.base if varied else ice, ice
-        self._settings = {"tolerance": tolerance, "tabulated": tabulated}
-        self._laws = ice.laws if varied else _laws_of(ice, tabulated=tabulated)
+        self._settings: dict[str, Any] = {"tolerance": tolerance, "tabulated": tabulated}
         self._contact = contact_law(self.ice.stone)
         self._workspaces: dict[int, tuple[PlayWorkspace, Workspace, Workspace]] = {}
 
     def __reduce__(self) -> tuple[Any, ...]:
         # The law contains addresses of this process.
         return partial(BatchEngine, self._given, **self._settings), ()
+
+    @cached_property
+    def _laws(self) -> Laws:
+        given = self._given
+        if isinstance(given, IceVariants):
+            return given.laws
+        return _laws_of(given, tabulated=self._settings["tabulated"])
 
     def play(
         self,
@@ -409,6 +440,8 @@ class BatchEngine:
         if stones.ndim != 3 or stones.shape[0] != n or stones.shape[2] != 2:
             raise InputError(f"expected stones of shape ({n}, k, 2), got {stones.shape}")
         k = stones.shape[1]
+        if k == 0 and not self._settings["tabulated"]:
+            return self._alone(releases, which, bounds, workers)
         if k + 1 > MOST_STONES:
             raise InputError(
                 f"expected at most {MOST_STONES} stones in a position, got {k} and the thrown one"
@@ -440,6 +473,33 @@ class BatchEngine:
 
         _share(play_some, n, workers)
         return Positions(xy=after, last=last, theta=theta, time=time, collisions=collisions)
+
+    def _alone(
+        self,
+        releases: NDArray[Any] | Sequence[Release],
+        which: NDArray[np.intp] | None,
+        bounds: Floats | None,
+        workers: int,
+    ) -> Positions:
+        """Throw on the empty sheet; the code of contacts is then not even compiled."""
+        tolerance = self._settings["tolerance"]
+        alone = throw_batch(
+            self._given,
+            releases,
+            which=which,
+            bounds=bounds,
+            tolerance=tolerance,
+            workers=workers,
+        )
+        last = np.stack([alone.x, alone.y], axis=-1)[:, None]
+        gone = (alone.end == SlideEnd.LEFT_BOUNDS)[:, None]
+        return Positions(
+            xy=np.where(gone[..., None], np.nan, last),
+            last=last,
+            theta=np.where(gone, np.nan, alone.theta[:, None]),
+            time=alone.time,
+            collisions=np.where(alone.end == SlideEnd.NEVER_STOPS, -1, 0).astype(np.int32),
+        )
 
 
 def play_batch(

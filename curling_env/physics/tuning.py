@@ -85,7 +85,7 @@ MAX_TIME = 180.0
 
 ON_TARGET = 1e-3
 """Distance from the target at which a throw needs no further correction [m]."""
-MAX_CORRECTIONS = 12
+MAX_CORRECTIONS = 24
 """Maximum number of corrections of a throw before it counts as impossible."""
 MAX_AIM_ANGLE = 0.3
 """Largest angle to which a line is corrected [rad]."""

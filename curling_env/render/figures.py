@@ -229,8 +229,15 @@ def new_figure(width: float, height: float) -> Figure:
     return Figure(figsize=(width, height), layout=layout, facecolor="white")
 
 
-def plain_axes(ax: Axes) -> None:
-    """Give axes no box and a faint grid."""
+def plain_axes(ax: Axes, x: str = "", y: str = "", title: str = "") -> None:
+    """Give axes no box and a faint grid, and labels if there are any."""
+    for label, text, size in (
+        (ax.set_xlabel, x, 9),
+        (ax.set_ylabel, y, 9),
+        (ax.set_title, title, 10),
+    ):
+        if text:
+            label(text, fontsize=size, color=INK)
     for side in ("top", "right"):
         ax.spines[side].set_visible(False)
     for side in ("left", "bottom"):
@@ -240,14 +247,20 @@ def plain_axes(ax: Axes) -> None:
     ax.set_axisbelow(True)
 
 
-def save_figure(figure: Figure, path: str | Path, *, dpi: int = 150) -> None:
+def save_figure(figure: Figure, path: str | Path, title: str = "", *, dpi: int = 150) -> None:
     """Write a figure to a file, completely or not at all; as PNG unless its name has another
     suffix.
+
+    Parameters
+    ----------
+    title : title above the whole figure
 
     Raises
     ------
     OutputError : see `atomic_path`
     """
+    if title:
+        figure.suptitle(title, fontsize=13, color=INK)
     named = Path(path).suffix.lower().removeprefix(".")
     kind = named if named in figure.canvas.get_supported_filetypes() else "png"
     with atomic_path(path) as draft:

@@ -24,14 +24,18 @@ def after_hit(stone: Stone, fullness: float) -> Floats:
     stone : both stones
     fullness : 1 for a full hit, ½ for one of half a stone, 0 for a graze
     """
-    law = contact_law(stone)
-    sine = 1.0 - fullness
+    reach, sine = contact_law(stone).reach, 1.0 - fullness
     stones = np.zeros((2, 6))
     stones[0, State.VY] = SPEED
-    stones[1, State.X] = law.reach * sine
-    stones[1, State.Y] = law.reach * math.sqrt(1.0 - sine**2)
-    contacts = new_contacts(2)
-    count = find_contacts(law, stones, np.zeros(2, dtype=np.int64), contacts)
+    stones[1, State.X] = reach * sine
+    stones[1, State.Y] = reach * math.sqrt(1.0 - sine**2)
+    return collide(stone, stones)
+
+
+def collide(stone: Stone, stones: Floats) -> Floats:
+    """Change the states (n, 6) of touching stones by their contacts, and return them."""
+    law, contacts = contact_law(stone), new_contacts(len(stones))
+    count = find_contacts(law, stones, np.zeros(len(stones), dtype=np.int64), contacts)
     solve_contacts(law, stones, contacts, count)
     return stones
 

@@ -58,6 +58,13 @@ def speed_of_time(shots: Shots, seconds: float) -> float | None:
     return None if scaled is None else scaled.weight_of_time(seconds)
 
 
+def kept_hog_to_hog(shots: Shots, seconds: float) -> float | None:
+    """Return the share of its speed that a stone keeps from hog line to hog line, at that time."""
+    speed = shots.weight_of_time(seconds)
+    run = None if speed is None else shots.run(speed, until=HOG_TO_HOG)
+    return None if speed is None or run is None else run.vy / speed
+
+
 def metres_per_second(shots: Shots, to_rest: bool) -> float | None:
     """Return the extra distance of a draw that is a second quicker, from its two neighbours
     [m/s].

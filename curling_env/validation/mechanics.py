@@ -9,7 +9,7 @@ import numpy as np
 from scipy import integrate, special  # pyright: ignore[reportMissingTypeStubs]
 
 from curling_env.ice import ActiveEffect, Ice, load_ice
-from curling_env.physics.contacts import contact_law, find_contacts, new_contacts, solve_contacts
+from curling_env.physics.contacts import contact_law
 from curling_env.physics.law import acceleration
 from curling_env.physics.motion import GRAVITY
 from curling_env.physics.slides import NO_BOUNDS, slide
@@ -17,6 +17,7 @@ from curling_env.physics.state import State
 from curling_env.sheet import RULE_BOOK_STONE, Stone
 from curling_env.throw import Release, Throw
 from curling_env.typing import Floats
+from curling_env.validation.collisions import collide
 from curling_env.validation.draws import hog_to_hog, metres_per_second
 from curling_env.validation.shots import HOG_TO_FAR_TEE, Shots
 
@@ -134,25 +135,20 @@ def clusters(_: Shots, what: str) -> float:
     """
     rng = np.random.default_rng(82)
     stone = RULE_BOOK_STONE
-    law = contact_law(stone)
+    reach = contact_law(stone).reach
     per_mass = stone.inertia / stone.mass
     worst = 0.0
     for _cluster in range(CLUSTERS):
         stones = np.zeros((3, 6))
         turn = rng.uniform(0.0, 2 * np.pi)
-        stones[1, :2] = law.reach * np.array([np.cos(turn), np.sin(turn)])
-        stones[2, :2] = law.reach * np.array([np.cos(turn + 1.1), np.sin(turn + 1.1)])
+        stones[1, :2] = reach * np.array([np.cos(turn), np.sin(turn)])
+        stones[2, :2] = reach * np.array([np.cos(turn + 1.1), np.sin(turn + 1.1)])
         stones[:, State.VX : State.VY + 1] = rng.normal(0.0, 1.0, (3, 2))
         stones[:, State.OMEGA] = rng.normal(0.0, 2.0, 3)
         before = _budget(stones, per_mass)
-        contacts = new_contacts(3)
-        count = find_contacts(law, stones, np.zeros(3, dtype=np.int64), contacts)
-        solve_contacts(law, stones, contacts, count)
-        after = _budget(stones, per_mass)
-        change = np.abs(after[what] - before[what]).max() if what != "energy" else (
-            (after[what] - before[what]).max()
-        )  # fmt: skip
-        worst = max(worst, float(change) / max(1e-3, float(np.abs(before["energy"]).max())))
+        change = _budget(collide(stone, stones), per_mass)[what] - before[what]
+        size = change if what == "energy" else np.abs(change)
+        worst = max(worst, float(size.max()) / max(1e-3, float(before["energy"].max())))
     return worst
 
 

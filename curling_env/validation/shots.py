@@ -51,6 +51,7 @@ class Shots:
         *,
         until: float | None = None,
         swept_from: float | None = None,
+        fps: float | None = None,
     ) -> Slide | None:
         """Simulate one straight throw; return None if the stone never stops.
 
@@ -58,6 +59,7 @@ class Shots:
         ----------
         until : distance at which it is stopped
         swept_from : time from which it is swept, to the end [s]
+        fps : samples per second of its path; None for no path
         """
         bounds = NO_BOUNDS.copy()
         if until is not None:
@@ -66,22 +68,16 @@ class Shots:
         if swept_from is not None:
             release = replace(release, sweep_start=swept_from, sweep_end=1e6)
         try:
-            return slide(self.ice, release, bounds=bounds)
+            return slide(self.ice, release, bounds=bounds, fps=fps)
         except InputError:
             return None
 
     def followed(self, speed: float, fps: float, spin: float = DRAW_SPIN) -> Trajectory | None:
-        """Return the sampled path of a straight throw; None if it never stops.
-
-        Parameters
-        ----------
-        fps : samples per second
+        """Return the path of a straight throw at `fps` samples per second; None if it never
+        stops.
         """
-        release = Throw(speed=speed, angle=0.0, spin=spin).release()
-        try:
-            return slide(self.ice, release, bounds=NO_BOUNDS, fps=fps).trajectory
-        except InputError:
-            return None
+        run = self.run(speed, spin, fps=fps)
+        return None if run is None else run.trajectory
 
     def carry(self, speed: float, spin: float = DRAW_SPIN) -> float:
         """Return the distance of a throw; infinite if it never stops [m]."""

@@ -10,7 +10,7 @@ import cv2
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance.fit import Appearance, Channels, channels_of, fit_stone
+from friction_estimation.appearance.fit import Appearance, Channels, fit_stone, pixels_in
 from friction_estimation.appearance.kernels.fit_kernels import robust_misfit
 from friction_estimation.appearance.model import CIRCLE, PixelWindow, StoneModel, window_at
 from friction_estimation.appearance.painting import Planes, blurred, coloured, painted, shares
@@ -97,19 +97,9 @@ def crops_at(
             and window.origin_px[1] + window.shape[0] <= v + background.shape[0]
         ):
             continue
-        rows, columns = window.slices
-        behind = background[
-            rows.start - v : rows.stop - v, columns.start - u : columns.stop - u
-        ].reshape(-1, 3)
-        found.append(
-            Crop(
-                window=window,
-                pixels=channels_of(frame[rows, columns]).reshape(-1, 3),
-                background=np.ascontiguousarray(behind),
-                pose=np.array([xy[0], xy[1], 0.0]),
-                t=t,
-            )
-        )
+        pixels, behind = pixels_in(window, frame, background, background_origin)
+        pose = np.array([xy[0], xy[1], 0.0])
+        found.append(Crop(window=window, pixels=pixels, background=behind, pose=pose, t=t))
     return found
 
 

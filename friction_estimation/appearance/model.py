@@ -19,11 +19,9 @@ from numpy.typing import ArrayLike
 from curling_env.typing import Floats
 from friction_estimation.appearance.shape import SHAPE_PARAMETERS
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens_formula import CIRCLE_POINTS
 
-CIRCLE = np.array(
-    [(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, CIRCLE_POINTS, endpoint=False)]
-)
+CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48, endpoint=False)])
+"""Points of a circle that are projected."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,19 +105,23 @@ class StoneModel:
         """Points on the body's outline in the raw image, (n, 2) [px], as a convex polygon."""
         import cv2
 
+        px = self._rings_px(camera, xy)
+        hull = px if len(px) == 0 else cv2.convexHull(px.astype(np.float32)).reshape(-1, 2)
+        return hull.astype(np.float64)
+
+    def extent_px(self, camera: Camera, xy: ArrayLike) -> Floats:
+        """Corners of the rectangle around the outline, (2, 2) [px]; (0, 2) if it is not in view."""
+        px = self._rings_px(camera, xy)
+        return px if len(px) == 0 else np.array([px.min(axis=0), px.max(axis=0)])
+
+    def _rings_px(self, camera: Camera, xy: ArrayLike) -> Floats:
+        """Points on the circles that bound the body's image, (n, 2) [px]; none behind a camera."""
         rings = self._rings
         points = np.empty((len(rings), len(CIRCLE), 3))
         points[:, :, :2] = np.asarray(xy) + rings[:, :1, None] * CIRCLE
         points[:, :, 2] = rings[:, 1:]
         px = camera.project(points.reshape(-1, 3))
-        if not np.isfinite(px).all():
-            return np.empty((0, 2))
-        return cv2.convexHull(px.astype(np.float32)).reshape(-1, 2).astype(np.float64)
-
-    def extent_px(self, camera: Camera, xy: ArrayLike) -> Floats:
-        """Corners of the rectangle around the outline, (2, 2) [px]; (0, 2) if it is not in view."""
-        bounds = camera.bounds_of_circles(xy, self._rings)
-        return bounds if np.isfinite(bounds[0, 0]) else np.empty((0, 2))
+        return px if np.isfinite(px).all() else np.empty((0, 2))
 
     @cached_property
     def _rings(self) -> Floats:
@@ -194,7 +196,10 @@ def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> PixelWind
     if u1 - u0 < 3 or v1 - v0 < 3:
         return None
     rows, columns = v1 - v0 + 1, u1 - u0 + 1
-    ray_xy, ray_slope = camera.rays_of_pixels(u0, v0, (rows, columns))
+    v, u = np.mgrid[v0 : v1 + 1, u0 : u1 + 1].reshape(2, -1)
+    rays = camera.rays(np.column_stack([u, v]))
+    ray_slope = np.ascontiguousarray(rays[:, :2] / rays[:, 2:])
+    ray_xy = camera.position[:2] - camera.position[2] * ray_slope
     scale = np.empty((2, 2, 2))
     middle = (rows // 2) * columns + columns // 2
     for level, values in enumerate((ray_xy, ray_slope)):

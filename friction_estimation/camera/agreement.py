@@ -21,10 +21,8 @@ from friction_estimation.camera.markings import (
     measure_markings,
     responses_of,
 )
-from friction_estimation.camera.tuning import MIN_CONTRAST
+from friction_estimation.camera.tuning import MIN_CONTRAST, TOLERANCE_PX
 
-TOLERANCE_PX = 2.0
-"""Largest distance at which a curve is where a camera puts it."""
 OPTIONAL = ("button", "border")
 """Curves that clubs paint in other sizes, or cover."""
 REACH = 0.45

@@ -15,7 +15,6 @@ from numpy.typing import ArrayLike
 from curling_env.errors import InputError
 from curling_env.typing import Flags, Floats
 from friction_estimation.camera.lens import NO_DISTORTION, FreeLens, Lens
-from friction_estimation.camera.lens_formula import bounds_of_circles, rays_of_pixels
 
 _BESIDE = np.array([[-1.0, 0.0], [1.0, 0.0], [0.0, -1.0], [0.0, 1.0]])
 """Steps along x and y, backwards and forwards."""
@@ -126,47 +125,6 @@ class Camera:
             & (v <= height - 1 - margin_px)
         )
 
-    def bounds_of_circles(self, xy: ArrayLike, circles: Floats) -> Floats:
-        """The rectangle of pixels that level circles about an upright axis reach, (2, 2) [px].
-
-        Parameters
-        ----------
-        xy : (2,) the axis, sheet frame [m]
-        circles : (n, 2) radius and height of each [m]
-
-        Returns
-        -------
-        lowest and highest column and row; NaN where a circle is behind the camera
-        """
-        bounds = np.empty((2, 2))
-        x, y = np.asarray(xy, dtype=np.float64).tolist()
-        lens = self.lens
-        bounds_of_circles(
-            x, y, circles, lens.matrix, lens.terms, self.rotation, self.translation, bounds
-        )
-        return bounds
-
-    def rays_of_pixels(self, left: int, top: int, shape: tuple[int, int]) -> tuple[Floats, Floats]:
-        """The rays through a rectangle of pixels, row by row.
-
-        Parameters
-        ----------
-        left, top : column and row of its upper left pixel
-        shape : rows and columns
-
-        Returns
-        -------
-        (n, 2) where each ray meets the ice [m]; (n, 2) how far it moves sideways per metre of
-        height
-        """
-        count = shape[0] * shape[1]
-        xy, slope = np.empty((count, 2)), np.empty((count, 2))
-        lens = self.lens
-        rays_of_pixels(
-            left, top, shape, lens.matrix, lens.terms, self.rotation, self.position, xy, slope
-        )
-        return xy, slope
-
     def resized(self, scale: Floats, size: tuple[int, int]) -> Camera:
         """The same camera for pictures enlarged along both sides (2,); see `Lens.resized`."""
         return replace(self, lens=self.lens.resized(scale, size))
@@ -182,12 +140,10 @@ class Camera:
         """
         lens, translation = self.lens, self.translation
         if len(step) > 6:
-            change = free.change(step[6:])
-            lens = lens.changed(change)
+            lens = lens.changed(step[6:], free)
             # A longer lens farther away shows nearly the same.
-            translation = translation + (np.exp(change.log_focal) - 1) * np.array(
-                [0.0, 0.0, translation[2]]
-            )
+            longer = lens.focal_px / self.lens.focal_px
+            translation = translation * np.array([1.0, 1.0, longer])
         return replace(
             self,
             lens=lens,

@@ -19,7 +19,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens
 from friction_estimation.camera.markings import expected_measurements, fitted_markings
 from friction_estimation.camera.paint_fit import PaintFit
-from friction_estimation.camera.refinement import RefinedCamera, height_prior
+from friction_estimation.camera.refined import RefinedCamera, height_prior
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
     EDGE_ERROR_PX,
@@ -173,8 +173,7 @@ def expected_camera(
         lens=lens,
         height=height_prior(float(camera.position[2]) if height_known else None),
     )
-    fitted = fit.fit(camera, measured, lens, 0.5)
-    return replace(RefinedCamera.of_fit(fitted, lens), camera=camera)
+    return replace(fit.fit(camera, measured, lens, 0.5), camera=camera)
 
 
 def _with_stone(refined: RefinedCamera) -> RefinedCamera:

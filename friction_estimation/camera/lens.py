@@ -1,9 +1,8 @@
 """The lens of a camera: from directions to pixels and back, and what of it may be unknown.
 
-Everything that depends on the kind of lens stands in two files, this one and `lens_formula`: the
-formula and its inverse there; here the names and the order of its terms, the trial values a search
-begins with, and the terms a fit may free. Another lens model changes these two files, and the call
-of OpenCV in `chessboard`.
+Everything that depends on the kind of lens stands here: the formula and its inverse, the names and
+the order of its terms, the trial values a search begins with, and the terms a fit may free. Another
+lens model changes this file, and the calls of OpenCV in `chessboard` and `pose`.
 """
 
 # OpenCV's stubs widen the element type of every array that they return.
@@ -13,14 +12,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any
 
 import cv2
 import numpy as np
 from numpy.typing import ArrayLike
 
 from curling_env.typing import Floats
-from friction_estimation.camera.lens_formula import project_points
 
 TERMS = ("k1", "k2", "p1", "p2", "k3")
 """The terms of the distortion in OpenCV's order: radial (k) and tangential (p)."""
@@ -44,6 +42,28 @@ CUT_AXIS_SIGMA = 0.2
 """The same where the picture was cut out of another."""
 STRETCH_SIGMA = 0.06
 """Standard deviation of the stretch of a cut picture, in log."""
+
+
+def distort(x: Any, y: Any, terms: Any) -> tuple[Any, Any]:
+    """Return the place at which a lens shows a ray, in focal lengths from its axis.
+
+    Parameters
+    ----------
+    x, y : place at which a lens without distortion would show it, numbers or arrays
+    terms : (5,) in the order of `TERMS`
+
+    Source
+    ------
+    Brown, Decentering distortion of lenses (1966), in the form and the order of OpenCV.
+    """
+    k1, k2, p1, p2, k3 = terms
+    r2 = x * x + y * y
+    radial = 1 + r2 * (k1 + r2 * (k2 + r2 * k3))
+    return (
+        x * radial + 2 * p1 * x * y + p2 * (r2 + 2 * x * x),
+        y * radial + p1 * (r2 + 2 * y * y) + 2 * p2 * x * y,
+    )
+
 
 _UNDISTORT_UNTIL = (cv2.TERM_CRITERIA_COUNT | cv2.TERM_CRITERIA_EPS, 60, 1e-10)
 
@@ -81,16 +101,13 @@ class Lens:
         """Focal length across the image [px]."""
         return float(self.matrix[0, 0])
 
-    @property
-    def terms(self) -> tuple[float, ...]:
-        """The distortion as the compiled loops take it."""
-        return tuple(self.distortion.tolist())
-
     def project(self, points: Floats) -> Floats:
         """Points (n, 3) of the camera's frame [m] to pixels (n, 2); NaN for those behind it."""
-        px = np.empty((len(points), 2))
-        project_points(np.ascontiguousarray(points), self.matrix, self.terms, px)
-        return px
+        x, y, z = points.T
+        depth = np.where(z > 0, z, np.nan)
+        u, v = distort(x / depth, y / depth, self.distortion.tolist())
+        (fx, skew, cx), (_, fy, cy), _ = self.matrix.tolist()
+        return np.column_stack([fx * u + skew * v + cx, fy * v + cy])
 
     def rays(self, px: ArrayLike) -> Floats:
         """Directions (n, 3) in the camera's frame, with depth 1, through pixels (n, 2)."""
@@ -119,14 +136,6 @@ class Lens:
         k1, k2, _, _, k3 = self.distortion
         return np.clip(-r2 * (3 * k1 + r2 * (5 * k2 + r2 * 7 * k3)), 0.0, 1.0)
 
-    def for_opencv(self, px: Floats) -> tuple[Floats, Floats, Floats]:
-        """Pixels, camera matrix and distortion for OpenCV's solvers of a pose.
-
-        The formula is OpenCV's own, so the pixels stay as they are. A lens with another formula
-        would give pixels that are free of distortion, and no distortion.
-        """
-        return np.ascontiguousarray(px, dtype=np.float64), self.matrix, self.distortion
-
     # --- other lenses ------------------------------------------------------------------------
 
     def bent(self, share: float, *, further: bool = False) -> Lens:
@@ -141,12 +150,6 @@ class Lens:
         distortion[0] = share * (2 * self.matrix[0, 0] / max(self.size)) ** 2
         distortion[1] = further * distortion[0] ** 2
         return replace(self, distortion=distortion)
-
-    def stretched(self, log_stretch: float) -> Lens:
-        """The lens with its pixels' height changed against their width, in log."""
-        matrix = self.matrix.copy()
-        matrix[1, 1] *= np.exp(log_stretch)
-        return replace(self, matrix=matrix)
 
     def resized(self, scale: Floats, size: tuple[int, int]) -> Lens:
         """The lens for pictures enlarged along both sides (2,) to a size (width, height) [px]."""
@@ -167,21 +170,22 @@ class Lens:
         """By what share of it each term moves the end of the longer side, (5,)."""
         return self.distortion * (self.half_side_px / self.matrix[0, 0]) ** POWERS
 
-    def changed(self, change: LensChange) -> Lens:
-        """The lens after a step of a fit.
+    def changed(self, step: Floats, free: FreeLens) -> Lens:
+        """The lens after a step (count,) of its free parameters.
 
         What the image shows of the distortion stays as it is when the focal length changes.
         """
-        matrix = self.matrix.copy()
-        matrix[[0, 1], [0, 1]] *= np.exp(change.log_focal)
-        matrix[1, 1] *= np.exp(change.log_stretch)
-        matrix[:2, 2] += change.axis * self.half_side_px
-        shares = self.shares + change.shares
-        return replace(
-            self,
-            matrix=matrix,
-            distortion=shares / (self.half_side_px / matrix[0, 0]) ** POWERS,
-        )
+        rest, matrix, shares = iter(step.tolist()), self.matrix.copy(), self.shares
+        if free.focal:
+            matrix[[0, 1], [0, 1]] *= np.exp(next(rest))
+        for term in free.terms:
+            shares[term] += next(rest)
+        if free.moves_axis:
+            matrix[:2, 2] += self.half_side_px * np.array([next(rest), next(rest)])
+        distortion = shares / (self.half_side_px / matrix[0, 0]) ** POWERS
+        if free.cut:
+            matrix[1, 1] *= np.exp(next(rest))
+        return replace(self, matrix=matrix, distortion=distortion)
 
 
 def resized_matrix(matrix: Floats, scale: Floats) -> Floats:
@@ -193,23 +197,6 @@ def resized_matrix(matrix: Floats, scale: Floats) -> Floats:
     matrix[:2, :2] *= scale[:, None]
     matrix[:2, 2] = (matrix[:2, 2] + 0.5) * scale - 0.5
     return matrix
-
-
-class LensChange(NamedTuple):
-    """A step of a fit.
-
-    Parameters
-    ----------
-    log_focal : change of the logarithm of the focal length
-    shares : (5,) change of `Lens.shares`
-    axis : (2,) shift of the principal point [halves of the image's longer side]
-    log_stretch : change of the logarithm of a pixel's height over its width
-    """
-
-    log_focal: float
-    shares: Floats
-    axis: Floats
-    log_stretch: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -240,34 +227,28 @@ class FreeLens:
         return len(self._sigmas)
 
     @property
-    def _free_terms(self) -> list[int]:
+    def terms(self) -> list[int]:
         """Indices of the free terms of the distortion."""
         return [0, 1] * self.bends + [2, 3, 4] * self.minor
 
     @property
-    def _sigmas(self) -> tuple[float, ...]:
-        """Prior standard deviation of each free parameter; infinite where nothing is presumed."""
-        found: tuple[float, ...] = (np.inf,) * self.focal
-        found += (BEND_SIGMA,) * (2 * self.bends) + (MINOR_SIGMA,) * (3 * self.minor)
-        if self.cut:
-            return (*found, CUT_AXIS_SIGMA, CUT_AXIS_SIGMA, STRETCH_SIGMA)
-        return found + (AXIS_SIGMA, AXIS_SIGMA) * self.axis
+    def moves_axis(self) -> bool:
+        """Return whether the axis is free."""
+        return self.axis or self.cut
 
-    def change(self, step: Floats) -> LensChange:
-        """The change of the lens that a step (count,) of the free parameters makes."""
-        rest = iter(step.tolist())
-        log_focal = next(rest) if self.focal else 0.0
-        shares = np.zeros(len(TERMS))
-        for term in self._free_terms:
-            shares[term] = next(rest)
-        axis = [next(rest), next(rest)] if self.axis or self.cut else [0.0, 0.0]
-        return LensChange(log_focal, shares, np.array(axis), next(rest) if self.cut else 0.0)
+    @property
+    def _sigmas(self) -> list[float]:
+        """Prior standard deviation of each free parameter; infinite where nothing is presumed."""
+        found = [np.inf] * self.focal + [BEND_SIGMA] * (2 * self.bends)
+        found += [MINOR_SIGMA] * (3 * self.minor)
+        found += [CUT_AXIS_SIGMA if self.cut else AXIS_SIGMA] * (2 * self.moves_axis)
+        return found + [STRETCH_SIGMA] * self.cut
 
     def prior_residuals(self, lens: Lens) -> Floats:
         """Return the deviations of a lens from usual lenses, (count,) [standard deviations]."""
         values: list[float] = [0.0] * self.focal
-        values += lens.shares[self._free_terms].tolist()
-        if self.axis or self.cut:
+        values += lens.shares[self.terms].tolist()
+        if self.moves_axis:
             middle = np.array(lens.size) / 2
             values += ((lens.matrix[:2, 2] - middle) / lens.half_side_px).tolist()
         if self.cut:

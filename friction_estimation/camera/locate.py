@@ -7,9 +7,8 @@ All of that is found from the rings and the lines, in a picture of standard size
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property
+from collections.abc import Mapping
+from dataclasses import dataclass
 from itertools import combinations
 from typing import Any
 
@@ -19,25 +18,19 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.sheet import PAPER_SHEET, Sheet
 from curling_env.typing import Floats, Image, Singles
-from friction_estimation.camera.agreement import (
-    OPTIONAL,
-    TOLERANCE_PX,
-    SeenCurve,
-    disagreeing,
-    seen_curves,
-)
+from friction_estimation.camera.agreement import OPTIONAL
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens
 from friction_estimation.camera.markings import (
     CURVES,
-    Markings,
     curves_of,
     grey_levels,
     keypoints_of,
     markings_of,
 )
 from friction_estimation.camera.paint_fit import PaintFit
-from friction_estimation.camera.refinement import RefinedCamera, height_prior, reduced
+from friction_estimation.camera.refined import RefinedCamera, height_prior
+from friction_estimation.camera.refinement import PaintSolver, SolvedCamera, reduced
 from friction_estimation.camera.rough_pose import RoughSearch, TwoMarks
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
@@ -52,7 +45,6 @@ from friction_estimation.camera.tuning import (
 
 NEEDED = ("12-foot ring", "hog line")
 """Curves that must be seen where the camera puts them."""
-NARROW_SEARCHES_PX = (3.0, 2.0, 2.0, 2.0)
 MIN_CLICK_DISTANCE_PX = 4.0
 """Two places that were clicked nearer than this were clicked at the same place."""
 CUT_LENS = FreeLens(focal=True, bends=True, cut=True)
@@ -76,13 +68,10 @@ class PhotoCamera:
     Parameters
     ----------
     refined : the camera and how well it is known
-    misses_px : by name of a curve, root mean square distance of where it is seen from where the
-        camera puts it [px]
     scene : the camera as a scene file holds it, with the keypoints in view as its points
     """
 
     refined: RefinedCamera
-    misses_px: Mapping[str, float]
     scene: Scene
 
     @property
@@ -90,45 +79,18 @@ class PhotoCamera:
         """The camera itself."""
         return self.refined.camera
 
-    @property
-    def disagreeing(self) -> list[str]:
-        """Curves that the camera misses by more than 2 px of the photo.
-
-        In a photo of many pixels that may be paint that was not laid to the millimetre.
-        """
-        return [name for name, miss in self.misses_px.items() if miss > TOLERANCE_PX]
-
     def summary(self) -> dict[str, Any]:
         """Its pose, lens and errors for JSON."""
         lens = self.camera.lens
         return {
-            "misses_px": dict(self.misses_px),
-            "agrees": not self.disagreeing,
+            "misses_px": dict(self.refined.misses_px),
+            "agrees": not self.refined.missed,
             "position_m": self.camera.position.tolist(),
             "height_uncertainty": self.refined.log_focal_sigma,
             "focal_px": [lens.matrix[0, 0], lens.matrix[1, 1]],
             "principal_point_px": lens.matrix[:2, 2].tolist(),
             "distortion": lens.distortion.tolist(),
         }
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class _Trial:
-    """A camera that one search led to, and its agreement with the paint."""
-
-    refined: RefinedCamera
-    seen: Sequence[SeenCurve]
-
-    @property
-    def wrong(self) -> list[str]:
-        """Names of the curves that disagree with the camera, or are needed and not seen."""
-        met = {curve.name for curve in self.seen if curve.agrees}
-        names = [*disagreeing(self.seen), *(name for name in NEEDED if name not in met)]
-        return list(dict.fromkeys(names))
-
-    @property
-    def agrees(self) -> bool:
-        return not self.wrong
 
 
 def camera_from_photo(
@@ -158,135 +120,100 @@ def camera_from_photo(
     """
     size, keypoints = (image.shape[1], image.shape[0]), keypoints_of(sheet)
     end = _end_seen(clicks, keypoints, size)
-    markings = markings_of(sheet)
     photo = _Photo(
         grey=grey_levels(image),
         clicks={name: np.array(px, dtype=np.float64) for name, px in clicks.items()},
         end=end,
-        markings=markings[markings.of(*(name for name in CURVES if name not in OPTIONAL))],
-        sheet_points=np.array([keypoints[name] for name in clicks]),
+        sheet=sheet,
         height=height,
     )
-    small, large = photo.reduced_to(PHOTO_SIDE), photo.reduced_to(WORKING_SIDE)
-    best = small.likeliest()
+    small, large = photo.solver(PHOTO_SIDE), photo.solver(WORKING_SIDE)
+    best = photo.most_likely(small)
     # Paint that a small picture shows to a pixel is seen more closely in a larger one.
-    closer = large.followed(best.refined.resized(large.scale / small.scale, large.size).camera)
-    if closer is None or not closer.agrees:
+    whole = small.whole(best.refined, size)
+    closer = large.followed(large.reduced_camera(whole.camera))
+    if closer is None or closer.wrong:
         large, closer = small, best
-    refined = closer.refined.resized(1 / large.scale, size)
-    factor = float(np.mean(1 / large.scale))
-    return PhotoCamera(
-        refined=refined,
-        misses_px={curve.name: factor * curve.miss_px for curve in closer.seen if curve.agrees},
-        scene=_scene(refined, sheet, stone),
-    )
+    refined = large.whole(closer.refined, size)
+    return PhotoCamera(refined=refined, scene=_scene(refined, sheet, stone))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Photo:
-    """A photo, or a smaller copy of it, and what was marked in it.
+    """A photo, and what was marked in it.
 
     Parameters
     ----------
     grey : grey levels
     clicks : the marks by name, (2,) [px]
     end : the end that is in the photo
-    markings, sheet_points : paint to look for, and (n, 2) places of the marks [m]
+    sheet : the ice in it
     height : the camera's height above the ice [m], if it is known
-    scale : (2,) the copy's size over the photo's
     """
 
     grey: Singles
     clicks: Mapping[str, Floats]
     end: str
-    markings: Markings
-    sheet_points: Floats
+    sheet: Sheet
     height: float | None
-    scale: Floats = field(default_factory=lambda: np.ones(2))
 
-    @property
-    def size(self) -> tuple[int, int]:
-        return self.grey.shape[1], self.grey.shape[0]
+    def marks(self, scale: Floats) -> dict[str, Floats]:
+        """The marks in a copy whose sides are those of the photo times a scale (2,)."""
+        return {name: (px + 0.5) * scale - 0.5 for name, px in self.clicks.items()}
 
-    def reduced_to(self, side: int) -> _Photo:
-        """Return a copy whose longer side has `side` pixels, or the photo itself if shorter."""
-        grey, _, scale = reduced(self.grey, (0, 0), max(self.size) / side)
-        marks = {name: (px + 0.5) * scale - 0.5 for name, px in self.clicks.items()}
-        return replace(self, grey=grey, clicks=marks, scale=scale)
+    def two(self, scale: Floats) -> TwoMarks:
+        """The two marks that are needed, in such a copy."""
+        marks = self.marks(scale)
+        tee, hog = (marks[f"{self.end}_{place}"] for place in ("tee", "hog_centre"))
+        return TwoMarks(end=-1.0 if self.end == "home" else 1.0, tee=tee, hog=hog)
 
-    @cached_property
-    def two(self) -> TwoMarks:
-        """The two marks that are needed."""
-        return TwoMarks(
-            end=-1.0 if self.end == "home" else 1.0,
-            tee=self.clicks[f"{self.end}_tee"],
-            hog=self.clicks[f"{self.end}_hog_centre"],
-        )
-
-    @cached_property
-    def fit(self) -> PaintFit:
-        """The fit of a camera to the paint."""
-        return PaintFit(
-            grey=self.grey,
+    def solver(self, side: int) -> PaintSolver:
+        """The search in a copy whose longer side has `side` pixels, or in a smaller photo."""
+        grey, _, scale = reduced(self.grey, (0, 0), max(self.grey.shape) / side)
+        markings, keypoints = markings_of(self.sheet), keypoints_of(self.sheet)
+        markings = markings[markings.of(*(name for name in CURVES if name not in OPTIONAL))]
+        unit_px = max(1.0, max(grey.shape) / PHOTO_SIDE)
+        fit = PaintFit(
+            grey=grey,
             origin=(0, 0),
-            markings=self.markings,
-            sheet_points=self.sheet_points,
-            points_px=np.array(list(self.clicks.values())),
+            markings=markings,
+            sheet_points=np.array([keypoints[name] for name in self.clicks]),
+            points_px=np.array(list(self.marks(scale).values())),
             lens=CUT_LENS,
             height=height_prior(self.height),
-            click_sigma_px=MARK_SIGMA * self.two.px_per_metre,
+            click_sigma_px=MARK_SIGMA * self.two(scale).px_per_metre,
             correlation=PHOTO_CORRELATION,
-            min_scale_px=PHOTO_MIN_SCALE_PX * max(1.0, max(self.size) / PHOTO_SIDE),
+            min_scale_px=PHOTO_MIN_SCALE_PX * unit_px,
+        )
+        return PaintSolver(
+            fit=fit,
+            judged=markings,
+            needed=NEEDED,
+            unit_px=unit_px,
+            scale=scale,
+            size=(grey.shape[1], grey.shape[0]),
         )
 
-    def likeliest(self) -> _Trial:
+    def most_likely(self, solver: PaintSolver) -> SolvedCamera:
         """Return the best of several searches that all the paint agrees with.
 
         Raises
         ------
         InputError : no search agrees
         """
-        search = RoughSearch(self.grey, self.two, self.height)
-        trials: list[_Trial] = []
-        for seed in range(PHOTO_TRIALS):
-            found = self.followed(search.best(seed), PHOTO_SEARCHES)
-            trials += [] if found is None else [found]
-            if sum(trial.agrees for trial in trials) == 2:
-                break
-        if not trials:
+        two = self.two(solver.scale)
+        search = RoughSearch(solver.fit.grey, two, self.height)
+        wide = [metres * two.px_per_metre for metres in PHOTO_SEARCHES]
+        best = solver.most_likely((search.best(seed), wide) for seed in range(PHOTO_TRIALS))
+        if best is None:
             raise InputError("no rings and hog line are found near what was clicked")
-        best = min(trials, key=lambda k: (not k.agrees, len(k.wrong), k.refined.misfit))
-        if not best.agrees:
+        if best.wrong:
             raise InputError(
                 "no camera agrees with all of the paint: the "
                 f"{' and '.join(best.wrong)} would be elsewhere; check the "
                 "clicks, and that the rings and the hog line are in view"
             )
         return best
-
-    def followed(self, camera: Camera, wide: Sequence[float] = ()) -> _Trial | None:
-        """The camera that a rough one leads to; None where it meets no paint.
-
-        Parameters
-        ----------
-        wide : search radius of each round before the camera is nearly right [m]
-        """
-        fit, followed = self.fit, camera
-        for metres in wide:
-            radius = max(metres * self.two.px_per_metre, NARROW_SEARCHES_PX[0])
-            # All that is found counts, however far off.
-            loose = replace(fit, min_scale_px=max(fit.min_scale_px, radius / 3))
-            followed = followed and loose.approach(followed, (radius,), fit.lens)
-        enlarged = max(1.0, max(self.size) / PHOTO_SIDE)
-        narrow = [enlarged * radius for radius in NARROW_SEARCHES_PX]
-        followed = followed and fit.approach(followed, narrow, fit.lens)
-        if followed is None:
-            return None
-        fitted = fit.fit(followed, fit.measure(followed, narrow[-1]), fit.lens, 0.5 * enlarged)
-        return _Trial(
-            refined=RefinedCamera.of_fit(fitted, fit.lens),
-            seen=seen_curves(fitted.camera, fit.grey, fit.origin, fit.markings),
-        )
 
 
 def draw_markings(image: Image, camera: Camera, sheet: Sheet, scale: int = 1) -> Image:

@@ -11,7 +11,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, fields
 from functools import lru_cache
-from typing import TypeAlias
 
 import cv2
 import numpy as np
@@ -51,6 +50,8 @@ FITTED_CURVES = CURVES[:-2]
 line is meant."""
 
 
+CROSSING = 0.1
+"""Points nearer to another curve are not measured [m]."""
 CURVE_STEP = 0.25
 """Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
@@ -131,29 +132,31 @@ def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
 
 @lru_cache(maxsize=4)
 def markings_of(sheet: Sheet) -> Markings:
-    """The markings of a sheet whose place the rule book fixes.
+    """The markings of a sheet whose place the rule book fixes, but not where curves cross.
 
     Source
     ------
     World Curling, rule book, R1.
     """
-    rows = [row for end in (-1.0, 1.0) for row in (*_lines(sheet, end), *_rings(sheet, end))]
-    xy = np.concatenate([row[0] for row in rows])
-    groups, first = [], 0
-    for row in rows:
-        groups.append(first + np.arange(len(row[0])) // GROUP_SIZE)
-        first = groups[-1][-1] + 1
-    curve = np.concatenate([np.full(len(row[0]), CURVES.index(row[4])) for row in rows])
+    painted = [one for one in painted_curves(sheet) if one.count]
+    number = np.repeat(np.arange(len(painted)), [one.count for one in painted])
+    points = [one.along((np.arange(one.count) + 0.5) / one.count) for one in painted]
+    # Each curve has its own groups.
+    group = np.concatenate([1000 * k + np.arange(one.count) // GROUP_SIZE
+                            for k, one in enumerate(painted)])  # fmt: skip
     markings = Markings(
-        xy=xy,
-        normal=np.concatenate([row[1] for row in rows]),
-        width=np.concatenate([np.full(len(row[0]), row[2]) for row in rows]),
-        clear=np.concatenate([np.full(len(row[0]), row[3]) for row in rows]),
-        bend=np.concatenate([np.full(len(row[0]), _bend(row[4])) for row in rows]),
-        group=np.concatenate(groups),
-        curve=curve,
+        xy=np.concatenate([xy for xy, _ in points]),
+        normal=np.concatenate([normal for _, normal in points]),
+        width=np.array([one.width for one in painted])[number],
+        clear=np.array([one.clear for one in painted])[number],
+        bend=np.array([1 / one.radius if one.radius else 0.0 for one in painted])[number],
+        group=group,
+        curve=np.array([CURVES.index(one.name) for one in painted])[number],
     )
-    return _without_crossings(markings)
+    apart = np.stack([one.distance(markings.xy) for one in painted])
+    names = np.array([CURVES.index(one.name) for one in painted])
+    apart[names[:, None] == markings.curve] = np.inf
+    return markings[apart.min(axis=0) > CROSSING]
 
 
 def fitted_markings(sheet: Sheet) -> Markings:
@@ -164,111 +167,84 @@ def fitted_markings(sheet: Sheet) -> Markings:
 
 def curves_of(sheet: Sheet) -> list[tuple[str, Floats]]:
     """Names and polylines (n, 2) of the painted curves and the border, sheet frame [m]."""
-    x, y = sheet.width / 2, sheet.length / 2
-
-    def line(start: tuple[float, float], stop: tuple[float, float]) -> Floats:
-        count = int(np.ceil(np.hypot(stop[0] - start[0], stop[1] - start[1]) / CURVE_STEP)) + 1
-        return np.linspace(start, stop, count)
-
-    curves = [("border", line((s * x, -y), (s * x, y))) for s in (-1, 1)]
-    curves.append(("centre line", line((0, -BACK_LINE_Y), (0, BACK_LINE_Y))))
-    around = np.linspace(0, 2 * np.pi, 73)
-    circle = np.column_stack([np.cos(around), np.sin(around)])
-    depths = {
-        "border": y,
-        "back line": BACK_LINE_Y,
-        "tee line": TEE_Y,
-        "hog line": HOG_LINE_Y + HOG_LINE_WIDTH / 2,
-    }
-    for s in (-1, 1):
-        curves += [(name, line((-x, s * at), (x, s * at))) for name, at in depths.items()]
-        for name, radius in zip(RINGS, RING_RADII, strict=True):
-            curves.append((name, radius * circle + np.array([0.0, s * TEE_Y])))
-    return curves
+    found: list[tuple[str, Floats]] = []
+    for one in painted_curves(sheet):
+        steps = 72 if one.radius else int(np.ceil(np.hypot(*(one.stop - one.start)) / CURVE_STEP))
+        found.append((one.name, one.along(np.linspace(0, 1, steps + 1))[0]))
+    return found
 
 
-def _bend(curve: str) -> float:
-    """Return the curvature of a curve [1/m]."""
-    return 1 / RING_RADII[RINGS.index(curve)] if curve in RINGS else 0.0
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PaintedCurve:
+    """A straight line or a ring that is painted on the ice, or its border.
+
+    Parameters
+    ----------
+    name : see `CURVES`
+    start, stop : (2,) ends of a line, sheet frame [m]; a ring's centre
+    radius : of a ring [m]; 0 for a line
+    width : of a line, 0 for the edge of an area [m]
+    clear : distance across it to the next thing that is painted [m]
+    count : number of its points that are measured
+    """
+
+    name: str
+    start: Floats
+    stop: Floats
+    radius: float = 0.0
+    width: float = 0.0
+    clear: float
+    count: int
+
+    def along(self, share: Floats) -> tuple[Floats, Floats]:
+        """Points at shares (n,) of its length, and the normals there, (n, 2) each."""
+        if self.radius:
+            normal = np.column_stack([np.cos(2 * np.pi * share), np.sin(2 * np.pi * share)])
+            return self.start + self.radius * normal, normal
+        way = self.stop - self.start
+        normal = np.array([way[1], -way[0]]) / np.hypot(*way)
+        return self.start + share[:, None] * way, np.tile(normal, (len(share), 1))
+
+    def distance(self, xy: Floats) -> Floats:
+        """Distances of points (n, 2) from it, (n,) [m]."""
+        if self.radius:
+            return np.abs(np.linalg.norm(xy - self.start, axis=1) - self.radius)
+        way = self.stop - self.start
+        share = np.clip((xy - self.start) @ way / (way @ way), 0.0, 1.0)
+        return np.linalg.norm(self.start + share[:, None] * way - xy, axis=1)
 
 
-_Row: TypeAlias = tuple[Floats, Floats, float, float, str]
-"""Points of one curve and their normals, (n, 2) each; its width, clearance and name."""
-
-
-def _lines(sheet: Sheet, end: float) -> list[_Row]:
-    """The border, the hog line and the centre line of the home (-1) or away (1) end."""
+def painted_curves(sheet: Sheet) -> list[PaintedCurve]:
+    """All that is painted on a sheet, and its border."""
     side, back = sheet.width / 2, sheet.length / 2
-    along, across = np.array([0.0, 1.0]), np.array([1.0, 0.0])
+    found: list[PaintedCurve] = []
 
-    def row(
-        ends: tuple[Floats, Floats],
-        normal: Floats,
-        count: int,
-        size: tuple[float, float],
-        name: str,
-    ) -> _Row:
-        start, stop = ends
-        share = (np.arange(count) + 0.5)[:, None] / count
-        return (start + share * (stop - start), np.tile(normal, (count, 1)), *size, name)
+    def line(
+        name: str, x: tuple[float, float], y: tuple[float, float], count: int, *across: float
+    ) -> None:
+        start, stop = (np.array([a, end * b]) for a, b in zip(x, y, strict=True))
+        width, clear = across
+        found.append(
+            PaintedCurve(name=name, start=start, stop=stop, width=width, clear=clear, count=count)
+        )
 
-    hog = end * (HOG_LINE_Y + HOG_LINE_WIDTH / 2)
-    sideline = (
-        end * side * across - back * along,
-        end * side * across + back * along,
-    )
-    backboard = (
-        -side * across + end * back * along,
-        side * across + end * back * along,
-    )
-
-    def crossing(y: float) -> tuple[Floats, Floats]:
-        return -side * across + y * along, side * across + y * along
-
-    centre = (end * (TEE_Y - RING_RADII[0] - 0.1) * along, 0.0 * along)
-    return [
-        row(sideline, end * across, 216, (0.0, side - RING_RADII[0]), "border"),
-        row(backboard, end * along, 48, (0.0, back - HACK_Y - 0.21), "border"),
-        row(crossing(hog), end * along, 60, (HOG_LINE_WIDTH, 1.0), "hog line"),
-        row(centre, across, 96, (LINE_WIDTH, 1.0), "centre line"),
-        row(crossing(end * TEE_Y), end * along, 60, (LINE_WIDTH, 0.3), "tee line"),
-        row(crossing(end * BACK_LINE_Y), end * along, 60, (LINE_WIDTH, 0.2), "back line"),
-    ]
-
-
-def _rings(sheet: Sheet, end: float) -> list[_Row]:
-    """The rings of the home (-1) or away (1) end."""
-    around = (np.arange(96) + 0.5) * 2 * np.pi / 96
-    normal = np.column_stack([np.cos(around), np.sin(around)])
-    centre = end * TEE_Y * np.array([0.0, 1.0])
-    rows: list[_Row] = []
-    for k, (name, radius) in enumerate(zip(RINGS, RING_RADII, strict=True)):
-        others = [*RING_RADII[:k], *RING_RADII[k + 1 :], sheet.width - RING_RADII[0]]
-        clear = min(float(np.abs(np.array(others) - radius).min()), radius)
-        rows.append((radius * normal + centre, normal, 0.0, clear, name))
-    return rows
-
-
-def _without_crossings(markings: Markings) -> Markings:
-    """Leave out the points at which another line crosses or touches."""
-    x, y = markings.xy.T
-    depth = np.abs(y)
-    upright = np.abs(markings.normal[:, 0]) > 0.5
-    ring = (markings.width == 0) & (np.abs(np.hypot(x, depth - TEE_Y)) < RING_RADII[0] + 0.01)
-    bad = ring & ((np.abs(x) < 0.06) | (np.abs(depth - TEE_Y) < 0.06))
-    bad |= ring & (np.abs(depth - BACK_LINE_Y) < 0.12)
-    bad |= ~ring & upright & (np.abs(depth - HOG_LINE_Y - 0.05) < 0.25)
-    bad |= (
-        ~ring
-        & upright
-        & (np.abs(x) > 1)
-        & ((np.abs(depth - TEE_Y) < 0.1) | (np.abs(depth - BACK_LINE_Y) < 0.1))
-    )
-    bad |= ~ring & ~upright & (np.abs(x) < 0.3)
-    bad |= (markings.curve == CURVES.index("back line")) & (np.abs(x) < 0.8)
-    from_ring = np.abs(np.abs(x)[:, None] - np.array(RING_RADII)).min(axis=1)
-    bad |= (markings.curve == CURVES.index("tee line")) & (from_ring < 0.1)
-    return markings[~bad]
+    for end in (-1.0, 1.0):
+        house, hog = TEE_Y - HOUSE_RADIUS - 0.1, HOG_LINE_Y + HOG_LINE_WIDTH / 2
+        line("border", (end * side, end * side), (-back, back), 216, 0.0, side - HOUSE_RADIUS)
+        line("border", (-side, side), (back, back), 48, 0.0, back - HACK_Y - 0.21)
+        line("hog line", (-side, side), (hog, hog), 60, HOG_LINE_WIDTH, 1.0)
+        line("centre line", (0.0, 0.0), (house, 0.0), 96, LINE_WIDTH, 1.0)
+        line("centre line", (0.0, 0.0), (BACK_LINE_Y, house), 0, LINE_WIDTH, 0.0)
+        line("tee line", (-side, side), (TEE_Y, TEE_Y), 60, LINE_WIDTH, 0.3)
+        line("back line", (-side, side), (BACK_LINE_Y, BACK_LINE_Y), 60, LINE_WIDTH, 0.2)
+        tee = np.array([0.0, end * TEE_Y])
+        for k, (name, radius) in enumerate(zip(RINGS, RING_RADII, strict=True)):
+            others = [*RING_RADII[:k], *RING_RADII[k + 1 :], sheet.width - HOUSE_RADIUS, 0.0]
+            clear = min(abs(radius - other) for other in others)
+            found.append(
+                PaintedCurve(name=name, start=tee, stop=tee, radius=radius, clear=clear, count=96)
+            )
+    return found
 
 
 def grey_levels(image: Image | Singles) -> Singles:

@@ -16,6 +16,7 @@ from curling_env.typing import Flags, Floats, Integers, Singles
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import FreeLens
 from friction_estimation.camera.markings import MarkingMeasurements, Markings, measure_markings
+from friction_estimation.camera.refined import RefinedCamera, prior_residuals
 from friction_estimation.camera.tuning import (
     ALIKE_REACH,
     CAMERA_HEIGHT_PRIOR,
@@ -37,37 +38,6 @@ ROUND_CHANGE, FINAL_CHANGE = 1e-3, 1e-6
 """Share of the loss by which the last step of a fit may change it."""
 STEP = 1e-5
 """Change of each free parameter for its derivative."""
-
-
-@dataclass(frozen=True, kw_only=True, eq=False)
-class FittedCamera:
-    """A camera moved to the paint.
-
-    Parameters
-    ----------
-    camera : after the fit
-    covariance : (m, m) covariance of its free parameters, see `Camera.moved`
-    residuals_px : (n,) distances by which it still misses the measured points
-    agrees : (n,) whether the point is no outlier
-    misfit : misfit to the paint and to prior knowledge [squared standard errors], on one scale
-        for all cameras
-    """
-
-    camera: Camera
-    covariance: Floats
-    residuals_px: Floats
-    agrees: Flags
-    misfit: float
-
-    @property
-    def measured(self) -> int:
-        """Number of the points that agree."""
-        return int(self.agrees.sum())
-
-    @property
-    def rms_px(self) -> float:
-        """Root mean square residual of these points."""
-        return float(np.sqrt(np.mean(self.residuals_px[self.agrees] ** 2)))
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -113,19 +83,9 @@ class PaintFit:
         """The markings as they are seen near where a camera puts them; see `measure_markings`."""
         return measure_markings(self.grey, self.origin, camera, self.markings, search_px)
 
-    def cost(self, camera: Camera) -> float:
-        """Mean over the visible markings of the squared miss, at most 9 px² each."""
-        measured = self.measure(camera, 3.0)
-        if len(measured.index) < MIN_MARKINGS:
-            return 9.0
-        squares = np.minimum(measured.offset_px**2, 9.0).sum()
-        return float(
-            (squares + 9.0 * (measured.expected - len(measured.index))) / measured.expected
-        )
-
     def fit(
         self, camera: Camera, measured: MarkingMeasurements, lens: FreeLens, scale_px: float
-    ) -> FittedCamera:
+    ) -> RefinedCamera:
         """The camera that meets given measurements best, and how well they determine it.
 
         Parameters
@@ -183,6 +143,8 @@ class _Fit:
         self._cut = (OUTLIER_AT * scale / unit) ** 2
 
     def _scale(self, most: float) -> float:
+        if not self._count:
+            return most
         off = self._off(self.camera, self._rim)
         spread = 1.4826 * float(np.median(np.abs(off)))
         return max(min(most, 2 * spread), self._known.min_scale_px)
@@ -210,11 +172,9 @@ class _Fit:
         known = self._known
         slips = (known.points_px - camera.project(self._clicked)).ravel() / known.click_sigma_px
         prior = -self._lens.prior_residuals(camera.lens)
-        middle, spread = known.height
-        free = self._lens.focal
-        rise = np.log(middle / max(camera.position[2], 1e-3)) / spread if free else 0.0
+        usual = prior_residuals(camera, known.height) * self._lens.focal
         off = self._off(camera, rim) / np.sqrt(self.variance)
-        return np.r_[off, slips, prior, rise, -rim]
+        return np.r_[off, slips, prior, usual, -rim]
 
     def _loss(self, squares: Floats) -> Floats:
         """Loss of squared residuals (r,) and its two derivatives, (3, r)."""
@@ -232,7 +192,7 @@ class _Fit:
     def _marks(self) -> int:
         return len(self._clicked)
 
-    def judged(self) -> FittedCamera:
+    def judged(self) -> RefinedCamera:
         """The fitted camera, its covariance and its misfit."""
         known, off = self._known, self._off(self.camera, self._rim)
         even = max(2 * MARKING_SIGMA_PX, known.min_scale_px)
@@ -243,12 +203,13 @@ class _Fit:
         self.variance, self._cut = unit**2, (OUTLIER_AT * even / unit) ** 2
         misfit = float(self._loss(self._residuals(self.camera, self._rim) ** 2)[0].sum())
         missed = self._measured.expected - self._count
-        return FittedCamera(
+        return RefinedCamera(
             camera=self.camera,
             covariance=covariance,
-            residuals_px=off,
-            agrees=agrees,
+            measured=int(agrees.sum()),
+            rms_px=float(np.sqrt(np.mean(off[agrees] ** 2))) if agrees.any() else np.nan,
             misfit=misfit + missed * OUTLIER_AT**2 / known.correlation,
+            lens=self._lens,
         )
 
     def _covariance(self, off_px: Floats, agrees: Flags) -> Floats:
@@ -278,9 +239,11 @@ class _Fit:
         unit = np.sqrt(np.diag(normal))
         inverse = np.linalg.pinv(normal / np.outer(unit, unit), rcond=1e-12) / np.outer(unit, unit)
         index = self._measured.index
-        variance = _variance_together(off_px[agrees], index[agrees], known.markings)
         pull = (jacobian * weight[:, None]).T
         noise = pull / np.sqrt(weight)
+        if not points:
+            return inverse @ noise @ noise.T @ inverse
+        variance = _variance_together(off_px[agrees], index[agrees], known.markings)
         noise[:, :points] = np.sqrt(variance) * pull[:, :points]
         errors = _placement_errors(known.markings, self.camera, self._measured)
         scale = _placement_scale(

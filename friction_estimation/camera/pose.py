@@ -11,30 +11,34 @@ from dataclasses import replace
 
 import cv2
 import numpy as np
-from scipy.optimize import minimize_scalar
 
 from curling_env.errors import InputError
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import (
-    KNOWN_LENS,
     NO_DISTORTION,
     TRIAL_BENDS,
     TRIAL_FOCALS,
+    FreeLens,
     Lens,
 )
+from friction_estimation.camera.markings import MarkingMeasurements, markings_of
+from friction_estimation.camera.paint_fit import PaintFit
+from friction_estimation.camera.refined import RefinedCamera, height_prior
 from friction_estimation.camera.scene import MIN_POINTS, Scene
-from friction_estimation.camera.tuning import (
-    CLICK_SIGMA_PX,
-    FOCAL_PRIOR,
-    FOCAL_RANGE,
-    MAX_AXIS_OFFSET,
-    MAX_MISFIT,
-    MEASURED_HEIGHT_SIGMA,
-)
+from friction_estimation.camera.tuning import MAX_AXIS_OFFSET, MAX_MISFIT
 
 PLANE_TURNS = (0.0, 0.5, 1.0)
 """Angles by which the axes of the ice may be turned before a pose is sought [rad]."""
+FOLLOWED = 3
+"""Trial lenses that are followed: those that meet the points best."""
+NOTHING_MEASURED = MarkingMeasurements(
+    index=np.empty(0, dtype=np.intp),
+    normal_px=np.empty((0, 2)),
+    offset_px=np.empty(0),
+    expected=0,
+)
+"""No paint, where points alone tell the camera."""
 
 
 def cameras_from_points(
@@ -60,7 +64,7 @@ def cameras_from_points(
     Collins and Bartoli, Infinitesimal plane-based pose estimation, IJCV 109 (2014): both poses.
     """
     world = np.column_stack([sheet_points, np.zeros(len(sheet_points))])
-    pixels, matrix, distortion = lens.for_opencv(points_px)
+    pixels, matrix, distortion = np.ascontiguousarray(points_px), lens.matrix, lens.distortion
     found: list[tuple[float, Camera]] = []
     for rvec, tvec in _first_poses(world, pixels, matrix, distortion):
         rvec, tvec = cv2.solvePnPRefineLM(world, pixels, matrix, distortion, rvec, tvec)
@@ -70,8 +74,7 @@ def cameras_from_points(
             translation=np.asarray(tvec, dtype=np.float64).ravel(),
         )
         if camera.position[2] > 0 and camera.local(world)[:, 2].min() > 0:
-            apart = camera.project(world) - points_px
-            found.append((float(np.sqrt(np.mean(np.sum(apart**2, axis=1)))), camera))
+            found.append((_apart_px(camera, sheet_points, points_px), camera))
     return sorted(found, key=lambda one: one[0])
 
 
@@ -107,31 +110,6 @@ def best_camera(
     return min(found, key=lambda one: one[0], default=None)
 
 
-def _solve_focal(scene: Scene, lens: Lens) -> Lens:
-    """The lens with the focal length whose best pose fits the scene's points best.
-
-    A weak prior decides where the points cannot.
-    """
-    side, points = max(lens.size), (scene.sheet_points, scene.points_px)
-
-    def with_focal(log_ratio: float) -> Lens:
-        return Lens.centred(float(np.exp(log_ratio)) * side, lens.size, lens.distortion)
-
-    def cost(log_ratio: float) -> float:
-        found = best_camera(*points, [with_focal(log_ratio)])
-        misfit = 1e6 if found is None else len(scene.points_px) * found[0] ** 2
-        if found is not None and scene.camera_height is not None:
-            rise = np.log(found[1].position[2] / scene.camera_height)
-            misfit += (rise / MEASURED_HEIGHT_SIGMA) ** 2
-        return misfit + ((log_ratio - np.log(FOCAL_PRIOR[0])) / FOCAL_PRIOR[1]) ** 2
-
-    tried = np.linspace(np.log(FOCAL_RANGE[0]), np.log(FOCAL_RANGE[1]), 61)
-    best = int(np.argmin([cost(x) for x in tried]))
-    low, high = tried[max(best - 1, 0)], tried[min(best + 1, len(tried) - 1)]
-    found = minimize_scalar(cost, bounds=(low, high), method="bounded", options={"xatol": 1e-6})
-    return with_focal(found.x)
-
-
 def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
     """A lens, and others to try where its focal length or its distortion is unknown."""
     lenses = [lens]
@@ -142,7 +120,12 @@ def trial_lenses(lens: Lens, *, focal: bool, bends: bool) -> list[Lens]:
 
 
 def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
-    """The camera that sees the scene's points where they were marked.
+    """The camera that sees the scene's points where they were marked; see `marked_camera`."""
+    return marked_camera(scene, size).camera
+
+
+def marked_camera(scene: Scene, size: tuple[int, int]) -> RefinedCamera:
+    """The camera that sees the scene's points where they were marked, and how well it is known.
 
     Without a camera matrix the focal length is solved with the pose, for square pixels and a
     principal point at the image's centre. Where no distortion is given, the lens counts as free of
@@ -161,22 +144,47 @@ def camera_from_scene(scene: Scene, size: tuple[int, int]) -> Camera:
     _check_axis(scene, size)
     scene = scene.for_size(size)
     scene.check_inside(size)
-    distortion = NO_DISTORTION if scene.distortion is None else scene.distortion
-    matrix = scene.camera_matrix
-    lens = Lens.centred(1.0, size, distortion)
-    lens = _solve_focal(scene, lens) if matrix is None else replace(lens, matrix=matrix)
-    points = scene.sheet_points, scene.points_px
-    found = best_camera(*points, [lens])
+    matrix, terms = scene.camera_matrix, scene.distortion
+    lens = Lens.centred(max(size), size, NO_DISTORTION if terms is None else terms)
+    lens = lens if matrix is None else replace(lens, matrix=matrix)
     limit_px = MAX_MISFIT * float(np.hypot(*size))
-    if scene.distortion is None and (found is None or found[0] > limit_px):
-        found = best_camera(*points, trial_lenses(lens, focal=matrix is None, bends=True)) or found
-    if found is None or found[0] > limit_px:
-        raise InputError(
-            "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
-            source=scene.source,
-            where="corners_px" if scene.has_corners else "points",
-        )
-    return found[1]
+    for bends in (False, True)[: 1 + (terms is None)]:
+        solved = _by_marks(scene, lens, FreeLens(focal=matrix is None, bends=bends))
+        if solved is not None and solved[0] <= limit_px:
+            return solved[1]
+    raise InputError(
+        "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
+        source=scene.source,
+        where="corners_px" if scene.has_corners else "points",
+    )
+
+
+def _by_marks(scene: Scene, lens: Lens, free: FreeLens) -> tuple[float, RefinedCamera] | None:
+    """The most likely camera by a scene's points and the prior of cameras.
+
+    Returns
+    -------
+    root mean square distance of the points from where it puts them [px], and the camera; None
+    where no camera above the ice has all points before it
+    """
+    points = scene.sheet_points, scene.points_px
+    lenses = trial_lenses(lens, focal=free.focal, bends=free.bends)
+    starts = [one for k in lenses for one in cameras_from_points(*points, k)[:1]]
+    fit = PaintFit(
+        grey=np.empty((0, 0), np.float32),
+        origin=(0, 0),
+        markings=markings_of(scene.sheet),
+        sheet_points=scene.sheet_points,
+        points_px=scene.points_px,
+        lens=free,
+        height=height_prior(scene.camera_height),
+    )
+    nearest = sorted(starts, key=lambda one: one[0])[:FOLLOWED]
+    found = [fit.fit(camera, NOTHING_MEASURED, free, 1.0) for _, camera in nearest]
+    if not found:
+        return None
+    best = min(found, key=lambda one: one.misfit)
+    return _apart_px(best.camera, *points), best
 
 
 def place_sigma(scene: Scene, camera: Camera, xy: Floats) -> Floats:
@@ -195,14 +203,13 @@ def place_sigma(scene: Scene, camera: Camera, xy: Floats) -> Floats:
         places, sigma = scene.place_sigma[:, :2], scene.place_sigma[:, 2]
         weight = 1 / np.maximum(np.linalg.norm(xy[:, None] - places, axis=2), 1e-3) ** 4
         return weight @ sigma / weight.sum(axis=1)
-    steps = 1e-5 * np.eye(6)
-    beside = [camera.moved(step, KNOWN_LENS) for step in steps]
-    marks = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
-    pull = np.stack([(c.project(marks) - camera.project(marks)).ravel() for c in beside], axis=1)
-    px = camera.project(np.column_stack([xy, np.zeros(len(xy))]))
-    moved = np.stack([c.on_plane(px) - xy for c in beside], axis=2)
-    covariance = CLICK_SIGMA_PX**2 * np.linalg.pinv(pull.T @ pull)
-    return np.sqrt(np.einsum("nip,pq,niq->n", moved, covariance, moved) / 2)
+    return marked_camera(scene, camera.size).place_sigma(xy)
+
+
+def _apart_px(camera: Camera, sheet_points: Floats, points_px: Floats) -> float:
+    """Root mean square distance of points from where a camera puts them [px]."""
+    there = camera.project(np.column_stack([sheet_points, np.zeros(len(sheet_points))]))
+    return float(np.sqrt(np.mean(np.sum((there - points_px) ** 2, axis=1))))
 
 
 def _check_axis(scene: Scene, size: tuple[int, int]) -> None:

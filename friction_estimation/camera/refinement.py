@@ -1,16 +1,14 @@
-"""From points marked by hand to a camera that the painted lines agree with.
+"""The camera that sees the painted lines where they are in a picture.
 
-Corners are marked to a few pixels, which is metres at the far end of a sheet; rings, hog lines and
-the border are seen in hundreds of points to a tenth of a pixel. The pose is fitted to those, from a
-wide search to a narrow one, and with it the unknown parts of the lens. A camera counts as found
-only if every ring and line in view is where it puts it.
+One search serves films and photos: from each of several cameras to begin with, the paint is sought
+in narrower and narrower rounds, until two of them lead to cameras that all of the paint agrees
+with. Clicked points, known parts of a lens and rough marks only differ in where it begins.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from itertools import product
 
 import cv2
 import numpy as np
@@ -19,127 +17,135 @@ from curling_env.typing import Floats, Image, Singles
 from friction_estimation.camera.agreement import disagreeing, seen_curves
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.lens import KNOWN_LENS, FreeLens
-from friction_estimation.camera.markings import fitted_markings, grey_levels, markings_of
-from friction_estimation.camera.paint_fit import FittedCamera, PaintFit
-from friction_estimation.camera.pose import cameras_from_points, trial_lenses
+from friction_estimation.camera.markings import (
+    Markings,
+    fitted_markings,
+    grey_levels,
+    markings_of,
+)
+from friction_estimation.camera.paint_fit import PaintFit
+from friction_estimation.camera.pose import (
+    NOTHING_MEASURED,
+    cameras_from_points,
+    trial_lenses,
+)
+from friction_estimation.camera.refined import (
+    RefinedCamera,
+    height_prior,
+    log_height_prior,
+    unrefined,
+)
 from friction_estimation.camera.scene import Scene
 from friction_estimation.camera.tuning import (
-    CAMERA_HEIGHT_PRIOR,
     DISPLACED_SEARCH_PX,
-    EQUAL_COST_RATIO,
-    FOCAL_PRIOR,
     MAX_MISFIT,
     MAX_STARTS,
-    MEASURED_HEIGHT_SIGMA,
     MIN_MARKINGS,
     MIN_MARKINGS_SHARE,
-    MIN_STARTS,
     NARROW_SEARCHES_PX,
+    SAME_MISFIT,
     SEARCHED_SIDE,
+    SPREAD_SIGMAS,
     WIDE_SEARCHES_PX,
     WORKING_SIDE,
 )
 
+__all__ = [
+    "PaintSolver",
+    "RefinedCamera",
+    "SolvedCamera",
+    "displacement",
+    "log_height_prior",
+    "refine",
+    "refine_again",
+    "refine_at_focal",
+    "unrefined",
+]
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class RefinedCamera:
-    """A camera, and how well the paint on the ice agrees with it.
+class SolvedCamera:
+    """A camera that one search led to, and its agreement with the paint.
 
     Parameters
     ----------
-    camera : after the fit, or as it was where the paint does not improve on it
-    measured : number of points of painted lines that it was fitted to; 0 where it is as it was
-    rms_px : root mean square residual of these points [px]
-    before_px : the same with the camera as it was [px]
-    covariance : (m, m) covariance of the free parameters, see `Camera.moved`
-    lens : the parts of the lens that were fitted
-    misfit : misfit to the paint and to prior knowledge [squared standard errors]
-    farther : a camera that the paint agrees with as well, a standard error of its height away;
-        only where the height comes from something other than the paint
-    disagreeing : names of rings and lines that are not where it puts them; only where none is
-        measured
+    refined : the camera
+    wrong : names of the curves that disagree with it, or are needed and not seen
     """
 
-    camera: Camera
-    measured: int = 0
-    rms_px: float = np.nan
-    before_px: float = np.nan
-    covariance: Floats
-    lens: FreeLens = KNOWN_LENS
-    misfit: float = 0.0
-    farther: Camera | None = None
-    disagreeing: tuple[str, ...] = ()
+    refined: RefinedCamera
+    wrong: tuple[str, ...]
 
-    @classmethod
-    def of_fit(
-        cls, fitted: FittedCamera, lens: FreeLens, before_px: float = np.nan
-    ) -> RefinedCamera:
-        """A camera that was fitted to the paint."""
-        return cls(
-            camera=fitted.camera,
-            measured=fitted.measured,
-            rms_px=fitted.rms_px,
-            before_px=before_px,
-            covariance=fitted.covariance,
-            lens=lens,
-            misfit=fitted.misfit,
-        )
 
-    @property
-    def log_focal_sigma(self) -> float:
-        """Standard error of the logarithm of the focal length; 0 where it was given."""
-        return float(np.sqrt(self.covariance[6, 6])) if self.lens.focal else 0.0
+@dataclass(frozen=True, kw_only=True, eq=False)
+class PaintSolver:
+    """A picture of the sheet, perhaps reduced, and the search for its camera.
 
-    @property
-    def height_doubt(self) -> float:
-        """Standard error of the log height from pictures of stones; 0 without such a height."""
-        if self.farther is None:
-            return 0.0
-        return abs(float(np.log(self.farther.position[2] / self.camera.position[2])))
+    Parameters
+    ----------
+    fit : of a camera to the paint in this picture
+    judged : markings that must agree
+    needed : names of curves that must be seen
+    unit_px : pixels in which the paint is laid exactly
+    scale, size : (2,) the picture's size over that of the whole one, and its width and height
+    """
 
-    def moved(self, parameter: int, step: float) -> Camera:
-        """The camera with one free parameter changed."""
-        delta = np.zeros(len(self.covariance))
-        delta[parameter] = step
-        return self.camera.moved(delta, self.lens)
+    fit: PaintFit
+    judged: Markings
+    needed: tuple[str, ...] = ()
+    unit_px: float = 1.0
+    scale: Floats
+    size: tuple[int, int]
 
-    def place_variance(self, xy: Floats, z: float = 0.0) -> Floats:
-        """Variances of both coordinates due to the camera's pose and lens, (n, 2) [m²].
+    def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
+        """The most likely camera to which the starts lead; None if none agrees with the paint.
+
+        Marks in the wrong place may favour starts that lead astray, so that they are followed until
+        the most likely camera that agrees with all of the paint is found twice.
 
         Parameters
         ----------
-        xy : (n, 2) places [m]
-        z : their height above the ice [m]
+        starts : cameras to begin with, each with the search radii of the first rounds [px]
         """
-        px = self.camera.project(np.column_stack([xy, np.full(len(xy), z)]))
-        count = len(self.covariance)
-        moved = np.zeros((len(xy), 2, count))
-        if self.measured:
-            step = 1e-5
-            for p in range(count):
-                moved[:, :, p] = (self.moved(p, step).on_plane(px, z) - xy) / step
-        variance = np.einsum("nip,pq,niq->ni", moved, self.covariance, moved)
-        if self.farther is not None:
-            variance += (self.farther.on_plane(px, z) - xy) ** 2
-        return variance
+        found: list[SolvedCamera] = []
+        for start, searches in starts:
+            solved = self.followed(start, searches)
+            found += [] if solved is None else [solved]
+            misfits = sorted(one.refined.misfit for one in found if not one.wrong)[:2]
+            if len(misfits) == 2 and misfits[1] - misfits[0] < SAME_MISFIT:
+                break
+        return min(found, key=lambda k: (len(k.wrong), k.refined.misfit), default=None)
 
-    def place_sigma(self, xy: Floats, z: float = 0.0) -> Floats:
-        """Standard error of each coordinate due to the camera, (n,) [m]; see `place_variance`."""
-        return np.sqrt(self.place_variance(xy, z).mean(axis=1))
+    def followed(self, camera: Camera, searches: Sequence[float] = ()) -> SolvedCamera | None:
+        """The camera that a rough one leads to; None where it meets no paint.
 
-    def resized(self, scale: Floats, size: tuple[int, int]) -> RefinedCamera:
-        """The same for pictures enlarged along both sides (2,); see `Lens.resized`.
-
-        The free parameters do not depend on the size of the picture.
+        Parameters
+        ----------
+        searches : search radius of each round before the camera is nearly right [px]
         """
-        factor = float(np.mean(scale))
-        return replace(
-            self,
-            camera=self.camera.resized(scale, size),
-            rms_px=factor * self.rms_px,
-            before_px=factor * self.before_px,
-            farther=None if self.farther is None else self.farther.resized(scale, size),
-        )
+        fit, leading = self.fit, replace(self.fit.lens, minor=False, axis=False)
+        narrow = [self.unit_px * radius for radius in NARROW_SEARCHES_PX]
+        near = fit.approach(camera, searches, leading)
+        end = None if near is None else fit.approach(near, narrow, fit.lens)
+        if end is None:
+            return None
+        measured = fit.measure(end, narrow[-1])
+        if len(measured.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * measured.expected):
+            return None
+        refined = fit.fit(end, measured, fit.lens, 0.5 * self.unit_px)
+        seen = seen_curves(refined.camera, fit.grey, fit.origin, self.judged)
+        met = {curve.name: curve.miss_px for curve in seen if curve.agrees}
+        missing = [name for name in self.needed if name not in met]
+        wrong = tuple(dict.fromkeys([*disagreeing(seen), *missing]))
+        return SolvedCamera(refined=replace(refined, misses_px=met), wrong=wrong)
+
+    def reduced_camera(self, camera: Camera) -> Camera:
+        """A camera of the whole picture as that of this one."""
+        return camera.resized(self.scale, self.size)
+
+    def whole(self, refined: RefinedCamera, size: tuple[int, int]) -> RefinedCamera:
+        """A camera of this picture as that of the whole one, of a width and height [px]."""
+        return refined.resized(1 / self.scale, size)
 
 
 def refine(
@@ -153,13 +159,20 @@ def refine(
     scene : tells which part of the lens is known
     image : (rows, columns, 3) BGR, best without what moves; may be a part of the frame
     origin_px : column and row of the image's upper left pixel in the frame
+
+    Returns
+    -------
+    The camera as it was, where the picture does not show the paint, or disagrees
     """
     no_matrix, no_terms = scene.camera_matrix is None, scene.distortion is None
     lens = FreeLens(focal=no_matrix, bends=no_terms, minor=no_terms, axis=no_matrix)
-    paint = _Paint(scene, camera.size, image, origin_px, lens)
-    fit, small = paint.fit, paint.small(camera)
-    best = paint.from_starts(_starts(small, fit))
-    return paint.better(camera, best)
+    solver = _solver(scene, camera.size, image, origin_px, lens)
+    small = solver.reduced_camera(camera)
+    share = min(1.0, max(small.size) / SEARCHED_SIDE)
+    starts = _starts(small, solver.fit)
+    searches = [share * radius for radius in WIDE_SEARCHES_PX]
+    found = solver.most_likely((start, searches) for start in starts)
+    return _agreeing(camera, solver, found)
 
 
 def refine_again(
@@ -176,9 +189,9 @@ def refine_again(
     -------
     The camera as it was, where the picture does not show the paint
     """
-    paint = _Paint(scene, refined.camera.size, image, origin_px, refined.lens)
-    near = paint.fit.approach(paint.small(refined.camera), NARROW_SEARCHES_PX, refined.lens)
-    found = paint.better(refined.camera, near)
+    solver = _solver(scene, refined.camera.size, image, origin_px, refined.lens)
+    near = solver.followed(solver.reduced_camera(refined.camera))
+    found = _agreeing(refined.camera, solver, near)
     return found if found.measured else refined
 
 
@@ -194,12 +207,13 @@ def displacement(
     refined : the camera
     scene, image, origin_px : as in `refine`
     """
-    paint = _Paint(scene, refined.camera.size, image, origin_px, KNOWN_LENS)
-    measured = paint.fit.measure(paint.small(refined.camera), DISPLACED_SEARCH_PX)
+    solver = _solver(scene, refined.camera.size, image, origin_px, KNOWN_LENS)
+    measured = solver.fit.measure(solver.reduced_camera(refined.camera), DISPLACED_SEARCH_PX)
     if len(measured.index) < max(MIN_MARKINGS, 0.5 * refined.measured):
         return float(np.inf)
     # Across a line that moves along itself nothing is seen to move; most do not.
-    return float(paint.factor * np.sqrt(2 * np.median(measured.offset_px**2)))
+    off_px = np.sqrt(2 * np.median(measured.offset_px**2))
+    return float(off_px / np.mean(solver.scale))
 
 
 def refine_at_focal(
@@ -222,35 +236,17 @@ def refine_at_focal(
     None where the paint contradicts it
     """
     drift = refined.covariance[:, 6] / refined.covariance[6, 6]
-    fixed = replace(refined.lens, focal=False)
-    paint = _Paint(scene, refined.camera.size, image, origin_px, fixed)
-    camera = paint.small(refined.camera)
+    fixed, size = replace(refined.lens, focal=False), refined.camera.size
+    solver = _solver(scene, size, image, origin_px, fixed)
+    camera = solver.reduced_camera(refined.camera)
     steps = max(1, int(np.ceil(abs(log_change) / 0.1)))
     for _ in range(steps):  # in small steps, because the other parameters follow along a curve
         camera = camera.moved(drift * log_change / steps, refined.lens)
-    found = paint.fit.approach(camera, NARROW_SEARCHES_PX, fixed)
+    found = solver.fit.approach(camera, NARROW_SEARCHES_PX, fixed)
     if found is None:
         return None
-    return replace(paint.fitted(found), before_px=refined.before_px)
-
-
-def height_prior(measured: float | None) -> tuple[float, float]:
-    """Median of a camera's height [m] and its spread in log; narrow where it was measured."""
-    return CAMERA_HEIGHT_PRIOR if measured is None else (measured, MEASURED_HEIGHT_SIGMA)
-
-
-def log_height_prior(camera: Camera, measured: float | None = None) -> float:
-    """Return the prior cost of a camera's height and focal length [squared standard deviations]."""
-    middle, spread = height_prior(measured)
-    usual, focal_spread = FOCAL_PRIOR
-    focal = camera.lens.focal_px / (0.5 * np.hypot(*camera.size))
-    height_off = np.log(camera.position[2] / middle) / spread
-    return float(height_off**2 + (np.log(focal / usual) / focal_spread) ** 2)
-
-
-def unrefined(camera: Camera, disagreeing: tuple[str, ...] = ()) -> RefinedCamera:
-    """A camera that was not compared with the paint, or does not agree with it."""
-    return RefinedCamera(camera=camera, covariance=np.zeros((6, 6)), disagreeing=disagreeing)
+    fitted = solver.fit.fit(found, solver.fit.measure(found, 2.0), fixed, 0.5)
+    return solver.whole(fitted, size)
 
 
 def reduced(
@@ -282,106 +278,71 @@ def reduced(
     return np.asarray(small, dtype=np.float32), origin_px, np.divide(size, (columns, rows))
 
 
-class _Paint:
-    """A picture of the sheet, at most `WORKING_SIDE` large, and the fit of a camera to it.
+def _solver(
+    scene: Scene,
+    size: tuple[int, int],
+    image: Image | Singles,
+    origin_px: tuple[int, int],
+    lens: FreeLens,
+) -> PaintSolver:
+    """The search in a picture of a scene; see `refine`.
 
     Parameters
     ----------
-    scene : the points, what is known of the lens, and the sheet
     size : width and height of the whole picture [px]
-    image, origin_px : as in `refine`
     lens : the unknown parts of the lens
     """
-
-    def __init__(
-        self,
-        scene: Scene,
-        size: tuple[int, int],
-        image: Image | Singles,
-        origin_px: tuple[int, int],
-        lens: FreeLens,
-    ) -> None:
-        self.factor = max(1, int(np.ceil(max(size) / WORKING_SIDE)))
-        grey, origin, self._scale = reduced(grey_levels(image), origin_px, self.factor)
-        self._size, self._small = size, (size[0] // self.factor, size[1] // self.factor)
-        self._sheet = scene.sheet
-        self.fit = PaintFit(
-            grey=grey,
-            origin=origin,
-            markings=fitted_markings(scene.sheet),
-            sheet_points=scene.sheet_points,
-            points_px=(scene.for_size(size).points_px + 0.5) * self._scale - 0.5,
-            lens=lens,
-            height=height_prior(scene.camera_height),
-        )
-
-    def small(self, camera: Camera) -> Camera:
-        """A camera of the whole picture as that of the smaller one."""
-        return camera.resized(self._scale, self._small)
-
-    def from_starts(self, starts: Sequence[Camera]) -> Camera | None:
-        """The best camera of the smaller picture that any of several starts leads to.
-
-        Points that were marked in the wrong place may favour starts that lead astray; more starts
-        are followed until the paint agrees.
-        """
-        fit, leading = self.fit, replace(self.fit.lens, minor=False, axis=False)
-        best, least = None, (True, np.inf)
-        share = min(1.0, max(self._small) / SEARCHED_SIDE)
-        for k, (searches, start) in enumerate(product(WIDE_SEARCHES_PX, starts[:MAX_STARTS])):
-            if not least[0] and k >= MIN_STARTS:
-                break
-            near = fit.approach(start, [share * radius for radius in searches], leading)
-            end = None if near is None else fit.approach(near, NARROW_SEARCHES_PX, fit.lens)
-            if end is None:
-                continue
-            rank = bool(self.disagreeing(end)), fit.cost(end)
-            if rank < least:
-                best, least = end, rank
-        return best
-
-    def disagreeing(self, camera: Camera) -> tuple[str, ...]:
-        """Names of the curves that are not where a camera of the smaller picture puts them."""
-        markings = markings_of(self._sheet)
-        return disagreeing(seen_curves(camera, self.fit.grey, self.fit.origin, markings))
-
-    def fitted(self, camera: Camera, before: Camera | None = None) -> RefinedCamera:
-        """A camera of the smaller picture as that of the whole one, after a last fit."""
-        fit, measured = self.fit, self.fit.measure(camera, 2.0)
-        before_px = np.nan if before is None else float(np.sqrt(fit.cost(before)))
-        fitted = fit.fit(camera, measured, fit.lens, 0.5)
-        return RefinedCamera.of_fit(fitted, fit.lens, before_px).resized(
-            1 / self._scale, self._size
-        )
-
-    def better(self, before: Camera, after: Camera | None) -> RefinedCamera:
-        """The one of two cameras that the paint agrees with better.
-
-        Parameters
-        ----------
-        before, after : a camera of the whole picture, and one of the smaller picture
-        """
-        fit, small = self.fit, self.small(before)
-        if after is None:
-            return unrefined(before)
-        if fit.cost(after) > EQUAL_COST_RATIO * fit.cost(small):
-            after = small  # there is nothing to improve on points that were marked exactly
-        measured = fit.measure(after, 2.0)
-        if len(measured.index) < max(MIN_MARKINGS, MIN_MARKINGS_SHARE * measured.expected):
-            return unrefined(before)
-        wrong = self.disagreeing(after)
-        if wrong:
-            return unrefined(before, wrong)
-        found = self.fitted(after, small)
-        return replace(found, camera=before) if after is small else found
+    factor = max(1, int(np.ceil(max(size) / WORKING_SIDE)))
+    grey, origin, scale = reduced(grey_levels(image), origin_px, factor)
+    fit = PaintFit(
+        grey=grey,
+        origin=origin,
+        markings=fitted_markings(scene.sheet),
+        sheet_points=scene.sheet_points,
+        points_px=(scene.for_size(size).points_px + 0.5) * scale - 0.5,
+        lens=lens,
+        height=height_prior(scene.camera_height),
+    )
+    small = size[0] // factor, size[1] // factor
+    return PaintSolver(fit=fit, judged=markings_of(scene.sheet), scale=scale, size=small)
 
 
-def _starts(camera: Camera, fit: PaintFit) -> list[Camera]:
-    """Cameras to begin with, those that meet the points best first."""
+def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -> RefinedCamera:
+    """A camera of the whole picture that agrees with the paint; else the one before."""
+    if found is None or found.wrong:
+        return unrefined(before, () if found is None else found.wrong)
+    return solver.whole(found.refined, before.size)
+
+
+def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
+    """Cameras to begin with: those that meet the points best, and others that marks leave open."""
     starts = [
         one
         for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
         for one in cameras_from_points(fit.sheet_points, fit.points_px, lens)[:1]
     ]
     starts.sort(key=lambda one: one[0])
-    return [found for rms_px, found in starts if rms_px < MAX_MISFIT * max(camera.size)]
+    near = [found for rms_px, found in starts if rms_px < MAX_MISFIT * max(camera.size)]
+    yield from near[:MAX_STARTS]
+    for first in near[:1]:
+        step, lens = _loosest(first, fit)
+        yield from (first.moved(sigmas * step, lens) for sigmas in SPREAD_SIGMAS)
+
+
+def _loosest(camera: Camera, fit: PaintFit) -> tuple[Floats, FreeLens]:
+    """The step of a camera, one standard error of the marks, that moves the paint most.
+
+    Returns
+    -------
+    the step, and the parts of the lens that it moves
+    """
+    lens = replace(fit.lens, minor=False, axis=False)
+    covariance = fit.fit(camera, NOTHING_MEASURED, lens, 1.0).covariance
+    values, vectors = np.linalg.eigh(covariance)
+    ways = vectors * np.sqrt(np.maximum(values, 0.0))
+    points = np.column_stack([fit.markings.xy, np.zeros(len(fit.markings.xy))])
+    points = points[camera.sees(points)]
+    there, small = camera.project(points), 1e-2
+    moved = [(camera.moved(small * way, lens).project(points) - there).ravel() for way in ways.T]
+    effect = np.nan_to_num(np.stack(moved, axis=1))
+    return ways @ np.linalg.svd(effect, full_matrices=False)[2][0], lens

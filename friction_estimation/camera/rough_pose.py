@@ -11,7 +11,7 @@ differential evolution. Colours do not matter, nor does the size of the picture.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import cv2
 import numpy as np
@@ -20,7 +20,7 @@ from scipy.optimize import differential_evolution
 from curling_env.sheet import HOG_LINE_WIDTH, HOG_LINE_Y, RING_RADII, TEE_Y
 from curling_env.typing import Floats, Singles
 from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.lens import Lens
+from friction_estimation.camera.lens import Lens, distort
 
 MARK_REACH = 0.35
 """Largest distance of a mark from its place [m]."""
@@ -111,11 +111,10 @@ class RoughSearch:
         )
         lens, rotation, translation = self._poses(found.x[:, None])
         focal, bend, stretch = (float(v[0]) for v in lens)
-        return Camera(
-            lens=Lens.centred(focal, self._size).bent(bend, further=True).stretched(stretch),
-            rotation=rotation[0],
-            translation=translation[0],
-        )
+        bent = Lens.centred(focal, self._size).bent(bend, further=True)
+        taller = replace(bent, matrix=bent.matrix * [[1.0], [np.exp(stretch)], [1.0]])
+        taller.matrix[:2, 2] = bent.matrix[:2, 2]
+        return Camera(lens=taller, rotation=rotation[0], translation=translation[0])
 
     def _poses(self, x: Floats) -> tuple[tuple[Floats, Floats, Floats], Floats, Floats]:
         """Focal length, bend and stretch, rotation and translation of candidates (9, n)."""
@@ -157,8 +156,8 @@ class RoughSearch:
         local = self._ice @ rotation[:, :, :2].transpose(0, 2, 1) + translation[:, None]
         with np.errstate(divide="ignore", invalid="ignore", over="ignore"):
             flat = local[..., :2] / np.where(local[..., 2:] > 0, local[..., 2:], np.nan)
-            bent = (bend * (2 * focal / max(self._size)) ** 2)[:, None] * np.sum(flat**2, axis=2)
-            flat *= (1 + bent + bent**2)[..., None]
+            first = (bend * (2 * focal / max(self._size)) ** 2)[:, None]
+            flat = np.stack(distort(*np.moveaxis(flat, 2, 0), (first, first**2, 0, 0, 0)), axis=2)
         focals = np.stack([focal, focal * np.exp(stretch)], axis=1)
         px = flat * focals[:, None] + np.array(self._size) / 2
         *rings, hog_above, hog_below, centre_left, centre_right = (

@@ -1,8 +1,4 @@
-"""The sheet seen from above, by the paper's homography.
-
-A misprint of the paper is corrected here: in equation 1 the last row of the homography is
-(h31, h32, h33), and a point of the image is (x, y, 1).
-"""
+"""The sheet seen from above."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false, reportReturnType=false
@@ -64,21 +60,6 @@ class TopView:
                 self.sheet.length / 2 - (px[:, 1] + 0.5) / self.px_per_m,
             ]
         )
-
-    def homography(self, camera: Camera) -> Floats:
-        """From undistorted pixels to the view, (3, 3): the paper's H (equations 1 and 2)."""
-        ground = np.column_stack([camera.rotation[:, 0], camera.rotation[:, 1], camera.translation])
-        to_image = camera.lens.matrix @ ground
-        scale = self.px_per_m
-        to_view = np.array(
-            [
-                [scale, 0, self.sheet.width / 2 * scale - 0.5],
-                [0, -scale, self.sheet.length / 2 * scale - 0.5],
-                [0, 0, 1.0],
-            ]
-        )
-        homography = to_view @ np.linalg.inv(to_image)
-        return homography / homography[2, 2]
 
     def maps(self, camera: Camera) -> tuple[NDArray[np.float32], NDArray[np.float32]]:
         """For every pixel of the view its place in the raw image, as `cv2.remap` takes it."""

@@ -7,11 +7,6 @@ and with clicks of 3 px, and checked on photos of clubs. What concerns the kind 
 
 # --- the pose from known points -------------------------------------------------------------------
 
-FOCAL_RANGE = (0.25, 8.0)
-"""Focal lengths that are tried, in longer sides of the image: from a 127° to a 7° view."""
-FOCAL_PRIOR = (1.0, 1.5)
-"""Median and spread (in log) of rink cameras' focal lengths, in the same unit. Weak on purpose: it
-decides only where the points cannot, as for a camera that looks straight down."""
 MAX_AXIS_OFFSET = 0.2
 """Share of the image by which no lens is off its middle, unless the image was cut."""
 MAX_MISFIT = 0.02
@@ -82,14 +77,18 @@ OUTLIER_AT = 3.0
 """Residuals of this many times their scale count a quarter (Geman-McClure weights)."""
 NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search radius of each round once the camera is nearly right."""
-WIDE_SEARCHES_PX = ((16.0, 10.0, 6.0), (24.0, 14.0, 8.0, 6.0))
-"""Search radius of the rounds before, and of those where the first do not lead to the paint."""
+WIDE_SEARCHES_PX = (16.0, 10.0, 6.0)
+"""Search radius of the rounds before."""
+SPREAD_SIGMAS = (2.0, -2.0, 4.0, -4.0, 6.0, -6.0)
+"""Steps to other starts, along what marks leave open most [standard errors of the marks]."""
 SEARCHED_SIDE = 1280
 """Longer side of the pictures for which that is right; in smaller ones it is smaller [px]."""
 WORKING_SIDE = 1920
 """Longer side of the pictures to which cameras are fitted [px]; larger ones are reduced."""
-MIN_STARTS = 4
-"""Starting cameras that are followed at least where the lens is unknown."""
+TOLERANCE_PX = 2.0
+"""Largest distance at which a curve is where a camera puts it."""
+SAME_MISFIT = 10.0
+"""Cameras whose misfits differ by less are the same [squared standard errors]."""
 MAX_STARTS = 12
 """Starting cameras that are followed at most."""
 DISPLACED_SEARCH_PX = 6.0
@@ -98,9 +97,6 @@ MIN_MARKINGS = 60
 """Fewer measured points do not outweigh what was marked by hand."""
 MIN_MARKINGS_SHARE = 0.25
 """Share of the points in view that must be found; fewer are chance."""
-EQUAL_COST_RATIO = 1.02
-"""Two cameras whose costs differ by less than this factor agree with the paint equally well: there
-is nothing left to improve on points that were marked exactly."""
 CAMERA_HEIGHT_PRIOR = (8.0, 0.5)
 """Median height of rink cameras [m] and its spread (in log): halls, galleries and tripods. It
 decides only where the paint cannot, as for a camera that looks straight down."""

@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
+from scipy.optimize import root_scalar
 
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import Ice
@@ -22,11 +23,9 @@ from curling_env.physics.wear import IceInUse
 from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction
 from curling_env.throw import MAX_SPEED, Release
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.typing import Floats, Indices
+from friction_estimation.tracks.joint_path import passing_times
 from friction_estimation.tracks.tuning import NEAR_LINE, USUAL_SPIN
-
-ROUNDS = 40
-"""Halvings of the interval of speeds."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -165,26 +164,30 @@ def write_gate_comparison(comparison: GateComparison, folder: Path) -> None:
 
 def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats]:
     """A throw thrown again, and the path that it is predicted to take (n, 2) [m]."""
-    away = bool(track.xy[-1, 1] >= track.xy[0, 1])
-    forward = 1.0 if away else -1.0
-    along = forward * track.xy[:, 1]
+    direction = Direction.AWAY if track.xy[-1, 1] >= track.xy[0, 1] else Direction.HOME
+    along = direction * track.xy[:, 1]
     first, second, tee = (
         np.flatnonzero(np.abs(along - line) < NEAR_LINE)
         for line in (-HOG_LINE_Y, HOG_LINE_Y, TEE_Y)
     )
     if not len(first) or not len(second):
         raise TrackTooShortError(f"throw {track.throw} was not timed at both hog lines")
-    seconds = float(track.t[second].mean() - track.t[first].mean())
-    low, high = 0.1, MAX_SPEED
-    for _ in range(ROUNDS):
-        speed = 0.5 * (low + high)
-        t, y, path = _path(ice, track, forward, speed, order)
-        times = _times_at(t, y, along)
-        is_slow = np.isnan(times[second]).any()
-        is_slow = is_slow or times[second].mean() - times[first].mean() > seconds
-        low, high = (speed, high) if is_slow else (low, speed)
-    t, y, path = _path(ice, track, forward, high, order)
-    times = _times_at(t, y, along)
+
+    def between(times: Floats, begin: Indices, end: Indices) -> float:
+        return float(times[end].mean() - times[begin].mean())
+
+    def sooner(speed: float) -> float:
+        path = _path(ice, track, direction, speed, order, until=TEE_Y + 1.0)
+        predicted = passing_times(path, direction, along, beyond=np.nan)
+        late = between(predicted, first, second) - seconds
+        return -late if np.isfinite(late) else -1e3
+
+    seconds = between(track.t, first, second)
+    speed = MAX_SPEED
+    if sooner(MAX_SPEED) > 0:
+        speed = root_scalar(sooner, bracket=(0.1, MAX_SPEED), xtol=1e-10).root
+    path = _path(ice, track, direction, speed, order)
+    times = passing_times(path, direction, along, beyond=np.nan)
     kept = predicted = sigma = None
     if len(first) == len(second) == 2:
         broken = np.array([np.ptp(track.t[rows]) for rows in (first, second)])
@@ -192,47 +195,44 @@ def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats
         predicted = float(np.ptp(times[first]) / np.ptp(times[second]))
         errors = [float(np.hypot(*track.sigma_t[rows])) for rows in (first, second)]
         sigma = kept * float(np.hypot(*(errors / broken)))
-    later = again = None
-    if len(tee):
-        later = float(track.t[tee].mean() - track.t[second].mean())
-        reached = float(times[tee].mean() - times[second].mean())
-        again = reached if np.isfinite(reached) else None
+    reached = between(times, second, tee) if len(tee) else np.nan
     rethrow = GateRethrow(
         throw=track.throw,
-        direction=Direction(1 if away else -1).name.lower(),
+        direction=direction.name.lower(),
         hog_to_hog_s=seconds,
-        speed=high,
+        speed=speed,
         kept=kept,
         kept_sigma=sigma,
         predicted_kept=predicted,
-        hog_to_tee_s=later,
-        predicted_hog_to_tee_s=again,
+        hog_to_tee_s=between(track.t, second, tee) if len(tee) else None,
+        predicted_hog_to_tee_s=reached if np.isfinite(reached) else None,
     )
-    return rethrow, path
+    return rethrow, path.xy
 
 
 def _path(
-    ice: Ice, track: Trajectory, forward: float, speed: float, order: int
-) -> tuple[Floats, Floats, Floats]:
-    """Times [s], way along the play [m] and path (n, 2) [m] of a throw down the centre line."""
+    ice: Ice,
+    track: Trajectory,
+    direction: Direction,
+    speed: float,
+    order: int,
+    until: float = np.inf,
+) -> Trajectory:
+    """The path of a throw down the centre line, to a place along the play or to its rest."""
+    bounds = NO_BOUNDS.copy()
+    if np.isfinite(until):
+        bounds[3 if direction > 0 else 2] = direction * until
     release = Release(
         x=0.0,
-        y=-forward * (HOG_LINE_Y + NEAR_LINE),
+        y=-direction * (HOG_LINE_Y + NEAR_LINE),
         vx=0.0,
-        vy=forward * speed,
+        vy=direction * speed,
         theta=0.0,
         omega=USUAL_SPIN,
         stone=track.stone,
         clock=track.clock,
         order=order,
     )
-    trajectory = slide(ice, release, bounds=NO_BOUNDS, fps=60.0).trajectory
-    assert trajectory is not None
-    return trajectory.t, forward * trajectory.xy[:, 1], trajectory.xy
-
-
-def _times_at(t: Floats, y: Floats, places: Floats) -> Floats:
-    """Times at which a path is first at places; NaN where it does not get there or begins later."""
-    furthest = np.maximum.accumulate(y)
-    rising = np.concatenate([[True], np.diff(furthest) > 0])
-    return np.interp(places, furthest[rising], t[rising], left=np.nan, right=np.nan)
+    trajectory = slide(ice, release, bounds=bounds, fps=60.0).trajectory
+    assert trajectory is not None  # a rate was given
+    return trajectory

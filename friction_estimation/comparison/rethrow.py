@@ -17,7 +17,7 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.ice import Ice
 from curling_env.infrastructure.files.storage import write_table
-from curling_env.physics.slides import NO_BOUNDS, Slide, slide
+from curling_env.physics.slides import NO_BOUNDS, slide
 from curling_env.physics.wear import IceInUse
 from curling_env.throw import MAX_SPEED, MAX_SPIN, Release
 from curling_env.trajectory import Trajectory
@@ -55,10 +55,8 @@ class Comparison:
     def summary(self) -> dict[str, Any]:
         """Totals and each throw in numbers, for JSON."""
         errors = [k.rest_error for k in self.rethrows if k.rest_error is not None]
-        longs = [k.too_long for k in self.rethrows if k.too_long is not None]
-        lefts = [k.too_far_left for k in self.rethrows if k.too_far_left is not None]
-        both = [s for k in self.rethrows for s in (k.sigmas_too_long, k.sigmas_too_far_left)]
-        sigmas = [s for s in both if s is not None]
+        misses = np.array([k.miss for k in self.rethrows if k.miss is not None])
+        sigmas = [sigma for k in self.rethrows if k.sigmas is not None for sigma in k.sigmas]
         squares = np.concatenate(
             [((k.predicted - k.measured)[k.tested] ** 2).sum(axis=1) for k in self.rethrows]
         )
@@ -73,8 +71,8 @@ class Comparison:
             "rest_error_m": rms(errors),
             "rest_error_median_m": float(np.median(errors)) if errors else None,
             "rest_error_worst_m": max(errors) if errors else None,
-            "too_long_mean_m": float(np.mean(longs)) if longs else None,
-            "too_far_left_mean_m": float(np.mean(lefts)) if lefts else None,
+            "too_long_mean_m": float(misses[:, 1].mean()) if errors else None,
+            "too_far_left_mean_m": float(misses[:, 0].mean()) if errors else None,
             "rest_error_sigmas": rms(sigmas),
             "release_window_s": self.window,
             "each": [rethrow.summary() for rethrow in self.rethrows],
@@ -152,9 +150,7 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
     t = part.t - part.t[0]
     early = t <= max(window, t[min(len(t), 12) - 1])
     release = _fit_release(part, t, early, ice, order)
-    again = _throw(ice, release)
-    path = again.trajectory
-    assert path is not None
+    path = _path(ice, release)
     if part.rests:
         end = part.stretch[1]
         last = part.track.t[:end] > part.t[-1] - 0.1
@@ -168,12 +164,12 @@ def rethrow(part: FreeSlide, ice: Ice, order: int, window: float = RELEASE_WINDO
         release=release,
         t=t,
         measured=part.xy,
-        predicted=_path_at(again, t),
+        predicted=path.at(t),
         tested=~early,
         rest=rest,
-        predicted_rest=np.array([again.x, again.y]),
+        predicted_rest=path.xy[-1],
         rest_time=rest_time,
-        predicted_time=_arrival(path.t, path.xy, np.array([again.x, again.y])),
+        predicted_time=_arrival(path.t, path.xy, path.xy[-1]),
     )
 
 
@@ -195,20 +191,13 @@ def write_comparison(
         folder / "throws.csv",
         {name: ["" if row[name] is None else row[name] for row in rows] for name in rows[0]},
     )
-    counts = [len(k.t) for k in comparison.rethrows]
-    measured = np.concatenate([k.measured for k in comparison.rethrows])
-    predicted = np.concatenate([k.predicted for k in comparison.rethrows])
-    write_table(
-        folder / "paths.csv",
-        {
-            "throw": np.repeat([k.throw for k in comparison.rethrows], counts),
-            "t": np.round(np.concatenate([k.t for k in comparison.rethrows]), 5),
-            "x": np.round(measured[:, 0], 5),
-            "y": np.round(measured[:, 1], 5),
-            "predicted_x": np.round(predicted[:, 0], 5),
-            "predicted_y": np.round(predicted[:, 1], 5),
-        },
-    )
+    paths = [
+        np.column_stack([np.full(len(k.t), k.throw), k.t, k.measured, k.predicted])
+        for k in comparison.rethrows
+    ]
+    titles = ("throw", "t", "x", "y", "predicted_x", "predicted_y")
+    columns = dict(zip(titles, np.round(np.concatenate(paths), 5).T, strict=True))
+    write_table(folder / "paths.csv", {**columns, "throw": columns["throw"].astype(int)})
 
 
 def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int) -> Release:
@@ -221,7 +210,7 @@ def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int)
     state = np.asarray(curve[:2], dtype=np.float64)
     release = _release(state, heading, spin, part, order, sweeps)
     for _ in range(4):
-        residual = xy - _path_at(_throw(ice, release), at)
+        residual = xy - _path(ice, release).at(at)
         size = np.hypot(*residual.T)
         limit = 2.5 * max(robust_deviation(residual.ravel() - np.median(residual)), 1e-6)
         weights = np.sqrt(np.minimum(1.0, limit / np.maximum(size, 1e-12)))[:, None]
@@ -259,15 +248,10 @@ def _release(
     )
 
 
-def _throw(ice: Ice, release: Release) -> Slide:
-    return slide(ice, release, bounds=NO_BOUNDS, fps=60.0)
-
-
-def _path_at(path: Slide, t: Floats) -> Floats:
-    """Positions at times, (n, 2) [m]; after its end, the place of rest."""
-    trajectory = path.trajectory
-    assert trajectory is not None
-    return np.column_stack([np.interp(t, trajectory.t, trajectory.xy[:, k]) for k in range(2)])
+def _path(ice: Ice, release: Release) -> Trajectory:
+    trajectory = slide(ice, release, bounds=NO_BOUNDS, fps=60.0).trajectory
+    assert trajectory is not None  # a rate was given
+    return trajectory
 
 
 def _arrival(t: Floats, xy: Floats, rest: Floats) -> float:

@@ -57,36 +57,36 @@ class Rethrow:
         return None if self.rest is None else float(np.hypot(*(self.predicted_rest - self.rest)))
 
     @property
-    def too_long(self) -> float | None:
-        """Distance by which the prediction runs beyond the measured rest, along the play [m]."""
+    def miss(self) -> tuple[float, float] | None:
+        """Predicted less measured place of rest, to the thrower's left and along the play [m]."""
         if self.rest is None:
             return None
-        return float(self.release.direction * (self.predicted_rest - self.rest)[1])
+        x, y = (self.release.direction * (self.predicted_rest - self.rest)).tolist()
+        return -x, y
+
+    @property
+    def too_long(self) -> float | None:
+        """Distance by which the prediction runs beyond the measured rest, along the play [m]."""
+        return None if self.miss is None else self.miss[1]
 
     @property
     def too_far_left(self) -> float | None:
         """Distance by which the prediction ends left of the measured rest, as the thrower sees it
         [m].
         """
-        if self.rest is None:
+        return None if self.miss is None else self.miss[0]
+
+    @property
+    def sigmas(self) -> tuple[float, float] | None:
+        """`miss` in standard deviations; None where one is unknown."""
+        if self.miss is None or self.rest_sigma is None or not all(self.rest_sigma):
             return None
-        return float(-self.release.direction * (self.predicted_rest - self.rest)[0])
-
-    @property
-    def sigmas_too_long(self) -> float | None:
-        """`too_long` in standard deviations."""
-        along = None if self.rest_sigma is None else self.rest_sigma[1]
-        return self.too_long / along if self.too_long is not None and along else None
-
-    @property
-    def sigmas_too_far_left(self) -> float | None:
-        """`too_far_left` in standard deviations."""
-        across = None if self.rest_sigma is None else self.rest_sigma[0]
-        return self.too_far_left / across if self.too_far_left is not None and across else None
+        return self.miss[0] / self.rest_sigma[0], self.miss[1] / self.rest_sigma[1]
 
     def summary(self) -> dict[str, Any]:
         """The throw in numbers, for JSON and CSV."""
-        rest = (None, None) if self.rest is None else (float(self.rest[0]), float(self.rest[1]))
+        rest = (None, None) if self.rest is None else self.rest.tolist()
+        sigma, sigmas = self.rest_sigma or (None, None), self.sigmas or (None, None)
         return {
             "throw": self.throw,
             "stone": self.stone,
@@ -96,13 +96,13 @@ class Rethrow:
             "rest_y": rest[1],
             "predicted_x": float(self.predicted_rest[0]),
             "predicted_y": float(self.predicted_rest[1]),
-            "rest_sigma_x_m": None if self.rest_sigma is None else self.rest_sigma[0],
-            "rest_sigma_y_m": None if self.rest_sigma is None else self.rest_sigma[1],
+            "rest_sigma_x_m": sigma[0],
+            "rest_sigma_y_m": sigma[1],
             "rest_error_m": self.rest_error,
             "too_long_m": self.too_long,
             "too_far_left_m": self.too_far_left,
-            "sigmas_too_long": self.sigmas_too_long,
-            "sigmas_too_far_left": self.sigmas_too_far_left,
+            "sigmas_too_long": sigmas[1],
+            "sigmas_too_far_left": sigmas[0],
             "path_rms_m": self.path_rms if self.tested.any() else None,
             "rest_time_s": self.rest_time,
             "predicted_time_s": self.predicted_time,

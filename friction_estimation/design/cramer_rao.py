@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.integrate import cumulative_trapezoid
 
 from curling_env.errors import InputError
 from curling_env.physics.motion import GRAVITY
@@ -46,10 +47,10 @@ def uniform_bound(
     ------
     InputError : a number that is not positive, or throws too short to tell anything
     """
-    _check_positive(mu=mu, noise=noise, fps=fps, distance=distance)
+    check_positive(mu=mu, noise=noise, fps=fps)
     information = 0.0
     for speed in np.atleast_1d(np.asarray(speeds, dtype=np.float64)):
-        _check_positive(speed=float(speed))
+        check_positive(speed=float(speed))
         remaining = speed**2 - 2 * GRAVITY * mu * distance
         end = (speed - (np.sqrt(remaining) if remaining > 0 else 0.0)) / (GRAVITY * mu)
         t = np.arange(0.0, end + 1e-9, 1.0 / fps)
@@ -93,7 +94,9 @@ def throw_response(release: Release, *, mu: float, fps: float, sheet: Sheet) -> 
     touched = np.flatnonzero(np.abs(by_cell).max(axis=0) > 0)
     seen = np.arange(0.0, t[-1] + 1e-9, 1.0 / fps)
     at = np.clip(np.rint(seen / _TIME_STEP).astype(int), 0, len(t) - 1)
-    response = _integrate(_integrate(by_cell[:, touched]))
+    response = by_cell[:, touched]
+    for _ in range(2):
+        response = cumulative_trapezoid(response, dx=_TIME_STEP, axis=0, initial=0)
     row, column = sheet.cell_of(xy)
     return ThrowResponse(
         touched=touched,
@@ -134,19 +137,19 @@ def _bilinear_weights(xy: Floats, sheet: Sheet) -> Floats:
     return (along[:, :, None] * across[:, None, :]).reshape(len(xy), -1)
 
 
-def _integrate(values: Floats) -> Floats:
-    """Running integral over time, zero at the start."""
-    mean = 0.5 * _TIME_STEP * (values[1:] + values[:-1])
-    return np.vstack([np.zeros((1, values.shape[1])), np.cumsum(mean, axis=0)])
-
-
 def _beyond_release(t: Floats, response: Floats) -> Floats:
     """The part of a response that an unknown start and speed cannot imitate."""
     q, _ = np.linalg.qr(np.column_stack([np.ones_like(t), t]))
     return response - q @ (q.T @ response)
 
 
-def _check_positive(**numbers: float) -> None:
+def check_positive(**numbers: float) -> None:
+    """Refuse numbers that are not positive and finite, by their names.
+
+    Raises
+    ------
+    InputError : the first such number
+    """
     for name, value in numbers.items():
-        if not value > 0:
-            raise InputError(f"{name} must be positive, got {value}")
+        if not 0 < value < np.inf:
+            raise InputError(f"{name} must be positive and finite, got {value}")

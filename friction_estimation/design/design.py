@@ -7,6 +7,7 @@ played on (greedy A-optimal design), judged by the Cramér–Rao bound. The esti
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Any
@@ -19,9 +20,10 @@ from curling_env.sheet import HOG_LINE_Y, PAPER_SHEET, TEE_Y, Direction, Sheet
 from curling_env.throw import MAX_SPEED, Release, Throw
 from curling_env.typing import Flags, Floats, Progress, no_progress
 from curling_env.units import FOOT, Units
-from curling_env.units import speed as told_speed
+from curling_env.units import speed as speed_in
 from friction_estimation.design.cramer_rao import (
     ThrowResponse,
+    check_positive,
     field_covariance,
     throw_response,
     uniform_bound,
@@ -84,13 +86,7 @@ class Design:
     @property
     def counts(self) -> dict[ThrowKind, int]:
         """Number of throws of each kind, the most frequent first."""
-        each = {kind: self.kinds.count(kind) for kind in dict.fromkeys(self.kinds)}
-        return dict(sorted(each.items(), key=lambda item: -item[1]))
-
-    @property
-    def words(self) -> str:
-        """The design in plain words."""
-        return self.in_words()
+        return dict(Counter(self.kinds).most_common())
 
     def in_words(self, units: Units = Units.METRES) -> str:
         """The design in plain words, with lengths and speeds in these units."""
@@ -105,13 +101,8 @@ class Design:
                 f"{100 * self.error[-1]:.2g} %: ask for coarser detail, measure more exactly, "
                 "or throw slower"
             )
-        by_speed = {
-            speed: sum(kind.speed == speed for kind in self.kinds)
-            for speed in sorted({kind.speed for kind in self.kinds})
-        }
-        speeds = ", ".join(
-            f"{count} at {told_speed(speed, units)}" for speed, count in by_speed.items()
-        )
+        by_speed = sorted(Counter(kind.speed for kind in self.kinds).items())
+        speeds = ", ".join(f"{count} at {speed_in(speed, units)}" for speed, count in by_speed)
         away = sum(kind.direction is Direction.AWAY for kind in self.kinds)
         lines = sorted({kind.line for kind in self.kinds})
         beside = [f"{line / unit:{'+.1f' if feet else '+g'}}" if line else "0" for line in lines]
@@ -141,7 +132,7 @@ class Design:
                 }
                 for kind, times in self.counts.items()
             ],
-            "words": self.words,
+            "words": self.in_words(),
         }
 
 
@@ -185,16 +176,9 @@ def design_throws(
     ------
     InputError : numbers that make no sense, or detail finer than a cell or than can be weighed
     """
-    for name, value in (
-        ("resolution", resolution),
-        ("precision", precision),
-        ("noise", noise),
-        ("fps", fps),
-        ("mu", mu),
-        ("spread", spread),
-    ):
-        if not (value > 0 and np.isfinite(value)):
-            raise InputError(f"{name} must be a positive number, got {value}")
+    check_positive(
+        resolution=resolution, precision=precision, noise=noise, fps=fps, mu=mu, spread=spread
+    )
     if resolution < sheet.cell_size:
         raise InputError(
             f"the resolution cannot be finer than a cell of {sheet.cell_size:g} m, "
@@ -225,13 +209,8 @@ def design_throws(
         if errors[-1] <= precision:
             break
     listed = tuple(kinds[k] for k in thrown)
-    even = uniform_bound(
-        [kind.speed for kind in listed],
-        mu=mu,
-        noise=noise,
-        fps=fps,
-        distance=HOG_LINE_Y + TEE_Y,
-    )
+    thrown_speeds, seen = [kind.speed for kind in listed], HOG_LINE_Y + TEE_Y
+    even = uniform_bound(thrown_speeds, mu=mu, noise=noise, fps=fps, distance=seen)
     return Design(
         resolution=resolution,
         precision=precision,

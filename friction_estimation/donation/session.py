@@ -7,7 +7,7 @@ consent. It contains no thrower, place or date.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -20,8 +20,7 @@ from curling_env.errors import InputError, placed
 from curling_env.infrastructure.files.reading import read_json
 from curling_env.infrastructure.files.schema import Document, FileFormat, Short, checked
 from curling_env.infrastructure.files.storage import write_json
-from curling_env.infrastructure.files.table import Table
-from curling_env.trajectory import TRACK_TABLE, Trajectory, track_columns, tracks_of
+from curling_env.trajectory import Trajectory, track_columns, tracks_of_columns
 from friction_estimation.camera.scene import Scene, SceneDocument, document_of, scene_of
 from friction_estimation.tracks.throw_list import MAX_THROWS
 
@@ -144,16 +143,7 @@ def write_session(session: Session, path: str | Path) -> None:
             "consent": session.consent.strip(),
             "scene": document_of(session.scene),
             "throws": [
-                {
-                    key: value
-                    for key, value in (
-                        ("throw", thrown.throw),
-                        ("athlete", thrown.athlete),
-                        ("hand", thrown.hand or None),
-                        ("called", thrown.called or None),
-                    )
-                    if value is not None
-                }
+                {name: value for name, value in asdict(thrown).items() if value not in (None, "")}
                 for thrown in session.throws
             ],
             "tracks": columns,
@@ -178,11 +168,8 @@ def read_session(path: str | Path) -> Session:
             consent=form.consent,
             licence=form.licence,
             scene=scene,
-            tracks=_tracks(form.tracks, str(path)),
-            throws=[
-                ThrownBy(throw=k.throw, athlete=k.athlete, hand=k.hand or "", called=k.called)
-                for k in form.throws
-            ],
+            tracks=tracks_of_columns(_given(form.tracks), str(path)),
+            throws=[ThrownBy(**_given(thrown)) for thrown in form.throws],
         )
 
 
@@ -194,28 +181,11 @@ def _scene(document: Any, source: str) -> Scene:
         raise InputError(error.problem, source=source, where=where) from error
 
 
-def _tracks(form: TracksDocument, source: str) -> list[Trajectory]:
-    columns: dict[str, list[str]] = {}
-    length = len(form.throw)
-    for column in TRACK_TABLE:
-        given: list[float | None] | None = getattr(form, column.name)
-        if given is None:
-            continue
-        if len(given) != length:
-            raise InputError(
-                f"has {len(given)} entries, throw has {length}",
-                source=source,
-                where=f"tracks.{column.name}",
-            )
-        columns[column.name] = ["" if value is None else repr(value) for value in given]
-    return tracks_of(
-        Table(
-            source=source,
-            columns=columns,
-            rows=range(1, length + 1),
-            known={c.name: c for c in TRACK_TABLE},
-        )
-    )
+def _given(form: Document) -> dict[str, Any]:
+    """Return the entries of a part of a document that are given."""
+    return {
+        name: value for name, value in msgspec.structs.asdict(form).items() if value is not None
+    }
 
 
 def _plain(column: NDArray[Any]) -> list[float | None]:

@@ -19,8 +19,7 @@ from curling_env.ice import Ice, ice_document, parse_ice
 from curling_env.infrastructure.files.reading import parse_json, read_arrays
 from curling_env.infrastructure.files.storage import write_arrays
 from curling_env.infrastructure.files.writing import fitted
-from curling_env.trajectory import Trajectory
-from curling_env.typing import Floats
+from curling_env.trajectory import Trajectory, track_columns, tracks_of_columns
 from friction_estimation.estimation.whole_ice import CameraBiasChoice, EffectsChoice
 
 
@@ -68,10 +67,9 @@ def evidence_path(ice: str | Path) -> Path:
     return Path(ice).with_name(fitted(Path(ice).stem, ".evidence.npz"))
 
 
-_ROWS = ("t", "x", "y", "theta", "swept", "sigma_xy", "sigma_theta")
-_GATES = "sigma_t"
-"""A further one, where light gates timed the throws."""
-_THROWS = ("throw", "stone", "clock", "rows")
+_COLUMNS = {"throw", "t", "x", "y", "theta", "stone", "clock", "swept"}
+"""Columns of the tracks; columns of standard errors may be there too."""
+_INCOMPLETE = "is not the whole evidence of an ice"
 
 
 def save_evidence(
@@ -86,22 +84,9 @@ def save_evidence(
     source : its file
     """
     path = evidence_path(source)
-    rows: dict[str, Any] = {
-        name: np.concatenate([_column(track, name) for track in tracks])
-        for name in (*_ROWS, *([_GATES] if any(track.by_gates for track in tracks) else []))
-    }
-    write_arrays(
-        path,
-        {
-            "mu": ice.friction.mu,
-            "choices": json.dumps(_choices_document(choices)),
-            "throw": [track.throw for track in tracks],
-            "stone": [track.stone for track in tracks],
-            "clock": [track.clock for track in tracks],
-            "rows": [len(track) for track in tracks],
-            **rows,
-        },
-    )
+    document = json.dumps(_choices_document(choices))
+    columns = track_columns(tracks, exact=True)
+    write_arrays(path, {"mu": ice.friction.mu, "choices": document, **columns})
     return path
 
 
@@ -125,48 +110,27 @@ def load_evidence(ice: Ice, source: str | Path) -> Evidence:
             source=source,
         )
     columns = read_arrays(path, what="the evidence of an ice")
-    if not {*_ROWS, *_THROWS, "mu", "choices"} <= columns.keys():
+    if not {*_COLUMNS, "mu", "choices"} <= columns.keys():
         problem = "has no throws in it: estimate the ice once more from its tracks"
         raise InputError(problem, source=path)
-    mu, counts = columns["mu"], columns["rows"]
-    names = (*_ROWS, *([_GATES] if _GATES in columns else []))
-    flat = all(columns[name].ndim == 1 and columns[name].dtype.kind in "biuf" for name in names)
-    whole = all(columns[name].ndim == 1 for name in _THROWS) and counts.dtype.kind in "iu"
-    if not (flat and whole and mu.dtype.kind == "f"):
-        raise InputError("is not the whole evidence of an ice", source=path)
+    mu, choices = columns.pop("mu"), str(columns.pop("choices"))
+    counts = columns.pop("rows", None)
+    if counts is not None:  # releases up to 0.2.0 wrote the labels once for each throw
+        if counts.dtype.kind not in "iu" or counts.min(initial=0) < 0:
+            raise InputError(_INCOMPLETE, source=path)
+        for name in ("throw", "stone", "clock"):
+            if columns[name].shape != counts.shape:
+                raise InputError(_INCOMPLETE, source=path)
+            columns[name] = np.repeat(columns[name], counts)
+    if mu.dtype.kind != "f" or any(
+        column.ndim != 1 or column.dtype.kind not in "biuf" for column in columns.values()
+    ):
+        raise InputError(_INCOMPLETE, source=path)
     if mu.shape != ice.friction.mu.shape or not np.allclose(mu, ice.friction.mu, rtol=1e-9):
         raise InputError(f"belongs to another ice than {source}", source=path)
-    if (
-        any(len(columns[name]) != len(counts) for name in _THROWS)
-        or any(len(columns[name]) != counts.sum() for name in names)
-        or (counts < 1).any()
-    ):
-        raise InputError("is not the whole evidence of an ice", source=path)
-    tracks: list[Trajectory] = []
-    ends = np.cumsum(counts)
-    for k, end in enumerate(ends):
-        own = {name: columns[name][end - counts[k] : end].astype(np.float64) for name in names}
-        sigma = {
-            name: own[name]
-            for name in ("sigma_xy", "sigma_theta", _GATES)
-            if name in own and np.isfinite(own[name]).any()
-        }
-        try:
-            tracks.append(
-                Trajectory(
-                    throw=int(columns["throw"][k]),
-                    stone=int(columns["stone"][k]),
-                    clock=float(columns["clock"][k]),
-                    t=own["t"],
-                    xy=np.column_stack([own["x"], own["y"]]),
-                    theta=own["theta"],
-                    swept=own["swept"],
-                    **sigma,
-                )
-            )
-        except (InputError, ValueError, OverflowError) as error:
-            raise InputError(f"throw {k} in it is no path: {error}", source=path) from error
-    return Evidence(tracks=tracks, choices=_parse_choices(str(columns["choices"]), path))
+    cells = {name: column.tolist() for name, column in columns.items()}
+    tracks = tracks_of_columns(cells, str(path))
+    return Evidence(tracks=tracks, choices=_parse_choices(choices, path))
 
 
 def _choices_document(choices: Choices) -> dict[str, Any]:
@@ -195,7 +159,7 @@ def _parse_choices(text: str, path: Path) -> Choices:
             effects=effects, camera_bias=camera_bias, uniform=bool(document["uniform"]), **ices
         )
     except (ValueError, KeyError, TypeError, InputError) as error:
-        raise InputError("is not the whole evidence of an ice", source=path) from error
+        raise InputError(_INCOMPLETE, source=path) from error
 
 
 def with_later_throws(
@@ -206,11 +170,13 @@ def with_later_throws(
     Later throws get numbers that go on from the earlier ones.
     """
     tracks, remarks = list(earlier), list[str]()
+    numbers: dict[int, int] = {}
+    first = max((track.throw for track in earlier), default=-1) + 1
     for track in later:
         if any(_is_same(track, other) for other in earlier):
             remarks.append(f"throw {track.throw} is among the earlier throws and counts once")
             continue
-        number = max(other.throw for other in tracks) + 1
+        number = numbers.setdefault(track.throw, first + len(numbers))
         tracks.append(replace(track, throw=number))
     return tracks, remarks
 
@@ -219,11 +185,3 @@ def _is_same(one: Trajectory, other: Trajectory) -> bool:
     return (
         len(one) == len(other) and np.array_equal(one.t, other.t) and np.allclose(one.xy, other.xy)
     )
-
-
-def _column(track: Trajectory, name: str) -> Floats:
-    """A column of a track; NaN where the track has none."""
-    if name in ("x", "y"):
-        return track.xy[:, "xy".index(name)]
-    values = np.asarray(getattr(track, name), dtype=np.float64)
-    return values if values.size else np.full(len(track), np.nan)

@@ -7,7 +7,7 @@ __getattr__, __dir__ = lazy_names(
     {
         "discovery_figures": ("residual_pictures",),
         "discovery_page": ("write_report_page",),
-        "draw_weight": ("worth_of_a_per_cent",),
+        "draw_weight": ("DrawWeight",),
         "estimate_page": ("Still", "headline", "write_report"),
         "html": ("write_page",),
         "keen_and_heavy": ("in_a_sentence", "relative_map", "zones"),

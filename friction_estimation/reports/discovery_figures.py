@@ -162,7 +162,8 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
     """
     if found.session.gates is not None:
         return []
-    wanted = [(effect.label, _shown_over(effect.label)) for effect in found.effects]
+    ways = [(effect.label, way_of(effect.label)) for effect in found.effects]
+    wanted = [(label, "speed" if way is None else way.shown_over) for label, way in ways]
     wanted += [("unknown", d.variable) for d in found.dependences if d.variable in LABELS]
     out: list[tuple[str, Figure]] = []
     before, after = found.final_base, replace(found.final, session=found.seen.session)
@@ -175,12 +176,6 @@ def residual_pictures(found: Discovery) -> list[tuple[str, Figure]]:
         else:
             out.append((label, _within_throws(before, after, label, variable, found.dependences)))
     return out
-
-
-def _shown_over(label: str) -> str:
-    """The variable over which an effect is drawn."""
-    way = way_of(label)
-    return way.shown_over if way is not None else "speed"
 
 
 def _pushes(label: str) -> tuple[Push, ...]:
@@ -209,11 +204,10 @@ def _before_and_after(
     for ax, (place, value, error), colour, name in zip(
         axes, pairs, (BEFORE, AFTER), ("before", "after"), strict=True
     ):
-        plain_axes(ax)
+        plain_axes(ax, LABELS[variable])
         ax.errorbar(place, value, error, fmt="o", color=colour, ms=4.5, lw=1)
         ax.axhline(0, color=FAINT, lw=0.8)
         ax.set_title(name, fontsize=9, loc="left")
-        ax.set_xlabel(LABELS[variable], fontsize=9)
         if variable == "swept":
             ax.set_xticks([0, 1], ["unswept", "swept"])
         if variable == "stone":

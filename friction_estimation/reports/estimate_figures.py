@@ -14,6 +14,7 @@ from curling_env.physics.motion import GRAVITY
 from curling_env.render.figures import (
     INK,
     KEEN_TO_HEAVY,
+    SOFT,
     TRACK_COLOURS,
     UNCERTAINTY,
     draw_map,
@@ -25,12 +26,12 @@ from curling_env.render.figures import (
     show_lengthwise,
 )
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
-from curling_env.units import Units, length
-from curling_env.units import speed as speed_in
+from curling_env.typing import Floats
+from curling_env.units import Units, length, speed
 from friction_estimation.estimation.camera_bias import CameraBias
 from friction_estimation.estimation.estimate import Estimate
 from friction_estimation.estimation.paper_method import estimate_by_paper
-from friction_estimation.reports.draw_weight import draw_weight
+from friction_estimation.reports.draw_weight import DrawWeight
 from friction_estimation.tracks.smoothing import smooth_motion
 
 
@@ -71,30 +72,20 @@ def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
     relative = 100 * (friction.mu / level - 1)
     seen = friction.observed
     reach = max(float(np.percentile(np.abs(relative[seen]), 99)), 1.0)
+    colours = {"cmap": KEEN_TO_HEAVY, "vmin": -reach, "vmax": reach}
     hidden = np.where(seen, 1.0, 0.35)
-    layer = draw_map(
-        top,
-        sheet,
-        relative,
-        smooth=False,
-        cmap=KEEN_TO_HEAVY,
-        vmin=-reach,
-        vmax=reach,
-        alpha=hidden,
-    )
-    bar = figure.colorbar(layer, ax=top, pad=0.01, aspect=11, shrink=0.82)
-    bar.set_label("keener ← % → heavier", fontsize=8, color=INK)
+    layer = draw_map(top, sheet, relative, smooth=False, alpha=hidden, **colours)
     error = 100 * friction.sigma / level
-    limits = (0.0, max(float(np.percentile(error, 98)), 1e-3))
-    sigma = draw_map(
-        bottom, sheet, error, smooth=False, cmap=UNCERTAINTY, vmin=limits[0], vmax=limits[1]
-    )
-    bar_sigma = figure.colorbar(sigma, ax=bottom, pad=0.01, aspect=11, shrink=0.82)
-    bar_sigma.set_label("standard error, %", fontsize=8, color=INK)
-    for bar_ in (bar, bar_sigma):
-        bar_.ax.tick_params(labelsize=8, colors="#55606b")
-        bar_.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
-    for ax in (top, bottom):
+    most = max(float(np.percentile(error, 98)), 1e-3)
+    sigma = draw_map(bottom, sheet, error, smooth=False, cmap=UNCERTAINTY, vmin=0.0, vmax=most)
+    for ax, drawn, label in (
+        (top, layer, "keener ← % → heavier"),
+        (bottom, sigma, "standard error, %"),
+    ):
+        bar = figure.colorbar(drawn, ax=ax, pad=0.01, aspect=11, shrink=0.82)
+        bar.set_label(label, fontsize=8, color=INK)
+        bar.ax.tick_params(labelsize=8, colors=SOFT)
+        bar.outline.set_visible(False)  # pyright: ignore[reportCallIssue]
         draw_sheet(ax, sheet, rings=0.55)
         show_lengthwise(ax, sheet)
     for part in found.slides:
@@ -105,31 +96,25 @@ def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
             path_effects=[Stroke(linewidth=2.0, foreground="white", alpha=0.7), Normal()],
         )
     low, high = found.interval
-    figure.suptitle(
-        f"Friction of the ice: μ = {found.mu:.5f}  (95 %: {low:.5f} to {high:.5f}), "
-        f"{found.throws} throws",
-        fontsize=13,
-        color=INK,
-    )
-    top.set_title(_caption(found, units), fontsize=9.5, color="#55606b", loc="left")
+    title = f"Friction of the ice: μ = {found.mu:.5f}  (95 %: {low:.5f} to {high:.5f})"
+    top.set_title(_caption(found, units), fontsize=9.5, color=SOFT, loc="left")
     note = "standard error and the paths that were measured; pale above: no stone crossed"
     if found.resolution is not None:
         note += f"; details below {length(found.resolution, units)} are not resolved"
-    bottom.set_title(note, fontsize=9.5, color="#55606b", loc="left")
-    save_figure(figure, path)
+    bottom.set_title(note, fontsize=9.5, color=SOFT, loc="left")
+    save_figure(figure, path, f"{title}, {found.throws} throws")
 
 
 def _caption(found: Estimate, units: Units) -> str:
     """The level of the ice in a curler's numbers, and how far the keenest and heaviest places
     differ.
     """
-    draw = draw_weight(found.ice, found.mu) if found.mu > 0 else None
+    draw = DrawWeight(found.ice, found.mu) if found.mu > 0 else None
     words = ""
-    if draw is not None:
-        speed, seconds, hog_to_hog = draw
+    if draw is not None and draw.speed is not None:
         words = (
-            f"a draw to the tee: {speed_in(speed, units)} at the hog line, {seconds:.1f} s from "
-            f"hog line to rest, {hog_to_hog:.1f} s from hog line to hog line"
+            f"a draw to the tee: {speed(draw.speed, units)} at the hog line, {draw.seconds:.1f} s "
+            f"from hog line to rest, {draw.hog_to_hog:.1f} s from hog line to hog line"
         )
     friction = found.ice.friction
     if not found.uniform and friction.observed.any():
@@ -155,36 +140,15 @@ def save_motion(found: Estimate, path: Path) -> None:
         error = motion.acceleration_sigma[inner] / GRAVITY
         right.plot(motion.distance[inner], brake, color=colour, lw=0.9, alpha=0.8)
         if len(found.slides) <= 3:
-            right.fill_between(
-                motion.distance[inner],
-                brake - 2 * error,
-                brake + 2 * error,
-                color=colour,
-                alpha=0.15,
-                lw=0,
-            )
+            _band(right, motion.distance[inner], brake, 2 * error, colour)
     right.axhline(found.mu, color=INK, lw=1.2, ls="--")
-    right.annotate(
-        "level of the ice",
-        (0.005, found.mu),
-        xycoords=("axes fraction", "data"),
-        xytext=(0, -4),
-        textcoords="offset points",
-        va="top",
-        fontsize=8,
-        color=INK,
-    )
+    place = right.get_yaxis_transform()
+    right.text(0.005, 0.98 * found.mu, "level of the ice", transform=place, va="top", fontsize=8)
     right.set_ylim(0, 2.2 * found.mu)
     left.set_ylim(bottom=0)
-    for ax, x, y in (
-        (left, "seconds since release", "speed [m/s]"),
-        (right, "distance since release [m]", "deceleration / g"),
-    ):
-        plain_axes(ax)
-        ax.set_xlabel(x, fontsize=9, color=INK)
-        ax.set_ylabel(y, fontsize=9, color=INK)
-    figure.suptitle("How the stones slowed", fontsize=13, color=INK)
-    save_figure(figure, path)
+    plain_axes(left, "seconds since release", "speed [m/s]")
+    plain_axes(right, "distance since release [m]", "deceleration / g")
+    save_figure(figure, path, "How the stones slowed")
 
 
 def save_residuals(found: Estimate, path: Path) -> None:
@@ -206,18 +170,12 @@ def save_residuals(found: Estimate, path: Path) -> None:
     right.bar(lags[known], alike / max(alike[0], 1e-12), color=TRACK_COLOURS[0], width=0.7)
     limit = 4.5e3 * found.noise.total
     left.set_ylim(-limit, limit)
-    for ax, x, y in (
-        (left, "seconds since release", "measured − fitted distance [mm]"),
-        (right, "frames apart", "correlation of the residuals"),
-    ):
-        plain_axes(ax)
-        ax.set_xlabel(x, fontsize=9, color=INK)
-        ax.set_ylabel(y, fontsize=9, color=INK)
+    plain_axes(left, "seconds since release", "measured − fitted distance [mm]")
+    plain_axes(right, "frames apart", "correlation of the residuals")
     noise = f"noise: {1000 * found.noise.white:.1f} mm white"
     if found.noise.slow > 0:
         noise += f", {1000 * found.noise.slow:.1f} mm lasting {found.noise.time:.2f} s"
-    figure.suptitle(f"Residuals of the fit;  {noise}", fontsize=13, color=INK)
-    save_figure(figure, path)
+    save_figure(figure, path, f"Residuals of the fit;  {noise}")
 
 
 def paper_estimate(found: Estimate) -> Estimate:
@@ -237,22 +195,11 @@ def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:
     sheet, friction = found.ice.sheet, found.ice.friction
     figure = new_figure(13, 4.6)
     ax = figure.subplots()
-    weights = friction.observed.astype(float)
-    seen = weights.sum(axis=1) > 0
-    total = np.maximum(weights.sum(axis=1), 1)
-    mean = (friction.mu * weights).sum(axis=1) / total
-    error = (friction.sigma * weights).sum(axis=1) / total
+    weights = friction.observed / np.maximum(friction.observed.sum(axis=1, keepdims=True), 1)
+    error = (friction.sigma * weights).sum(axis=1)
     y = sheet.y_centres
-    shown = np.where(seen, mean, np.nan)
-    ax.fill_between(
-        y,
-        shown - 2 * error,
-        shown + 2 * error,
-        color=TRACK_COLOURS[0],
-        alpha=0.2,
-        lw=0,
-        label="± 2 σ of a cell",
-    )
+    shown = np.where(friction.observed.any(axis=1), (friction.mu * weights).sum(axis=1), np.nan)
+    _band(ax, y, shown, 2 * error, label="± 2 σ of a cell")
     ax.plot(y, shown, color=TRACK_COLOURS[0], lw=2, label="joint fit of all throws")
     own = plain.ice.friction
     rough = np.where(own.observed, own.mu, np.nan)
@@ -267,11 +214,9 @@ def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:
     )
     span = max(float(np.nanmax(shown + 3 * error) - np.nanmin(shown - 3 * error)), 0.1 * found.mu)
     ax.set_ylim(max(0.0, np.nanmin(shown) - 1.2 * span), np.nanmax(shown) + 1.2 * span)
-    _along_the_sheet(ax, found.ice)
-    ax.set_ylabel("μ, mean over the cells crossed", fontsize=9, color=INK)
+    _along_the_sheet(ax, found.ice, "μ, mean over the cells crossed")
     ax.legend(frameon=False, fontsize=8, ncols=3, loc="upper left")
-    figure.suptitle("Friction along the sheet", fontsize=13, color=INK)
-    save_figure(figure, path)
+    save_figure(figure, path, "Friction along the sheet")
 
 
 def save_camera_bias(bias: CameraBias, ice: Ice, path: Path) -> None:
@@ -281,24 +226,24 @@ def save_camera_bias(bias: CameraBias, ice: Ice, path: Path) -> None:
     y = np.linspace(bias.nodes[0], bias.nodes[-1], 400)
     shown = 1000 * CubicSpline(bias.nodes, bias.values, bc_type="natural")(y)
     error = 1000 * np.interp(y, bias.nodes, bias.sigma)
-    ax.fill_between(
-        y, shown - 1.96 * error, shown + 1.96 * error, color=TRACK_COLOURS[0], alpha=0.2, lw=0
-    )
+    _band(ax, y, shown, 1.96 * error)
     ax.plot(y, shown, color=TRACK_COLOURS[0], lw=2)
     ax.axhline(0, color=INK, lw=0.8)
-    _along_the_sheet(ax, ice)
-    ax.set_ylabel("towards home ← mm → away", fontsize=9, color=INK)
-    figure.suptitle(
-        f"What the camera was off by: {1000 * bias.size:.1f} mm (rms)", fontsize=13, color=INK
-    )
-    save_figure(figure, path)
+    _along_the_sheet(ax, ice, "towards home ← mm → away")
+    save_figure(figure, path, f"What the camera was off by: {1000 * bias.size:.1f} mm (rms)")
 
 
-def _along_the_sheet(ax: Any, ice: Ice) -> None:
+def _band(
+    ax: Any, x: Floats, y: Floats, half: Floats, colour: str = TRACK_COLOURS[0], **style: Any
+) -> None:
+    ax.fill_between(x, y - half, y + half, color=colour, alpha=0.2, lw=0, **style)
+
+
+def _along_the_sheet(ax: Any, ice: Ice, label: str) -> None:
     ax.set_xlim(-ice.sheet.length / 2, ice.sheet.length / 2)
     ax.set_xticks([-TEE_Y, -HOG_LINE_Y, 0, HOG_LINE_Y, TEE_Y])
     ax.set_xticklabels(["home tee", "hog line", "middle", "hog line", "away tee"])
-    plain_axes(ax)
+    plain_axes(ax, y=label)
 
 
 def per_cent(part: float) -> str:

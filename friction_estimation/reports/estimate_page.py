@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
@@ -109,52 +109,43 @@ def write_report(
     measured = throw_table(found.tracks)
     write_measures(folder / "throw_table.csv", measured, notes)
     throws = throws_section(measured, units, notes) if measured else ""
-    _write_page(found, folder, pictures, stills, throws, units, reload, provenance)
+    write_page(
+        folder / "report.html",
+        "Friction of the ice",
+        list(_sections(found, folder, pictures, stills, throws, units)),
+        reload=reload,
+        provenance=provenance,
+    )
     return ["report.html", "throw_table.csv", *pictures, "cells.csv", "rows.csv", "estimate.json"]
 
 
-def _write_page(
+def _sections(
     found: Estimate,
     folder: Path,
     pictures: Sequence[str],
     stills: Sequence[Still],
     throws: str,
     units: Units,
-    reload: float | None,
-    provenance: Mapping[str, Any] | None,
-) -> None:
-    sections = [f"<h1>{escape(headline(found))}</h1>{facts(_facts(found, units))}{_remarks(found)}"]
+) -> Iterator[str]:
+    """Yield the sections of the page as HTML."""
+    yield f"<h1>{escape(headline(found))}</h1>{facts(_facts(found, units))}{_remarks(found)}"
     if "map.png" in pictures and not found.uniform:
-        sections.append(_picture_section(folder, "map.png"))
+        yield _picture_section(folder, "map.png")
     if throws:
-        sections.append(throws)
+        yield throws
     if found.ice.effects:
-        sections.append(f"<h2>What else acts on the stones</h2>{_effects(found)}")
+        yield f"<h2>What else acts on the stones</h2>{_effects(found)}"
     if stills:
-        shown = "".join(
-            picture(
-                still.jpeg,
-                f"{still.film} at {still.t:.1f} s",
-                kind="jpeg",
-                caption=f"{still.film}, {still.t:.1f} s",
-            )
-            for still in stills
-        )
-        sections.append(
+        named = [(still.jpeg, f"{still.film}, {still.t:.1f} s") for still in stills]
+        shown = "".join(picture(jpeg, name, kind="jpeg", caption=name) for jpeg, name in named)
+        yield (
             "<h2>What was seen</h2><p class=faint>The outline shows where the stone was found, the "
             f"line its path.</p><div class=stills>{shown}</div>"
         )
-    sections += [_picture_section(folder, name) for name in pictures if name != "map.png"]
+    yield from (_picture_section(folder, name) for name in pictures if name != "map.png")
     if found.method == "trajectory":
-        sections.append(f"<h2>The paper's method beside it</h2>{_beside(found)}")
-    sections.append(f"<h2>How each throw was fitted</h2>{_throws(found)}")
-    write_page(
-        folder / "report.html",
-        "Friction of the ice",
-        sections,
-        reload=reload,
-        provenance=provenance,
-    )
+        yield f"<h2>The paper's method beside it</h2>{_beside(found)}"
+    yield f"<h2>How each throw was fitted</h2>{_throws(found)}"
 
 
 def _picture_section(folder: Path, name: str) -> str:
@@ -298,26 +289,18 @@ def _beside(found: Estimate) -> str:
 def _throws(found: Estimate) -> str:
     rows: list[list[str]] = []
     for entry in found.summary()["each"]:
+        own = f"{100 * (entry.get('mu_factor', 1.0) - 1) + 0.0:+.2f}".replace("-0.00", "+0.00")
         rows.append(
             [
                 str(entry["throw"]),
                 f"{entry['speed']:.2f}" if "speed" in entry else "",
                 f"{entry['seconds']:.1f}",
                 "yes" if entry["rests"] else "no",
-                f"{100 * (entry['mu_factor'] - 1) + 0.0:+.2f}".replace("-0.00", "+0.00")
-                if "mu_factor" in entry
-                else "",
+                own if "mu_factor" in entry else "",
                 f"{1000 * entry['rms_m']:.1f}" if "rms_m" in entry else "",
                 str(entry["wild_rows"]),
             ]
         )
-    head = [
-        "throw",
-        "speed at release [m/s]",
-        "seconds measured",
-        "seen to rest",
-        "own friction [%]",
-        "left over [mm]",
-        "wild rows",
-    ]
+    head = ["throw", "speed at release [m/s]", "seconds measured", "seen to rest"]
+    head += ["own friction [%]", "left over [mm]", "wild rows"]
     return table(head, rows, numeric={0, 1, 2, 4, 5, 6})

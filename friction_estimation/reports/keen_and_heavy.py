@@ -59,14 +59,19 @@ class Zone:
         return abs(self.relative) >= max(NOTABLE, SIGMAS * self.sigma)
 
     @property
+    def kind(self) -> str:
+        """``heavy`` or ``keen``."""
+        return "heavy" if (self.relative or 0.0) > 0 else "keen"
+
+    @property
     def words(self) -> str:
         """Description of it, such as ``heavy, 2.1 % more friction``."""
         if self.relative is None:
-            return "nobody has thrown there"
+            return "no throw has passed there"
         if not self.stands_out:
             return "like the rest of the sheet"
-        kind, more = ("heavy", "more") if self.relative > 0 else ("keen", "less")
-        return f"{kind}, {100 * abs(self.relative):.1f} % {more} friction than the sheet"
+        more = "more" if self.relative > 0 else "less"
+        return f"{self.kind}, {100 * abs(self.relative):.1f} % {more} friction than the sheet"
 
 
 def level(ice: Ice) -> float:
@@ -126,7 +131,7 @@ def in_a_sentence(ice: Ice) -> str:
     whole = "; ".join(said) if said else "No part of the sheet stands out"
     unseen = sum(z.relative is None for z in parts)
     if unseen:
-        whole += f". Nobody has thrown on {unseen} of its {len(parts)} parts"
+        whole += f". No throw has passed {unseen} of its {len(parts)} parts"
     return f"{whole}."
 
 

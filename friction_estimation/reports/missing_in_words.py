@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import Annotated, Any
 
-import msgspec
+from msgspec import Meta, Struct, field
 
 from curling_env.infrastructure.files.schema import Short, Text, checked
 from curling_env.physics.effects import catalogue
@@ -14,72 +13,75 @@ from friction_estimation.discovery.report import REPORT_FORMAT
 from friction_estimation.discovery.verdict import readable
 
 
-class FoundEffect(msgspec.Struct, kw_only=True):
-    """An effect in a report, as far as it is used here."""
+class Missing(Struct, kw_only=True):
+    """Something that the model of the ice lacked, as far as a report is used here."""
 
     name: Short
     kind: Short = "physics"
     where: Text = ""
-    alternatives: list[Short] = msgspec.field(default_factory=list[str])
-    depends_on: list[Short] = msgspec.field(default_factory=list[str])
-    evidence: dict[str, Any] = msgspec.field(default_factory=dict[str, Any])
+    alternatives: list[Short] = field(default_factory=list[str])
+    depends_on: list[Short] = field(default_factory=list[str])
+    evidence: dict[str, Any] = field(default_factory=dict[str, Any])
+
+    @property
+    def title(self) -> str:
+        """Name in words, such as ``the curl``."""
+        if self.name == "unknown":
+            return "something that no known effect explains"
+        return readable(self.name)
+
+    @property
+    def words(self) -> str:
+        """Its signs and their places."""
+        follows = ", ".join(self.depends_on)
+        return self.where or (f"it follows {follows}" if follows else "")
+
+    @property
+    def unsure(self) -> tuple[str, ...]:
+        """Other effects that it may be instead; empty where the throws show it clearly."""
+        return tuple(readable(name) for name in self.alternatives)
+
+    @property
+    def settled_by(self) -> str:
+        """The throw that would tell them apart; empty where none is known."""
+        if not self.alternatives:
+            return ""
+        card, separating = catalogue().get(self.name), self.evidence.get("separating_throws")
+        settled = separating.get(self.alternatives[0]) if isinstance(separating, dict) else ""
+        return str(settled or ("" if card is None else card.measured_by))
 
 
-class FoundThrow(msgspec.Struct, kw_only=True):
+class NextThrow(Struct, kw_only=True):
     """A throw worth making."""
 
     words: Text
-    teaches: dict[Short, float] = msgspec.field(default_factory=dict[str, float])
+    teaches: dict[Short, float] = field(default_factory=dict[str, float])
+
+    @property
+    def lesson(self) -> str:
+        """Parameter that it measures best, in words."""
+        if not self.teaches:
+            return ""
+        name, share = max(self.teaches.items(), key=lambda item: item[1])
+        return f"it removes {100 * share:.0f} % of the uncertainty of {readable(name)}"
 
 
-class Report(msgspec.Struct, kw_only=True):
-    """A discovery's report, as far as it is used here; `discovery.report` writes it."""
+class Findings(Struct, kw_only=True):
+    """Findings of a discovery, as far as its report is used here; `discovery.report` writes it."""
 
-    verdict: Annotated[str, msgspec.Meta(max_length=20_000)]
-    remarks: Annotated[list[Text], msgspec.Meta(max_length=50)] = msgspec.field(
-        default_factory=list[Text]
+    verdict: Annotated[str, Meta(max_length=20_000)]
+    remarks: Annotated[list[Text], Meta(max_length=50)] = field(default_factory=list[Text])
+    missing: Annotated[list[Missing], Meta(max_length=200)] = field(name="effects")
+    worth_making: Annotated[list[NextThrow], Meta(max_length=50)] = field(
+        default_factory=list[NextThrow], name="next_throws"
     )
-    effects: Annotated[list[FoundEffect], msgspec.Meta(max_length=200)]
-    next_throws: Annotated[list[FoundThrow], msgspec.Meta(max_length=50)] = msgspec.field(
-        default_factory=list[FoundThrow]
-    )
 
-
-@dataclass(frozen=True, kw_only=True)
-class Missing:
-    """Something that the model of the ice lacked.
-
-    Parameters
-    ----------
-    title : what it is, such as ``the curl``
-    words : by what it shows, and where
-    unsure : what it may be instead; empty where the throws show it clearly
-    settled_by : the throw that would tell them apart; empty where none is known
-    """
-
-    title: str
-    words: str
-    unsure: tuple[str, ...] = ()
-    settled_by: str = ""
-
-
-@dataclass(frozen=True, kw_only=True)
-class Findings:
-    """Findings of a discovery for people at the rink.
-
-    Parameters
-    ----------
-    verdict : its sentence
-    remarks : further sentences, such as what the session cannot show
-    missing : what the model lacked; empty where nothing is missing
-    next_throws : the throws that would teach most, in the order in which to make them, and for each
-        what it teaches
-    """
-
-    verdict: str
-    remarks: tuple[str, ...] = ()
-    missing: tuple[Missing, ...]
-    next_throws: tuple[tuple[str, str], ...]
+    @property
+    def next_throws(self) -> tuple[tuple[str, str], ...]:
+        """The throws that would teach most, in the order in which to make them, each with what it
+        teaches.
+        """
+        return tuple((throw.words, throw.lesson) for throw in self.worth_making)
 
 
 def findings(report: Mapping[str, Any]) -> Findings:
@@ -93,39 +95,4 @@ def findings(report: Mapping[str, Any]) -> Findings:
     ------
     InputError : it is no report of a discovery
     """
-    found = checked(REPORT_FORMAT.accept(report), Report)
-    return Findings(
-        verdict=found.verdict,
-        remarks=tuple(found.remarks),
-        missing=tuple(_missing(effect) for effect in found.effects),
-        next_throws=tuple((throw.words, _teaches(throw)) for throw in found.next_throws),
-    )
-
-
-def _missing(effect: FoundEffect) -> Missing:
-    if effect.name == "unknown":
-        follows = ", ".join(effect.depends_on)
-        return Missing(
-            title="something that no known effect explains",
-            words=effect.where or (f"it follows {follows}" if follows else ""),
-        )
-    card = catalogue().get(effect.name)
-    separating = effect.evidence.get("separating_throws")
-    settled = ""
-    if effect.alternatives and isinstance(separating, dict):
-        settled = str(separating.get(effect.alternatives[0], ""))
-    if not settled and card is not None and effect.alternatives:
-        settled = card.measured_by
-    return Missing(
-        title=readable(effect.name),
-        words=effect.where,
-        unsure=tuple(readable(name) for name in effect.alternatives),
-        settled_by=settled,
-    )
-
-
-def _teaches(throw: FoundThrow) -> str:
-    if not throw.teaches:
-        return ""
-    name, share = max(throw.teaches.items(), key=lambda item: item[1])
-    return f"it removes {100 * share:.0f} % of what is not known of {readable(name)}"
+    return checked(REPORT_FORMAT.accept(report), Findings)

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 from matplotlib.lines import Line2D
+from matplotlib.patches import Circle
 from scipy.ndimage import median_filter
 
 from curling_env.ice import Ice
@@ -69,30 +70,29 @@ def save_comparison(
     _draw_misses(figure.add_subplot(grid[1, 0]), comparison, ice.stone.radius, colours, units)
     _draw_parting(figure.add_subplot(grid[1, 1]), comparison, colours, units)
     totals = comparison.summary()
-    words = f"paths {_told(totals['path_rms_m'], units)} apart (rms)"
+    words = f"paths {_distance(totals['path_rms_m'], units)} apart (rms)"
     if totals["rested"]:
-        words += f", rest {_told(totals['rest_error_m'], units)} apart (rms)"
-    figure.suptitle(
-        f"{len(comparison.rethrows)} throws thrown again: {words}", fontsize=13, color=INK
-    )
-    save_figure(figure, path)
+        words += f", rest {_distance(totals['rest_error_m'], units)} apart (rms)"
+    save_figure(figure, path, f"{len(comparison.rethrows)} throws thrown again: {words}")
 
 
 def _draw_misses(
     ax: Any, comparison: Comparison, radius: float, colours: dict[int, str], units: Units
 ) -> None:
     """Predicted place of rest about the measured one, as the thrower sees it."""
-    from matplotlib.patches import Circle
-
     unit, name = (FOOT, "feet") if units is Units.FEET else (1.0, "metres")
     radius = radius / unit
     misses = [
-        (k.throw, -k.too_far_left / unit, k.too_long / unit)
+        (k.throw, -k.miss[0] / unit, k.miss[1] / unit)
         for k in comparison.rethrows
-        if k.too_far_left is not None and k.too_long is not None
+        if k.miss is not None
     ]
-    plain_axes(ax)
-    ax.set_title("where the prediction rests; grey: the measured stone", fontsize=10, color=INK)
+    plain_axes(
+        ax,
+        f"left ← {name} → right",
+        f"short ← {name} → long",
+        "where the prediction rests; grey: the measured stone",
+    )
     if not misses:
         ax.text(
             0.5, 0.5, "no throw was seen to rest", transform=ax.transAxes, ha="center", color=FAINT
@@ -104,19 +104,10 @@ def _draw_misses(
     ax.axvline(0, color=FAINT, lw=0.6)
     for throw, right, long in misses:
         ax.plot(right, long, "o", color=colours[throw], ms=7)
-        ax.annotate(
-            str(throw),
-            (right, long),
-            xytext=(6, 4),
-            textcoords="offset points",
-            fontsize=7,
-            color=INK,
-        )
+        ax.annotate(str(throw), (right, long), (6, 4), textcoords="offset points", fontsize=7)
     ax.set_xlim(-reach, reach)
     ax.set_ylim(-reach, reach)
     ax.set_aspect("equal", adjustable="box")
-    ax.set_xlabel(f"left ← {name} → right", fontsize=9, color=INK)
-    ax.set_ylabel(f"short ← {name} → long", fontsize=9, color=INK)
 
 
 def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str], units: Units) -> None:
@@ -134,17 +125,15 @@ def _draw_parting(ax: Any, comparison: Comparison, colours: dict[int, str], unit
         if outside.size:
             ax.plot(run[outside[0]], ahead[outside[0]] / small, "|", color=INK, ms=9)
     ax.axhline(0, color=INK, lw=0.8)
-    plain_axes(ax)
-    ax.set_title(
+    plain_axes(
+        ax,
+        f"distance since release [{'ft' if feet else 'm'}]",
+        f"behind ← {'inches' if feet else 'cm'} → ahead",
         "prediction ahead of the stone; the bar ends the part it was fitted to",
-        fontsize=10,
-        color=INK,
     )
-    ax.set_xlabel(f"distance since release [{'ft' if feet else 'm'}]", fontsize=9, color=INK)
-    ax.set_ylabel(f"behind ← {'inches' if feet else 'cm'} → ahead", fontsize=9, color=INK)
 
 
-def _told(metres: float | None, units: Units) -> str:
+def _distance(metres: float | None, units: Units) -> str:
     if metres is None:
         return "–"
     return f"{100 * metres:.1f} cm" if units is Units.METRES else short_length(metres, units)

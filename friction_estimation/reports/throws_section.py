@@ -47,7 +47,7 @@ class ThrowRows:
 
 def throw_rows(
     throws: Sequence[ThrowMeasures],
-    units: Units = Units.METRES,
+    units: Units | None = None,
     notes: Notes = NO_NOTES,
     *,
     errors: bool = True,
@@ -99,7 +99,7 @@ def throw_rows(
 
 def throws_section(
     throws: Sequence[ThrowMeasures],
-    units: Units = Units.METRES,
+    units: Units | None = None,
     notes: Notes = NO_NOTES,
 ) -> str:
     """The table of throws with what its columns mean, as HTML.
@@ -204,7 +204,7 @@ def handle_of(one: ThrowMeasures) -> str:
     return f"{handles(spin.value)[0]} {'↺' if spin.value > 0 else '↻'}"
 
 
-def rest_of(one: ThrowMeasures, units: Units = Units.METRES, *, short: bool = False) -> str:
+def rest_of(one: ThrowMeasures, units: Units | None = None, *, short: bool = False) -> str:
     """Describe the place of rest: past or short of the tee line, and beside the centre line.
 
     Parameters
@@ -228,7 +228,7 @@ def rest_of(one: ThrowMeasures, units: Units = Units.METRES, *, short: bool = Fa
     return f"through the house: {place}" if through else place
 
 
-def throw_in_words(one: ThrowMeasures, units: Units = Units.METRES) -> str:
+def throw_in_words(one: ThrowMeasures, units: Units | None = None) -> str:
     """Describe a throw in a sentence; empty where nothing of it was seen."""
     parts: list[str] = []
     if one.back_to_hog is not None:
@@ -246,7 +246,7 @@ def throw_in_words(one: ThrowMeasures, units: Units = Units.METRES) -> str:
     return ", ".join(parts)
 
 
-def curl_in_words(throws: Sequence[ThrowMeasures], units: Units = Units.METRES) -> list[str]:
+def curl_in_words(throws: Sequence[ThrowMeasures], units: Units | None = None) -> list[str]:
     """Describe the curl of draws, by handle; empty where no draw came to rest near the house."""
     sentences: list[str] = []
     parts: list[str] = []
@@ -301,7 +301,9 @@ def _plain(value: Measured | None, form: str) -> str:
     return NOT_SEEN if value is None else form.format(value.value)
 
 
-def _side(value: Measured | None, units: Units, errors: bool, *, positive: str = "right") -> str:
+def _side(
+    value: Measured | None, units: Units | None, errors: bool, *, positive: str = "right"
+) -> str:
     if value is None:
         return NOT_SEEN
     beside = side(value.value, units, right=positive)

@@ -15,7 +15,7 @@ from friction_estimation.synthetic.film_spec import FilmSpec, all_on_film, on_fi
 from friction_estimation.synthetic.films import render_film, render_films, write_film
 from friction_estimation.synthetic.people import Cast, Person
 from friction_estimation.synthetic.ray_tracing import StoneOnIce, StoneShape
-from friction_estimation.synthetic.renderer import FilmRenderer, frames
+from friction_estimation.synthetic.renderer import FilmRenderer
 from friction_estimation.synthetic.sheet_drawing import Light, Palette
 
 __all__ = [
@@ -30,7 +30,6 @@ __all__ = [
     "StoneOnIce",
     "StoneShape",
     "all_on_film",
-    "frames",
     "named_camera",
     "on_film",
     "render_film",

@@ -14,7 +14,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.camera.camera import Camera
 from friction_estimation.synthetic.cameras import named_camera
-from friction_estimation.synthetic.sheet_drawing import Light, Palette
+from friction_estimation.synthetic.sheet_drawing import Light
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -30,9 +30,8 @@ class FilmSpec:
     noise : standard deviation of the sensor's noise [grey levels]
     people : show a thrower, sweepers and walkers
     lead_in : duration of the film before the release [s]
-    held : keep the stone still until its release; otherwise it arrives at its release speed
     tail : duration of the film after the stone has come to rest [s]
-    light, palette : lighting and colours
+    light : lighting
     click_px : standard error of the clicks in the scene file [px]
     seed : seed for the ice's texture, the noise, the people and the clicks
 
@@ -48,10 +47,8 @@ class FilmSpec:
     noise: float = 2.0
     people: bool = True
     lead_in: float = 0.5
-    held: bool = False
     tail: float = 1.0
     light: Light = field(default_factory=Light)
-    palette: Palette = field(default_factory=Palette)
     click_px: float = 0.0
     seed: int = 0
 
@@ -135,7 +132,7 @@ def _on_film(
     state, rate = _states(trajectory, spec)
     start, stop = float(trajectory.t[0]), float(trajectory.t[-1])
     values = state(np.clip(since, start, stop))
-    if thrown and not spec.held:
+    if thrown:
         values = values + np.minimum(since - start, 0.0)[:, None] * rate(start)
     before = np.searchsorted(trajectory.t, since + 1e-9) - 1
     swept = trajectory.swept[np.maximum(before, 0)] * ((since >= start) & (since <= stop))

@@ -74,20 +74,15 @@ def render_film(
 ) -> Trajectory:
     """Film one throw, and return the true place of the stone in every frame."""
     renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
-    return _render(renderer, path, trajectory, progress, Path(path).name)
+    return _render(renderer, Path(path), trajectory, progress)
 
 
 def _render(
-    renderer: FilmRenderer,
-    path: str | Path,
-    trajectory: Trajectory,
-    progress: Progress,
-    label: str,
+    renderer: FilmRenderer, path: Path, trajectory: Trajectory, progress: Progress
 ) -> Trajectory:
     truth = on_film(trajectory, renderer.spec)
-    pictures: Iterable[Image] = renderer.frames(trajectory, seed=trajectory.throw)
-    pictures = with_progress(pictures, label, progress, len(truth))
-    write_film(path, pictures, renderer.spec.fps)
+    pictures = renderer.frames(trajectory, seed=trajectory.throw)
+    write_film(path, with_progress(pictures, path.name, progress, len(truth)), renderer.spec.fps)
     return truth
 
 
@@ -183,16 +178,11 @@ def render_films(
     throws: list[dict[str, Any]] = []
     for k, trajectory in enumerate(trajectories):
         film = folder / f"{name}-{k}.mp4"
-        truth = _render(renderer, film, trajectory, progress, film.name)
-        write_table(
-            folder / f"{name}-{k}.truth.csv",
-            {
-                "t": np.round(truth.t, 6),
-                "x": np.round(truth.xy[:, 0], 6),
-                "y": np.round(truth.xy[:, 1], 6),
-                "theta": np.round(truth.theta, 6),
-            },
-        )
+        truth = _render(renderer, film, trajectory, progress)
+        x, y = truth.xy.T
+        columns = {"t": truth.t, "x": x, "y": y, "theta": truth.theta}
+        rounded = {column: np.round(values, 6) for column, values in columns.items()}
+        write_table(folder / f"{name}-{k}.truth.csv", rounded)
         films.append(film)
         throws.append(
             {

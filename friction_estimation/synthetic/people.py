@@ -6,8 +6,8 @@ are made of rods drawn in perspective.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import cv2
 import numpy as np
@@ -36,8 +36,7 @@ from friction_estimation.synthetic.tuning import (
 Colour = tuple[int, int, int]
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rod:
+class Rod(NamedTuple):
     """Rod with round ends: a limb, a trunk, a head, a broom.
 
     Parameters
@@ -53,7 +52,7 @@ class Rod:
     colour: Colour
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Person:
     """Person at one moment.
 
@@ -99,8 +98,7 @@ class Cast:
         self._ahead = _directions(path)
         self._travelled = path.path_length
         self._sweeping = _smooth(path.swept, path.t, 0.35)
-        team = int(rng.integers(3))
-        self._team: Colour = JACKETS[team]
+        self._team: Colour = JACKETS[int(rng.integers(3))]
         self._phases = rng.uniform(0.0, 2.0 * np.pi, 3)
         self._hand = float(rng.choice([-1.0, 1.0]))
         self._walkers = [_Walker(sheet, side, rng) for side in (-1.0, 1.0)]
@@ -108,10 +106,8 @@ class Cast:
 
     def at(self, frame: int) -> list[Person]:
         """Return all people in a frame."""
-        people = [walker.at(float(self._path.t[frame])) for walker in self._walkers]
-        people += [self._sweeper(frame, which) for which in (0, 1)]
-        people.append(self._thrower(frame))
-        return people
+        walkers = [walker.at(float(self._path.t[frame])) for walker in self._walkers]
+        return [*walkers, self._sweeper(frame, 0), self._sweeper(frame, 1), self._thrower(frame)]
 
     def _frame_of_reference(self, frame: int) -> tuple[Floats, Floats, Floats]:
         """Return the place of the stone, its direction of travel, and the direction to its left."""
@@ -137,15 +133,12 @@ class Cast:
         hands = np.array([*(position + 0.42 * _unit(facing)), 1.0])
         across = 0.09 * left
         rods += (
-            Rod(start=hands, stop=np.array([*head, 0.06]), radius=0.014, colour=BROOM),
+            Rod(hands, np.array([*head, 0.06]), 0.014, BROOM),
             Rod(
-                start=np.array([*(head - across), 0.03]),
-                stop=np.array([*(head + across), 0.03]),
-                radius=0.035,
-                colour=BRUSH,
+                np.array([*(head - across), 0.03]), np.array([*(head + across), 0.03]), 0.035, BRUSH
             ),
         )
-        return Person(role="sweeper", position=position, rods=rods)
+        return Person("sweeper", position, rods)
 
     def _on_sheet(self, position: Floats) -> Floats:
         limit = np.array([self._sheet.width, self._sheet.length]) / 2 - 0.2
@@ -170,9 +163,7 @@ class Cast:
         # The body is beside the line of delivery, so that the thrower can look along it.
         body = stone + slide - 0.75 * ahead + self._hand * 0.36 * left
         grip = np.array([*(stone + slide - 0.04 * ahead), 0.19])
-        return Person(
-            role="thrower", position=body, rods=_lunging(body, ahead, grip, self._team, self._hand)
-        )
+        return Person("thrower", body, _lunging(body, ahead, grip, self._team, self._hand))
 
 
 class _Walker:
@@ -194,11 +185,7 @@ class _Walker:
         facing = np.array([0.0, -np.sign(self._speed) if back else np.sign(self._speed)])
         position = np.array([self._x, y])
         phase = 2.0 * np.pi * self._speed * t / STRIDE_LENGTH
-        return Person(
-            role="walker",
-            position=position,
-            rods=_standing(position, facing, phase, 0.05, self._jacket),
-        )
+        return Person("walker", position, _standing(position, facing, phase, 0.05, self._jacket))
 
 
 def _unit(vector: Floats) -> Floats:
@@ -260,14 +247,12 @@ def _standing(
         top = place(-0.1 * reach, side * 0.09, hip)
         toe = place(side * swing + 0.14, side * 0.11, 0.04)
         rods += [
-            Rod(start=foot, stop=toe, radius=0.05, colour=SHOES),
-            Rod(start=foot, stop=knee, radius=0.065, colour=TROUSERS),
-            Rod(start=knee, stop=top, radius=0.085, colour=TROUSERS),
+            Rod(foot, toe, 0.05, SHOES),
+            Rod(foot, knee, 0.065, TROUSERS),
+            Rod(knee, top, 0.085, TROUSERS),
         ]
     chest = place(shoulder_f - 0.04, 0.0, shoulder_up - 0.08)
-    rods.append(
-        Rod(start=place(-0.1 * reach, 0.0, hip + 0.03), stop=chest, radius=0.16, colour=jacket)
-    )
+    rods.append(Rod(place(-0.1 * reach, 0.0, hip + 0.03), chest, 0.16, jacket))
     for side in (-1.0, 1.0):
         shoulder = place(shoulder_f, side * 0.20, shoulder_up)
         busy = min(1.0, 2.0 * lean)
@@ -277,14 +262,14 @@ def _standing(
             0.92 + 0.08 * busy,
         )
         rods += [
-            Rod(start=shoulder, stop=hand, radius=0.055, colour=jacket),
-            Rod(start=hand, stop=hand, radius=0.05, colour=SKIN),
+            Rod(shoulder, hand, 0.055, jacket),
+            Rod(hand, hand, 0.05, SKIN),
         ]
     face = place(shoulder_f + 0.10 + 0.08 * reach, 0.0, shoulder_up + 0.21)
     crown = place(shoulder_f + 0.07 + 0.08 * reach, 0.0, shoulder_up + 0.26)
     rods += [
-        Rod(start=face, stop=face, radius=0.10, colour=SKIN),
-        Rod(start=crown, stop=crown, radius=0.105, colour=HAIR),
+        Rod(face, face, 0.10, SKIN),
+        Rod(crown, crown, 0.105, HAIR),
     ]
     return tuple(rods)
 
@@ -303,26 +288,24 @@ def _lunging(
     far_shoulder, far_hand = place(0.30, 0.19 * hand, 0.56), place(0.34, 0.42 * hand, 0.22)
     face, crown = place(0.44, 0.0, 0.78), place(0.41, 0.0, 0.83)
     return (
-        Rod(start=trail_foot, stop=trail_knee, radius=0.06, colour=TROUSERS),
-        Rod(start=trail_knee, stop=hips, radius=0.085, colour=TROUSERS),
-        Rod(start=foot, stop=place(0.24, 0.02, 0.04), radius=0.05, colour=SHOES),
-        Rod(start=foot, stop=knee, radius=0.065, colour=TROUSERS),
-        Rod(start=knee, stop=hips, radius=0.085, colour=TROUSERS),
-        Rod(start=hips, stop=chest, radius=0.16, colour=jacket),
-        Rod(start=far_shoulder, stop=far_hand, radius=0.05, colour=jacket),
-        Rod(start=near_shoulder, stop=grip, radius=0.045, colour=jacket),
-        Rod(start=grip, stop=grip, radius=0.045, colour=SKIN),
-        Rod(start=face, stop=face, radius=0.10, colour=SKIN),
-        Rod(start=crown, stop=crown, radius=0.105, colour=HAIR),
+        Rod(trail_foot, trail_knee, 0.06, TROUSERS),
+        Rod(trail_knee, hips, 0.085, TROUSERS),
+        Rod(foot, place(0.24, 0.02, 0.04), 0.05, SHOES),
+        Rod(foot, knee, 0.065, TROUSERS),
+        Rod(knee, hips, 0.085, TROUSERS),
+        Rod(hips, chest, 0.16, jacket),
+        Rod(far_shoulder, far_hand, 0.05, jacket),
+        Rod(near_shoulder, grip, 0.045, jacket),
+        Rod(grip, grip, 0.045, SKIN),
+        Rod(face, face, 0.10, SKIN),
+        Rod(crown, crown, 0.105, HAIR),
     )
 
 
 # --- drawing -----------------------------------------------------------------------------------
 
-_CIRCLE = np.stack(
-    [np.cos(np.linspace(0, 2 * np.pi, 14, False)), np.sin(np.linspace(0, 2 * np.pi, 14, False))],
-    axis=1,
-)
+_ANGLES = np.linspace(0, 2 * np.pi, 14, False)
+_CIRCLE = np.stack([np.cos(_ANGLES), np.sin(_ANGLES)], axis=1)
 
 
 def draw_person(
@@ -348,7 +331,11 @@ def draw_person(
     picture *= (1.0 - (0.8 * shadow / 255.0) * soft)[..., None]
 
     fine = PERSON_SAMPLES if height * width < LARGE_PERSON_PIXELS else 1
-    rods = _far_to_near(person.rods, camera)
+    position = camera.position
+    rods = sorted(
+        person.rods,
+        key=lambda rod: -float(np.linalg.norm(0.5 * (rod.start + rod.stop) - position)),
+    )
     ends = np.array([[rod.start, rod.stop] for rod in rods]).reshape(-1, 3)
     px = (camera.project(ends) - corner + 0.5) * fine
     depth = ends @ camera.rotation[2] + camera.translation[2]
@@ -372,10 +359,3 @@ def draw_person(
     # The canvas is black outside the rods, so its mean is already weighted by the cover.
     picture *= (1.0 - cover)[..., None]
     picture += small
-
-
-def _far_to_near(rods: Sequence[Rod], camera: Camera) -> list[Rod]:
-    position = camera.position
-    return sorted(
-        rods, key=lambda rod: -float(np.linalg.norm(0.5 * (rod.start + rod.stop) - position))
-    )

@@ -59,7 +59,7 @@ class FilmRenderer:
         self.resting = tuple(resting)
         rng = np.random.default_rng(spec.seed)
         self._rays = PixelRays.of(self.camera)
-        bare = paint_sheet(self._rays, sheet, light=spec.light, palette=spec.palette, rng=rng)
+        bare = paint_sheet(self._rays, sheet, light=spec.light, rng=rng)
         self._speckle = rng.standard_normal(65536, dtype=np.float32)
         self._bare = _to_steps(bare)
         self._still = self._bare.copy()
@@ -240,16 +240,3 @@ def _touching(boxes: Sequence[PixelBox]) -> list[list[int]]:
             if merged:
                 break
     return groups
-
-
-def frames(
-    trajectory: Trajectory,
-    spec: FilmSpec,
-    *,
-    sheet: Sheet = PAPER_SHEET,
-    stone: Stone = RULE_BOOK_STONE,
-    resting: Sequence[StoneOnIce] = (),
-) -> Iterator[Image]:
-    """Yield the frames of one throw, (height, width, 3) BGR; see `FilmRenderer` for many throws."""
-    renderer = FilmRenderer(spec, sheet=sheet, stone=stone, resting=resting)
-    return renderer.frames(trajectory, seed=trajectory.throw)

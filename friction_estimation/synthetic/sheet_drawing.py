@@ -51,6 +51,9 @@ class Palette:
     floor: tuple[float, float, float] = (66, 62, 60)
 
 
+PALETTE = Palette()
+
+
 @dataclass(frozen=True, kw_only=True)
 class Light:
     """Lighting of the hall and response of the sensor.
@@ -130,7 +133,6 @@ def paint_sheet(
     sheet: Sheet,
     *,
     light: Light,
-    palette: Palette,
     rng: np.random.Generator,
 ) -> NDArray[np.float32]:
     """Return the empty sheet, (height, width, 3) BGR, 0 to 255 and not rounded.
@@ -139,7 +141,7 @@ def paint_sheet(
     ----------
     rays : the lines of sight of the camera's pixels
     sheet : the ice
-    light, palette : lighting and colours
+    light : lighting
     rng : generator for the ice's texture
     """
     width, height = rays.camera.size
@@ -150,12 +152,12 @@ def paint_sheet(
     # A pixel is painted in detail if a corner of it or of a neighbour is on or next to the ice.
     painted = cv2.dilate(near, np.ones((4, 4), np.uint8))[:height, :width] > 0
     picture = np.empty((height, width, 3), dtype=np.float32)
-    picture[:] = _hall(ice[:height, :width], sheet, texture, palette)
+    picture[:] = _hall(ice[:height, :width], sheet, texture)
     rows, columns = np.nonzero(painted)
     for start in range(0, len(rows), PIXELS_AT_ONCE):
         part = slice(start, start + PIXELS_AT_ONCE)
         picture[rows[part], columns[part]] = _painted(
-            rays, rows[part], columns[part], sheet, texture, light, palette
+            rays, rows[part], columns[part], sheet, texture, light
         )
     picture *= _lens_light(rays.camera, light)[..., None]
     return picture
@@ -181,9 +183,7 @@ def _lookup(texture: NDArray[np.float32], x: Floats, y: Floats) -> NDArray[np.fl
     return texture[row, column]
 
 
-def _hall(
-    ice: Floats, sheet: Sheet, texture: NDArray[np.float32], palette: Palette
-) -> NDArray[np.float32]:
+def _hall(ice: Floats, sheet: Sheet, texture: NDArray[np.float32]) -> NDArray[np.float32]:
     """Return the floor around the sheet, with one sample per pixel; it is dark above the
     horizon.
     """
@@ -194,7 +194,7 @@ def _hall(
     fade = 0.45 + 0.55 * np.exp(-((beyond / 5.0) ** 2))
     grain = 1.0 + 0.025 * _lookup(texture, np.clip(x, -99, 99), np.clip(y, -99, 99))
     shade = (fade * grain).astype(np.float32)
-    return np.asarray(palette.floor, dtype=np.float32) * shade[..., None]
+    return np.asarray(PALETTE.floor, dtype=np.float32) * shade[..., None]
 
 
 class _Brush:
@@ -225,7 +225,6 @@ def _painted(
     sheet: Sheet,
     texture: NDArray[np.float32],
     light: Light,
-    palette: Palette,
 ) -> NDArray[np.float32]:
     """Return mean colours of m pixels on the ice and next to it, (m, 3)."""
     position = rays.camera.position
@@ -239,35 +238,35 @@ def _painted(
     wx = np.nan_to_num(np.abs(du[:, 0]) + np.abs(dv[:, 0]), nan=1.0) + 1e-9
     wy = np.nan_to_num(np.abs(du[:, 1]) + np.abs(dv[:, 1]), nan=1.0) + 1e-9
 
-    brush = _Brush(np.asarray(palette.ice, dtype=np.float32), x.shape)
+    brush = _Brush(np.asarray(PALETTE.ice, dtype=np.float32), x.shape)
     end = np.where(y < 0, -1.0, 1.0)
     from_tee = y - end * TEE_Y
     r = np.hypot(x, from_tee)
     if (r < RING_RADII[0] + 1.0).any():
         cx, cy = x / np.maximum(r, 1e-9), from_tee / np.maximum(r, 1e-9)
         wr = np.abs(cx * du[:, 0] + cy * du[:, 1]) + np.abs(cx * dv[:, 0] + cy * dv[:, 1]) + 1e-9
-        colours = (palette.outer_ring, palette.ice, palette.inner_ring, palette.ice)
+        colours = (PALETTE.outer_ring, PALETTE.ice, PALETTE.inner_ring, PALETTE.ice)
         for radius, colour in zip(RING_RADII, colours, strict=True):
             brush.lay(colour, _inside(radius - r, wr))
     half = LINE_WIDTH / 2
     depth = np.abs(y)
-    brush.lay(palette.line, _band(x, -half, half, wx) * _inside(HACK_Y - depth, wy))
-    brush.lay(palette.line, _band(depth, TEE_Y - half, TEE_Y + half, wy))
-    brush.lay(palette.line, _band(depth, BACK_LINE_Y, BACK_LINE_Y + LINE_WIDTH, wy))
-    brush.lay(palette.hog_line, _band(depth, HOG_LINE_Y, HOG_LINE_Y + HOG_LINE_WIDTH, wy))
+    brush.lay(PALETTE.line, _band(x, -half, half, wx) * _inside(HACK_Y - depth, wy))
+    brush.lay(PALETTE.line, _band(depth, TEE_Y - half, TEE_Y + half, wy))
+    brush.lay(PALETTE.line, _band(depth, BACK_LINE_Y, BACK_LINE_Y + LINE_WIDTH, wy))
+    brush.lay(PALETTE.hog_line, _band(depth, HOG_LINE_Y, HOG_LINE_Y + HOG_LINE_WIDTH, wy))
     # Rule book R1: a hack is at most 0.2032 m long and its inner edge 0.0762 m from the centre.
     hack = _band(np.abs(x), 0.0762, 0.0762 + 0.09, wx)
-    brush.lay(palette.hack, hack * _band(depth, HACK_Y, HACK_Y + 0.2032, wy))
+    brush.lay(PALETTE.hack, hack * _band(depth, HACK_Y, HACK_Y + 0.2032, wy))
 
     grain = 1.0 + light.pebble * _lookup(texture, x, y)
     brush.picture *= grain[..., None]
     gloss = light.gloss * _mirrored_lamps(x.mean(axis=0), y.mean(axis=0), position)
     brush.picture += (gloss * 30.0).astype(np.float32)[:, None]
     on_ice = _inside(sheet.width / 2 - np.abs(x), wx) * _inside(sheet.length / 2 - depth, wy)
-    brush.lay(palette.bumper, 1.0 - on_ice)
+    brush.lay(PALETTE.bumper, 1.0 - on_ice)
     outer = _inside(np.abs(x) - sheet.width / 2 - BUMPER_WIDTH, wx)
     outer = np.maximum(outer, _inside(depth - sheet.length / 2 - BUMPER_WIDTH, wy))
-    brush.lay(palette.floor, outer)
+    brush.lay(PALETTE.floor, outer)
     return brush.picture.mean(axis=0)
 
 

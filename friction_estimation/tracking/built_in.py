@@ -36,7 +36,7 @@ from friction_estimation.tracking.measuring.looks import (
 )
 from friction_estimation.tracking.measuring.others import bare_ice, known_others
 from friction_estimation.tracking.smoothing.assembling import assemble_all
-from friction_estimation.tracking.smoothing.warnings import arrived, with_warnings, without_scatter
+from friction_estimation.tracking.smoothing.warnings import arrived, with_warnings
 
 
 def track_film(
@@ -112,12 +112,11 @@ def track_film(
         steady.frames(), f"track {steady.path.name}", progress, steady.frame_count
     )
     follow(frames, thrown, hit, others, ice, refined.camera, options)
-    scatter = without_scatter(thrown, hit, refined.camera)
     found = assemble_all(thrown, hit, others, refined)
     if found is None:
         raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)
     came = arrived(stones, steady.sample, ice, refined.camera, appearance)
-    found = with_warnings(found, thrown, hit, others, scatter, came)
+    found = with_warnings(found, hit, others, came)
     area = scene.sheet.width * scene.sheet.length
     found = replace(
         found,

@@ -23,7 +23,7 @@ JUMP_SIGMA = 1.0
 FASTEST = 5.0
 """Highest speed of a stone [m/s]."""
 
-LEAST_PACE = 0.05
+LEAST_SPEED = 0.05
 """A slower stone counts as resting in the association [m/s]."""
 
 # --- priors of the association --------------------------------------------------------------------
@@ -86,10 +86,10 @@ LINK_FITS = 5
 """Detections by which a path is led to a contact."""
 LINK_GATE = 20.0
 """A detection that misses a stone by more is not its own [squared standard errors]."""
-COLLISION_TRANSFER, COLLISION_DOUBT = 0.93, 0.3
+COLLISION_TRANSFER, COLLISION_SIGMA = 0.93, 0.3
 """Fraction of the approach speed transferred in a collision, and standard error of either velocity
 after it as a fraction of the speed."""
-REST_DOUBT = 0.05
+REST_SPEED_SIGMA = 0.05
 """Error of the place of a stone that seems to have stopped, per time [m/s]."""
 CONTACT_GATE = 0.1
 """Addition to the gate of a fit around a contact [m]."""
@@ -129,7 +129,7 @@ WALKING_SIGMA = 0.02
 UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
 """Share of stones that hit others or are hit, and of people who change their speed; ranges of the
 mean deceleration then [m/s²]."""
-WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
+WALKING_SPEED, WALKING_SPEED_SIGMA = 1.3, 0.35
 """Mean and standard deviation of the speed of people who walk [m/s]."""
 PUSHED = 0.3
 """Gain of speed that no stone has that slides alone [m/s]."""
@@ -143,7 +143,7 @@ SHORT_SECONDS = 28.0
 LOOK_STEP = 0.4
 """Time between two looks at a long film, where key frames come so often [s]."""
 MAX_KEY_GAP = 1.05
-"""Where key frames are further apart, frames between them are decoded too [s]."""
+"""Longest gap between key frames without decoding frames in between [s]."""
 FINE_LINES = 800
 """Pictures are looked at in halves, quarters, ... until they have fewer lines."""
 
@@ -359,34 +359,17 @@ SAME_HUE = np.radians(35.0)
 
 # --- what no stone does alone --------------------------------------------------------------------
 
-HIDDEN_DECELERATION = 0.12
-"""Deceleration of a stone while it is hidden, if it is not known how it slowed before [m/s²]."""
-SUDDEN_LOSS, SURE_LOSS = 0.35, 6.0
-"""A stone that loses this much speed at once [m/s], by this many standard errors, hit one..."""
-SUDDEN_LOSS_PX, LOST_FOR = 1.0, 1.0
-"""... if it is this many pixels from where it would be, this long after it [s]."""
-STOPS_WITHIN, MOST_SLOWING, SURELY_SLOWS = 1.2, 0.2, 3.0
-"""A track that slows down by more than the second of these [m/s²] within the first [s] before and
-after, by the third in standard errors, is no stone that slides on..."""
-LEFT_PX = 1.5
-"""... if a stone would be this many pixels ahead. Stones beside brooms were up to 0.9."""
-BESIDE_SECONDS, LEAST_BESIDE = 0.4, 4
-"""Time over which its speed before and after is taken [s], and least number of measurements."""
+MISFIT_AROUND, MISFIT_TIMES, LEAST_MISFIT = 0.5, 5.0, 0.02
+"""Measurements this long before and after [s] are off the path if they are so by this many times
+the median of the film, and by this much [m]."""
+MISFIT_ERROR = 2.0
+"""Standard error of places there, in parts of the most by which they are off."""
+MISFIT_REPORTED = 1.0
+"""A misfit that lasts longer is reported [s]."""
+SUDDEN_LOSS = 0.35
+"""A jump of the velocity that takes more speed is reported [m/s]..."""
 OUT_OF_HAND = 10.0
-"""Way along the sheet from which on no hand is at a stone [m]."""
-ISLAND_GAP = 1.5
-"""Gap beyond which a few measurements are not those of the stone [s]."""
-SCATTER_AROUND, LEAST_SCATTERED = 0.5, 6
-"""Time before and after over which the scatter of places is taken [s], and their least number."""
-SCATTER_PX, SCATTER_TIMES, LEAST_SCATTER = 0.2, 5.0, 0.02
-"""They scatter where that exceeds this in pixels, in times its median in the film, and in metres.
-Stones between sweepers scattered by 0.03 px in the middle and by 0.3 at most; where now a stone and
-now a broom was measured, by 0.2 to 1.3."""
-SCATTER_APART = 2.0
-"""A part between two stretches that scatter is no better than these if it is shorter [s]."""
-SCATTER_ERROR = 2.0
-"""Standard error of places there, in parts of the most that they scatter."""
-SCATTER_REPORTED = 1.0
-"""Scatter that lasts longer is reported [s]."""
-WILD_SCATTER, WILD_SECONDS = 0.15, 1.5
-"""Places that scatter by more than a stone's radius for this long are dropped [m, s]."""
+"""... from this way along the sheet on, where no hand is at the stone [m]."""
+DECELERATION_AROUND, MOST_DECELERATION = 1.2, 0.2
+"""A stone that loses more speed in the first of these, before and after [s], than by the second
+[m/s²] does not slide on."""

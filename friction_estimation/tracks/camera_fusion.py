@@ -19,7 +19,7 @@ from curling_env.typing import Floats
 from friction_estimation.tracks.joint_path import (
     JointPath,
     fit_joint_path,
-    passing_time,
+    passing_times,
     thinned_rows,
 )
 from friction_estimation.tracks.smoothing import local_fit
@@ -31,8 +31,6 @@ from friction_estimation.tracks.tuning import (
     MIN_HANDOVER_SPEED,
     UNKNOWN_ROW_SIGMA,
 )
-
-_COLUMNS = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -59,15 +57,8 @@ class JoinedTrack:
     @property
     def whole(self) -> Trajectory:
         """Return seen and bridged rows together, in order of time."""
-        if self.bridge is None:
-            return self.trajectory
-        parts = (self.trajectory, self.bridge)
-        order = np.argsort(np.concatenate([part.t for part in parts]))
-        columns = {
-            name: np.concatenate([getattr(part, name) for part in parts])[order]
-            for name in _COLUMNS
-        }
-        return replace(self.trajectory, **columns)
+        seen = self.trajectory
+        return seen if self.bridge is None else seen.joined(self.bridge)
 
 
 def join_cameras(tracks: Sequence[Trajectory]) -> JoinedTrack:
@@ -118,7 +109,7 @@ def _rough_offset(a: Trajectory, b: Trajectory, direction: float, which: tuple[i
     names = f"track {which[0] + 1} and track {which[1] + 1}"
     if high > low:  # both saw the passage
         middle = (low + high) / 2
-        t_a, t_b = (passing_time(track, direction, middle) for track in (a, b))
+        t_a, t_b = (float(passing_times(track, direction, middle)) for track in (a, b))
         if high - low < 0.05 and min(speed_a, speed_b) < MIN_HANDOVER_SPEED:
             raise InputError(
                 f"cannot synchronise {names}: the stone is at rest in their common view"
@@ -157,67 +148,66 @@ def _check_agreement(chain: Sequence[Trajectory], path: JointPath, order: tuple[
             )
 
 
+def on_common_clock(track: Trajectory, offset: float, sigma: float) -> Trajectory:
+    """Return a track on another clock, with the error of the clock along its path in its errors.
+
+    Parameters
+    ----------
+    offset, sigma : offset added to its times, and its standard error [s]
+    """
+    own = track.sigma_xy if track.sigma_xy.size else np.full(len(track), UNKNOWN_ROW_SIGMA)
+    speed = np.linalg.norm(track.velocity, axis=1) if len(track) > 2 else np.zeros(len(track))
+    turn = track.sigma_theta if track.sigma_theta.size else np.full(len(track), np.nan)
+    return replace(
+        track,
+        t=track.t + offset,
+        sigma_xy=np.hypot(own, speed * sigma / np.sqrt(2)),
+        sigma_theta=turn,
+    )
+
+
 def _merged_rows(chain: Sequence[Trajectory], path: JointPath) -> Trajectory:
     """Return the cameras' rows on one clock, without displacements, blended where two cameras saw
     the stone.
     """
-    whole: dict[str, Floats] = {}
-    for k, track in enumerate(chain):
-        t = track.t + path.offset[k]
-        sigma = track.sigma_xy if track.sigma_xy.size else np.full(len(t), UNKNOWN_ROW_SIGMA)
-        # An error of the clock shifts the stone along its path.
-        speed = np.linalg.norm(path.velocity(t), axis=1)
-        sigma = np.hypot(sigma, speed * path.offset_sigma[k] / np.sqrt(2))
-        turn = track.sigma_theta if track.sigma_theta.size else np.full(len(t), np.nan)
-        own: dict[str, Floats] = dict(
-            zip(
-                _COLUMNS,
-                (t, track.xy - path.displacement[k], track.theta, track.swept, sigma, turn),
-                strict=True,
-            )
+    placed = [
+        on_common_clock(replace(track, xy=track.xy - away), float(offset), float(sigma))
+        for track, away, offset, sigma in zip(
+            chain, path.displacement, path.offset, path.offset_sigma, strict=True
         )
-        if not whole:
-            whole = own
-            continue
-        own["theta"] = own["theta"] + _turns(whole["t"], whole["theta"], t, own["theta"])
-        start, stop = t[0], whole["t"][-1]
-        both = (whole["t"] >= start) & (whole["t"] <= t[-1])
-        if stop > start:
-            share = np.clip((whole["t"] - start) / (stop - start), 0.0, 1.0)[both]
-            for name in ("xy", "sigma_xy"):
-                columns = own[name].reshape(len(t), -1)
-                other = np.column_stack(
-                    [np.interp(whole["t"][both], t, column) for column in columns.T]
-                ).reshape(whole[name][both].shape)
-                w = share.reshape(-1, *[1] * (other.ndim - 1))
-                whole[name][both] = (1 - w) * whole[name][both] + w * other
-        # At least half a frame later, so that no two rows have the same time.
-        later = t > stop + 0.5 * float(np.median(np.diff(t)))
-        whole = {name: np.concatenate([whole[name], own[name][later]]) for name in _COLUMNS}
-    return Trajectory(
-        **{name: whole[name] for name in _COLUMNS},  # pyright: ignore[reportArgumentType]
-        throw=chain[0].throw,
-        stone=chain[0].stone,
-        clock=chain[0].clock,
-    )
-
-
-def _turns(t_a: Floats, theta_a: Floats, t_b: Floats, theta_b: Floats) -> float:
-    """Return the whole turns between the headings of two cameras [rad]."""
-    a, b = np.isfinite(theta_a), np.isfinite(theta_b)
-    if a.sum() < 5 or b.sum() < 5:
-        return 0.0
-    t_a, theta_a, t_b, theta_b = t_a[a], theta_a[a], t_b[b], theta_b[b]
-    near_a, near_b = t_a >= t_a[-1] - 2 * END_WINDOW, t_b <= t_b[0] + 2 * END_WINDOW
-    spin = [
-        float(np.polyfit(t - t.mean(), theta, 1)[0])
-        for t, theta in ((t_a[near_a], theta_a[near_a]), (t_b[near_b], theta_b[near_b]))
     ]
-    if t_b[0] <= t_a[-1]:
-        expected = float(np.interp(t_b[0], t_a, theta_a))
+    whole = placed[0]
+    for own in placed[1:]:
+        own = replace(own, theta=own.theta + _turns(whole, own))
+        start, stop = own.t[0], whole.t[-1]
+        both = (whole.t >= start) & (whole.t <= own.t[-1])
+        if stop > start:
+            share = np.clip((whole.t[both] - start) / (stop - start), 0.0, 1.0)
+            xy, sigma = whole.xy.copy(), whole.sigma_xy.copy()
+            xy[both] += share[:, None] * (own.at(whole.t[both]) - xy[both])
+            sigma[both] += share * (np.interp(whole.t[both], own.t, own.sigma_xy) - sigma[both])
+            whole = replace(whole, xy=xy, sigma_xy=sigma)
+        # At least half a frame later, so that no two rows have the same time.
+        whole = whole.joined(own.only(own.t > stop + 0.5 * float(np.median(np.diff(own.t)))))
+    return whole
+
+
+def _turns(one: Trajectory, other: Trajectory) -> float:
+    """Return the whole turns between the headings of two cameras [rad]."""
+    one, other = (track.only(np.isfinite(track.theta)) for track in (one, other))
+    if len(one) < 5 or len(other) < 5:
+        return 0.0
+    start, stop = other.t[0], one.t[-1]
+    near = (
+        one.only(one.t >= stop - 2 * END_WINDOW),
+        other.only(other.t <= start + 2 * END_WINDOW),
+    )
+    if start <= stop:
+        expected = float(np.interp(start, one.t, one.theta))
     else:
-        expected = float(theta_a[-1] + (t_b[0] - t_a[-1]) * np.mean(spin))
-    return float(2 * np.pi * np.round((expected - theta_b[0]) / (2 * np.pi)))
+        spin = [np.polyfit(part.t - part.t.mean(), part.theta, 1)[0] for part in near]
+        expected = float(one.theta[-1] + (start - stop) * np.mean(spin))
+    return float(2 * np.pi * np.round((expected - other.theta[0]) / (2 * np.pi)))
 
 
 def _bridge_gaps(
@@ -238,20 +228,15 @@ def _bridge_gaps(
     t = np.concatenate(times) if times else np.empty(0)
     if len(t) == 0:
         return None, tuple(gaps)
-    theta = np.full(len(t), np.nan)
+    unknown = np.full(len(t), np.nan)
     known = np.isfinite(seen.theta)
-    if known.sum() >= 2:
-        theta = np.interp(t, seen.t[known], seen.theta[known])
-    return (
-        Trajectory(
-            t=t,
-            xy=path.at(t),
-            theta=theta,
-            sigma_xy=path.sigma(t),
-            sigma_theta=np.full(len(t), np.nan),
-            throw=seen.throw,
-            stone=seen.stone,
-            clock=seen.clock,
-        ),
-        tuple(gaps),
+    bridge = replace(
+        seen,
+        t=t,
+        xy=path.at(t),
+        theta=np.interp(t, seen.t[known], seen.theta[known]) if known.sum() >= 2 else unknown,
+        swept=np.zeros(len(t)),
+        sigma_xy=path.sigma(t),
+        sigma_theta=unknown,
     )
+    return bridge, tuple(gaps)

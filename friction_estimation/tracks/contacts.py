@@ -92,7 +92,7 @@ def _meetings(one: Trajectory, other: Trajectory) -> Iterator[float]:
     t = t[(t >= begin - 1.5 * frame) & (t <= end + 1e-9)]
     if len(t) < 2:
         return
-    apart = _at(one, t) - _at(other, t)
+    apart = one.at(t) - other.at(t)
     ways = np.hypot(*np.diff(apart, axis=0).T)
     near = np.maximum(np.append(ways, ways[-1]), np.append(ways[0], ways))
     slack = 0.0 if stays_at_rest(one) or stays_at_rest(other) else TOUCHING_SLACK + 0.6 * near
@@ -102,10 +102,6 @@ def _meetings(one: Trajectory, other: Trajectory) -> Iterator[float]:
         yield float(t[first])
         if t[past - 1] - t[first] > CONTACT_TIME_MARGIN:
             yield float(t[past - 1])
-
-
-def _at(track: Trajectory, t: Floats) -> Floats:
-    return np.column_stack([np.interp(t, track.t, axis) for axis in track.xy.T])
 
 
 # --- one stone -----------------------------------------------------------------------------------

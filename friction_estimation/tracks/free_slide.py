@@ -142,7 +142,7 @@ def _slides_of(track: Trajectory, contacts: Sequence[float]) -> list[FreeSlide]:
     problem: TrackTooShortError | None = None
     for first, last in stretches(track, contacts):
         try:
-            part = _slide_of_stretch(_rows_of(track, first, last))
+            part = _slide_of_stretch(track.only(slice(first, last)))
         except TrackTooShortError as error:
             problem = problem or error
             continue
@@ -228,11 +228,6 @@ def _slide_of_stretch(track: Trajectory) -> FreeSlide:
             f"at least {MIN_TRAVEL:g} m and {MIN_SAMPLES}"
         )
     return slide
-
-
-def _rows_of(track: Trajectory, first: int, last: int) -> Trajectory:
-    columns = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
-    return replace(track, **{name: getattr(track, name)[first:last] for name in columns})
 
 
 def _longest_run(flags: Flags) -> tuple[int, int]:

@@ -126,7 +126,7 @@ def read_gates(path: str | Path, sigma: float) -> GateLog:
     return GateLog(tracks=tracks, faults=faults, unused=sorted(unused))
 
 
-def passing_times(track: Trajectory, line: float) -> tuple[float, float] | None:
+def gate_time(track: Trajectory, line: float) -> tuple[float, float] | None:
     """Return the time at which the centre of a timed stone passes a line, and its standard error
     [s].
 

@@ -11,12 +11,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
+from scipy.linalg import block_diag
 
 from curling_env.errors import TrackTooShortError
 from curling_env.sheet import HOG_LINE_Y
 from curling_env.trajectory import Trajectory
-from curling_env.typing import Flags, Floats
+from curling_env.typing import Floats
 from friction_estimation.tracks.free_slide import free_slide
 from friction_estimation.tracks.tuning import (
     JOIN_KNOT_STEP,
@@ -55,10 +57,6 @@ class JointPath:
         """Return positions at times, (n, 2) [m]."""
         return _spline_basis(self.knots, t) @ self.coefficients
 
-    def velocity(self, t: Floats) -> Floats:
-        """Return velocities at times, (n, 2) [m/s]."""
-        return _spline_basis(self.knots, t, 1) @ self.coefficients
-
     def sigma(self, t: Floats) -> Floats:
         """Return the standard error of one coordinate at times, (n,) [m]."""
         basis = _spline_basis(self.knots, t)
@@ -78,13 +76,8 @@ def fit_joint_path(chain: Sequence[Trajectory], offset: Floats) -> JointPath:
     chain : tracks of one throw, in the order in which the cameras saw the stone
     offset : (c,) first guess of the offset added to the times of each camera [s]
     """
-    best: tuple[float, JointPath] | None = None
-    for jerk in SLIDING_JERKS:
-        evidence, path = _Fit(chain, offset, jerk).solve()
-        if best is None or evidence > best[0]:
-            best = evidence, path
-    assert best is not None
-    return best[1]
+    tried = (_fit(chain, offset, jerk) for jerk in SLIDING_JERKS)
+    return max(tried, key=lambda fit: fit[0])[1]
 
 
 def thinned_rows(track: Trajectory) -> tuple[Floats, Floats, Floats]:
@@ -94,116 +87,89 @@ def thinned_rows(track: Trajectory) -> tuple[Floats, Floats, Floats]:
     return track.t[::every], track.xy[::every], np.maximum(sigma[::every], MIN_ROW_SIGMA)
 
 
-def passing_time(track: Trajectory, direction: float, along: float) -> float:
-    """Return the time at which a stone passes a place along the sheet [s].
+def passing_times(
+    track: Trajectory, direction: float, along: ArrayLike, *, beyond: float | None = None
+) -> Floats:
+    """Return the times at which a stone first passes places along the sheet [s].
 
     Parameters
     ----------
     track : track of the stone
     direction : 1 for travel towards positive y, −1 towards negative y
-    along : place, as direction times y [m]
+    along : places, as direction times y [m]
+    beyond : time of a place that the track does not show; its first or last one by default [s]
     """
     forward = np.maximum.accumulate(direction * track.xy[:, 1])
     rising = np.concatenate([[True], np.diff(forward) > 0])
-    return float(np.interp(along, forward[rising], track.t[rising]))
+    places, times = forward[rising], track.t[rising]
+    return np.asarray(np.interp(np.asarray(along), places, times, left=beyond, right=beyond))
 
 
-class _Fit:
-    """Gauss-Newton fit with one density of the jerk; unknowns are x, y, displacements, clocks."""
+def _fit(chain: Sequence[Trajectory], offset: Floats, jerk: float) -> tuple[float, JointPath]:
+    """Return the logarithm of the evidence, and the path, with one density of the jerk.
 
-    def __init__(self, chain: Sequence[Trajectory], offset: Floats, jerk: float) -> None:
-        self.offset = offset.copy()
-        self.rows = [thinned_rows(track) for track in chain]
-        first = min(t[0] + tau for (t, _, _), tau in zip(self.rows, offset, strict=True))
-        last = max(t[-1] + tau for (t, _, _), tau in zip(self.rows, offset, strict=True))
-        count = int(np.ceil((last - first + 2.0) / JOIN_KNOT_STEP)) + 1
-        inner = first - 1.0 + JOIN_KNOT_STEP * np.arange(count)
-        self.knots = np.r_[inner[0] - JOIN_KNOT_STEP * np.arange(3, 0, -1), inner, 0, 0, 0]
-        self.knots[-3:] = inner[-1] + JOIN_KNOT_STEP * np.arange(1, 4)
-        self.m = len(self.knots) - 4
-        self.cameras = len(chain)
-        self.jerk = jerk
-        start, stop = _free_interval(chain, offset)
-        between = inner[:-1] + JOIN_KNOT_STEP / 2
-        self.free: Flags = (between > start) & (between < stop)
-        # The third derivative of a cubic spline is constant between knots, like white jerk.
-        roughness = _spline_basis(self.knots, between, 3) * np.sqrt(JOIN_KNOT_STEP)
-        roughness /= np.where(self.free, jerk, PUSHED_JERK)[:, None]
-        self.smooth = roughness.T @ roughness
-        self.size = 2 * self.m + 2 * self.cameras + self.cameras
-        self.spread = np.array([float(np.median(sigma)) for _, _, sigma in self.rows])
-        self.coefficients = np.zeros((self.m, 2))
-        self.displacement = np.zeros((self.cameras, 2))
-        self.weights = [np.ones((len(t), 2)) for t, _, _ in self.rows]
-
-    def solve(self) -> tuple[float, JointPath]:
-        """Return the logarithm of the evidence, and the path."""
-        m, cameras, size = self.m, self.cameras, self.size
-        normal, misfit = np.eye(size), 0.0
-        for number in range(_ROUNDS):
-            normal, right, misfit = self._normal_equations(number)
-            ridge = 1e-12 * np.trace(normal) / size * np.eye(size)
-            solved = np.linalg.solve(normal + ridge, right)
-            self.coefficients = np.column_stack([solved[:m], solved[m : 2 * m]])
-            self.displacement = solved[2 * m : 2 * m + 2 * cameras].reshape(cameras, 2)
-            self.offset = solved[-cameras:]
-        covariance = np.linalg.inv(normal)
-        _, determinant = np.linalg.slogdet(normal)
-        # Only terms that depend on the jerk matter; each free interval between knots has one.
-        evidence = -0.5 * (misfit + determinant)
-        evidence -= 2 * float(np.sum(self.free)) * np.log(self.jerk)
-        sigma = np.sqrt(np.maximum(np.diag(covariance)[-cameras:], 0.0))
-        sigma[0] = 0.0
-        return evidence, JointPath(
-            knots=self.knots,
-            coefficients=self.coefficients,
-            covariance=np.asarray(covariance, dtype=np.float64),
-            offset=self.offset,
-            offset_sigma=sigma,
-            displacement=self.displacement,
-        )
-
-    def _normal_equations(self, number: int) -> tuple[Floats, Floats, float]:
-        """Return normal matrix, right-hand side and −2·ln density of an iteration, from the present
-        values.
-        """
-        m, cameras, size = self.m, self.cameras, self.size
-        normal, right = np.zeros((size, size)), np.zeros(size)
-        chi2 = logs = 0.0
-        for k, (t, xy, sigma) in enumerate(self.rows):
-            basis = _spline_basis(self.knots, t + self.offset[k])
-            rate = _spline_basis(self.knots, t + self.offset[k], 1) @ self.coefficients
+    Gauss-Newton iterations; the unknowns are x, y, displacements and clocks.
+    """
+    rows = [thinned_rows(track) for track in chain]
+    first = min(t[0] + tau for (t, _, _), tau in zip(rows, offset, strict=True))
+    last = max(t[-1] + tau for (t, _, _), tau in zip(rows, offset, strict=True))
+    count = int(np.ceil((last - first + 2.0) / JOIN_KNOT_STEP)) + 1
+    knots = first - 1.0 + JOIN_KNOT_STEP * np.arange(-3, count + 3)
+    m, cameras = len(knots) - 4, len(chain)
+    size = 2 * m + 3 * cameras
+    moved, clocks = slice(2 * m, 2 * m + 2 * cameras), slice(2 * m + 2 * cameras, size)
+    start, stop = _free_interval(chain, offset)
+    between = knots[3:-4] + JOIN_KNOT_STEP / 2
+    free = (between > start) & (between < stop)
+    # The third derivative of a cubic spline is constant between knots, like white jerk.
+    roughness = _spline_basis(knots, between, 3) * np.sqrt(JOIN_KNOT_STEP)
+    roughness /= np.where(free, jerk, PUSHED_JERK)[:, None]
+    spread = np.repeat([float(np.median(sigma)) for _, _, sigma in rows], 2)
+    found = np.zeros(size)
+    found[clocks] = offset
+    normal, misfit = np.eye(size), 0.0
+    for number in range(_ROUNDS):
+        # The first clock is the common one; the others are free within seconds.
+        held = np.full(cameras, 0.1 if number else 1e6)
+        held[0] = 1e6
+        priors = roughness, roughness, np.diag(1 / spread), np.diag(held)
+        prior = np.asarray(block_diag(*priors), dtype=np.float64)
+        designs, targets, logs = [prior], [prior[:, clocks] @ found[clocks]], 0.0
+        for k, (t, xy, sigma) in enumerate(rows):
+            clock = found[clocks][k]
+            basis, rate = _spline_basis(knots, t + clock), _spline_basis(knots, t + clock, 1)
             for axis in range(2):
+                own = slice(axis * m, (axis + 1) * m)
                 design = np.zeros((len(t), size))
-                design[:, axis * m : (axis + 1) * m] = basis
-                design[:, 2 * m + 2 * k + axis] = 1.0
+                design[:, own] = basis
+                design[:, moved.start + 2 * k + axis] = 1.0
+                residual = xy[:, axis] - design @ found
                 if k and number:  # before the first iteration there is no path for the rate
-                    design[:, 2 * m + 2 * cameras + k] = rate[:, axis]
-                target = xy[:, axis] + design[:, -cameras:] @ self.offset
-                weight = self.weights[k][:, axis] / sigma**2
-                normal += (design * weight[:, None]).T @ design
-                right += (design * weight[:, None]).T @ target
-                residual = xy[:, axis] - basis @ self.coefficients[:, axis]
-                residual = residual - self.displacement[k, axis]
-                chi2 += float(np.sum(weight * residual**2))
-                logs += float(np.sum(np.log(sigma**2 / self.weights[k][:, axis])))
-                robust = 1 / (1 + (residual / (4 * sigma)) ** 2) if number > 2 else 1.0
-                self.weights[k][:, axis] = robust
-        for axis in range(2):
-            part = slice(axis * m, (axis + 1) * m)
-            normal[part, part] += self.smooth
-            along = self.coefficients[:, axis]
-            chi2 += float(along @ self.smooth @ along)
-        for k in range(cameras):
-            for axis in range(2):
-                place = 2 * m + 2 * k + axis
-                normal[place, place] += self.spread[k] ** -2
-            chi2 += float(np.sum(self.displacement[k] ** 2) / self.spread[k] ** 2)
-            # The first clock is the common one; the others are free within seconds.
-            weight = 1e12 if k == 0 or not number else 1e-2
-            normal[-cameras + k, -cameras + k] += weight
-            right[-cameras + k] += weight * self.offset[k]
-        return normal, right, chi2 + logs
+                    design[:, clocks.start + k] = rate @ found[own]
+                robust = 1 / (1 + (residual / (4 * sigma)) ** 2) if number > 5 else np.ones(len(t))
+                weight = np.sqrt(robust) / sigma
+                designs.append(weight[:, None] * design)
+                targets.append(weight * (xy[:, axis] + design[:, clocks] @ found[clocks]))
+                logs -= 2 * float(np.log(weight).sum())
+        design, target = np.concatenate(designs), np.concatenate(targets)
+        normal = design.T @ design
+        ridge = 1e-12 * np.trace(normal) / size * np.eye(size)
+        found = np.linalg.solve(normal + ridge, design.T @ target)
+        misfit = float(((target - design @ found) ** 2).sum()) + logs
+    covariance: Floats = np.asarray(np.linalg.inv(normal), dtype=np.float64)
+    # Only terms that depend on the jerk matter; each free interval between knots has one.
+    evidence = -0.5 * (misfit + np.linalg.slogdet(normal)[1])
+    evidence -= 2 * float(np.sum(free)) * np.log(jerk)
+    sigma = np.sqrt(np.maximum(np.diag(covariance)[clocks], 0.0))
+    sigma[0] = 0.0
+    return evidence, JointPath(
+        knots=knots,
+        coefficients=found[: 2 * m].reshape(2, m).T,
+        covariance=covariance,
+        offset=found[clocks],
+        offset_sigma=sigma,
+        displacement=found[moved].reshape(cameras, 2),
+    )
 
 
 def _spline_basis(knots: Floats, t: Floats, derivative: int = 0) -> Floats:
@@ -225,7 +191,7 @@ def _free_interval(chain: Sequence[Trajectory], offset: Floats) -> tuple[float, 
     first = chain[0]
     direction = 1.0 if chain[-1].xy[-1, 1] > first.xy[0, 1] else -1.0
     if direction * first.xy[0, 1] < -HOG_LINE_Y < direction * first.xy[-1, 1]:
-        start = passing_time(first, direction, -HOG_LINE_Y) + float(offset[0])
+        start = float(passing_times(first, direction, -HOG_LINE_Y)) + float(offset[0])
     for k, track in enumerate(chain):
         try:
             slide = free_slide(track)

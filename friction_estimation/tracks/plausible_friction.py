@@ -27,14 +27,14 @@ def friction_question(mu: float) -> str | None:
     low, high = USUAL_FRICTION
     likely = [n for n in SLOW_MOTIONS if low <= mu * n**2 <= high]
     asked = f"μ = {mu:.4f} is {'below' if mu < least else 'above'} that of curling ice"
-    if likely:
-        slower = "slower" if likely[0] > 1 else "faster"
-        factor = likely[0] if likely[0] > 1 else 1 / likely[0]
-        return (
-            f"{asked}: does the film play {factor:g} times {slower} than life? "
-            f"--slow {likely[0]:g} makes it {mu * likely[0] ** 2:.4f}"
-        )
-    return f"{asked}: are the times of the frames and the lengths in the scene correct?"
+    if not likely:
+        return f"{asked}: are the times of the frames and the lengths in the scene correct?"
+    slow = likely[0]
+    played = f"{slow:g} times slower" if slow > 1 else f"{1 / slow:g} times faster"
+    return (
+        f"{asked}: does the film play {played} than life? "
+        f"--slow {slow:g} makes it {mu * slow**2:.4f}"
+    )
 
 
 def rough_friction(track: Trajectory) -> float:

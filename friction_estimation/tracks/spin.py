@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+from scipy.integrate import cumulative_trapezoid
 
 from curling_env.typing import Floats
 from friction_estimation.tracks.free_slide import FreeSlide
@@ -33,7 +34,7 @@ def fit_spin(slide: FreeSlide) -> tuple[float, float, float, float]:
     best = (np.inf, 0.0, 0.2, 0.0)
     for power in np.arange(0.0, 1.25, 0.1):
         rate = ratio**power
-        turned = np.concatenate([[0.0], np.cumsum(np.diff(t) * 0.5 * (rate[1:] + rate[:-1]))])
+        turned = cumulative_trapezoid(rate, t, initial=0)
         basis = np.column_stack([np.ones_like(turned), turned])[known]
         coefficients, cost = _robust_line(basis, theta[known])
         if cost < best[0]:

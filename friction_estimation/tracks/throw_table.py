@@ -8,6 +8,7 @@ not show is None.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, fields
 from itertools import groupby
 
@@ -19,7 +20,7 @@ from curling_env.trajectory import Trajectory
 from curling_env.typing import Floats
 from friction_estimation.tracks.contacts import contacts_of, stays_at_rest, velocity_jumps
 from friction_estimation.tracks.free_slide import free_slide
-from friction_estimation.tracks.gates import passing_times
+from friction_estimation.tracks.gates import gate_time
 from friction_estimation.tracks.measured import Measured, difference, times, together
 from friction_estimation.tracks.seen_throw import (
     FAR_HOG,
@@ -128,15 +129,11 @@ def throw_table(tracks: Sequence[Trajectory]) -> list[ThrowMeasures]:
     ----------
     tracks : tracks of a session; the stones of one throw share its number and are adjacent
     """
-    return list(_measured(tracks))
-
-
-def _measured(tracks: Sequence[Trajectory]) -> Iterator[ThrowMeasures]:
+    found: list[ThrowMeasures] = []
     for track, contacts in thrown_stones(tracks):
-        try:
-            yield measure_throw(track, contacts)
-        except TrackTooShortError:
-            continue
+        with suppress(TrackTooShortError):
+            found.append(measure_throw(track, contacts))
+    return found
 
 
 def thrown_stones(tracks: Sequence[Trajectory]) -> Iterator[tuple[Trajectory, list[float]]]:
@@ -214,24 +211,18 @@ def measure_throw(track: Trajectory, contacts: Sequence[float] = ()) -> ThrowMea
 def _measure_by_gates(track: Trajectory) -> ThrowMeasures:
     """Return the splits of a throw timed by light gates, which show nothing else of it."""
     away = bool(track.xy[-1, 1] >= track.xy[0, 1])
-    lines = {
-        "near_tee": -TEE_Y,
-        "near_hog": -HOG_LINE_Y,
-        "far_hog": HOG_LINE_Y,
-        "far_tee": TEE_Y,
-    }
-    passed = {
-        name: None if (found := passing_times(track, line)) is None else Measured(*found)
-        for name, line in lines.items()
-    }
+    near_tee, near_hog, far_hog, far_tee = (
+        None if (found := gate_time(track, line)) is None else Measured(*found)
+        for line in (-TEE_Y, -HOG_LINE_Y, HOG_LINE_Y, TEE_Y)
+    )
     return ThrowMeasures(
         throw=track.throw,
         stone=track.stone,
         clock=track.clock,
         direction=Direction.AWAY if away else Direction.HOME,
-        tee_to_hog=difference(passed["near_tee"], passed["near_hog"]),
-        hog_to_hog=difference(passed["near_hog"], passed["far_hog"]),
-        hog_to_tee=difference(passed["near_hog"], passed["far_tee"]),
+        tee_to_hog=difference(near_tee, near_hog),
+        hog_to_hog=difference(near_hog, far_hog),
+        hog_to_tee=difference(near_hog, far_tee),
     )
 
 
@@ -245,10 +236,4 @@ def rows_until(track: Trajectory, time: float) -> Trajectory:
     """Return the rows of a track before a time."""
     if time > track.t[-1]:
         return track
-    rows = track.t < time - 0.02
-    columns = ("t", "xy", "theta", "swept", "sigma_xy", "sigma_theta")
-    part = {
-        name: getattr(track, name)[rows] if getattr(track, name).size else getattr(track, name)
-        for name in columns
-    }
-    return Trajectory(throw=track.throw, stone=track.stone, clock=track.clock, **part)
+    return track.only(track.t < time - 0.02)

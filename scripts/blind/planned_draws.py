@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from agents.planning import PlannedThrow, plan
+from agents.planning import PlannedThrow, plan_throw
 from blind.law import HOG, MU, SQUARES
 from blind.sessions import Release
 from curling_env.errors import CurlingError
@@ -98,7 +98,7 @@ def draws_on_truth(ice: Ice, sealed: dict[str, Any], *, direction: float) -> dic
     for turn in np.arange(TARGETS) * 2.0 * np.pi / TARGETS:
         target = np.array([RADIUS * np.cos(turn), direction * TEE_Y + RADIUS * np.sin(turn)])
         try:
-            planned = plan(ice, target, skill=SKILL).best
+            planned = plan_throw(ice, target, skill=SKILL).best
         except CurlingError:
             continue
         throw, sweep = _as_thrown(planned)

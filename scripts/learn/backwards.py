@@ -20,14 +20,13 @@ from agents.playing.league.self_play import (
     Effort,
     PlayedEnds,
     best_by_simulation,
-    best_of_each,
     errors_of,
     sigmas_of,
     some_of_each,
 )
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.positions import EndSimulator
-from agents.playing.search.shots import shots_for
+from agents.playing.search.shots import best_of_each, shots_for
 from agents.playing.search.value_network import ValueNetwork, skill_feature
 from curling_env.throw import Skill
 from curling_env.typing import Floats, Indices

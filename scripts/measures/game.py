@@ -6,9 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from agents.planning import plan, plan_task
+from agents.planning import plan_throw
 from agents.playing import NETWORKS, end_simulator, play_tournament
-from agents.playing.league.fit import negative_log_likelihood
+from agents.playing.league.fit import negative_log_likelihood, shares_error
+from agents.playing.league.run import played_batch
 from agents.playing.search.networks import network_named
 from agents.playing.tournament import Standing
 from curling_env import load_ice
@@ -43,11 +44,11 @@ def plans() -> dict[str, float]:
     off = 0.0
     for _ in range(TARGETS):
         target = tuple((np.array([0.0, TEE_Y]) + rng.uniform(-1.5, 1.5, 2)).tolist())
-        best = plan(ice, target, skill="elite").best
+        best = plan_throw(ice, target, skill="elite").best
         rest = slide(ice, best.throw.release())
         off = max(off, 1e3 * float(np.hypot(rest.x - target[0], rest.y - target[1])))
     found = {
-        (task, skill): plan_task(ice, task, STONE, skill=skill, candidates=CANDIDATES).best
+        (task, skill): plan_throw(ice, task, STONE, skill=skill, candidates=CANDIDATES).best
         for task, skills in SHOTS.items()
         for skill in skills
     }
@@ -120,13 +121,14 @@ def _standing(setting: str, ends: int, opponent: str, *, games: int, seed: int) 
 
 def values() -> dict[str, float]:
     """Compare predictions of the value networks with the scores of unseen ends."""
-    from train_value_network import played_ends, shares_error
+    from train_value_network import settings_for
 
     found: dict[str, float] = {}
     for known in NETWORKS:
         own = network_named(known.name)
         lines = end_simulator(known.ice, known.rules, known.delivery).lines
-        batches = [played_ends(own, known, (99, 0, k)) for k in range(VALUE_BATCHES)]
+        settings = settings_for(known)
+        batches = [played_batch(settings, (own, own), (99, 0, k)) for k in range(VALUE_BATCHES)]
         errors = {
             other.name: np.mean(
                 [negative_log_likelihood(network_named(other.name), lines, b) for b in batches]

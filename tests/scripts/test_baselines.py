@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import baselines
@@ -22,15 +23,19 @@ def small(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("name", ["ppo", "sac", "bc-medium"])
-def test_runs_are_resumed_and_saved_weights_score_as_measured(small, name):
-    baselines.run([name], ["draw"], 0.02, "1")
-    folder = baselines.FOLDER / name / "draw"
+@pytest.mark.parametrize(
+    ("name", "task"),
+    [("ppo", "draw"), ("sac", "draw"), ("bc-medium", "draw"), ("dqn", "end-rulebased")],
+)
+def test_runs_are_resumed_and_saved_weights_score_as_measured(small, monkeypatch, name, task):
+    monkeypatch.setattr(baselines, "ENDS", ["end-rulebased"])
+    baselines.run([name], [task], 0.02, "1")
+    folder = baselines.FOLDER / name / task
     row = read_row(baselines.FOLDER / f"{name}.json")
     assert row.learnt
     assert [len(run) for run in row.scores[0].runs] == [3, 3]
     assert any("at least 100" in words for words in shortcomings(row))
-    values, _ = played(TASKS["draw"], contestant(str(folder / "1" / "model.zip")), episodes=3)
+    values, _ = played(TASKS[task], contestant(str(folder / "1" / "model.zip")), episodes=3)
     np.testing.assert_allclose(values, row.scores[0].runs[1], atol=1e-4)
     about = json.loads((folder / "0" / "config.json").read_text())
     assert about["seed"] == 0
@@ -40,7 +45,7 @@ def test_runs_are_resumed_and_saved_weights_score_as_measured(small, name):
     (folder / "0" / "model.zip").write_bytes(b"not read: this training is measured")
     for name_of_file in ("values.json", "model.zip"):
         (folder / "1" / name_of_file).unlink()
-    baselines.run([name], ["draw"], 0.02, "1")
+    baselines.run([name], [task], 0.02, "1")
     assert (folder / "0" / "values.json").stat().st_mtime_ns == done
     assert read_row(baselines.FOLDER / f"{name}.json").scores == row.scores
 
@@ -60,6 +65,14 @@ DOCS = Path(__file__).parents[2] / baselines.RELEASED
 @pytest.mark.parametrize("path", sorted(DOCS.glob("[!c]*.json")), ids=lambda path: path.stem)
 def test_released_rows_are_complete(path):
     assert shortcomings(read_row(path)) == []
+
+
+def test_a_release_keeps_the_rows_that_were_not_run_again(small):
+    folder = small / baselines.RELEASED
+    shutil.copytree(DOCS, folder)
+    baselines.release()
+    for name in ("curves.csv", "configurations.json", "ppo.json"):
+        assert (folder / name).read_bytes() == (DOCS / name).read_bytes()
 
 
 @pytest.mark.parametrize(("name", "task"), [("sac", "guard"), ("ppo", "draw-blind")])

@@ -31,6 +31,7 @@ from agents.app.club.records import (
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
 from curling_env.infrastructure.provenance import sha256_of
+from curling_env.units import Units
 
 DATABASE = "club.sqlite"
 SESSIONS, FILMS, CAMERAS, PLAYABLE = "sessions", "films", "cameras", "playable"
@@ -119,6 +120,18 @@ class Club:
         """The ice file of a session, which may not be there yet."""
         return self.folder_of(session) / ICE
 
+    @property
+    def units(self) -> Units:
+        """Units in which the app displays lengths."""
+        with self.database.reading() as connection:
+            query = "select value from setting where name = 'units'"
+            found = connection.execute(query).fetchone()
+        return Units.METRES if found is None else Units(found[0])
+
+    def choose_units(self, units: Units) -> None:
+        """Display lengths in these units, in the whole app."""
+        self.database.write("insert or replace into setting values ('units', ?)", units)
+
     def secret(self, name: str) -> str:
         """A secret that is kept, made when it is first asked for.
 
@@ -187,6 +200,13 @@ class Club:
         """A throw by its own number, not that within its session."""
         query = "select * from throw where id = ? and removed is null"
         return self.database.row(Throw, query, number)
+
+    def names(self, table: str) -> list[tuple[int, str]]:
+        """Numbers and names of a table, sorted as people count."""
+        there = " where removed is null" if table == "target" else ""
+        with self.database.reading() as connection:
+            found = connection.execute(f"select id, name from {table}{there}").fetchall()
+        return sorted(map(tuple, found), key=lambda one: _as_counted(one[1]))
 
     def targets(self) -> list[Target]:
         """The targets that are offered, by name."""

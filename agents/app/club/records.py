@@ -155,7 +155,7 @@ class Throw:
     film_id : the film that shows it; None for tracks alone
     part : which throw of its film, or of the tracks that were imported, it is
     clock : when its part of the film begins [s]
-    seen_stone : the stone's number as tracking tells them apart
+    seen_stone : the stone's number as tracking numbers it
     athlete_id, stone_id, called, made, note, swept : a coach's entries; what was called reads as in
         `agents.coaching`, where it was swept as in `session_files.SWEPT`
     settled : whether the number is final: all earlier films have been tracked
@@ -239,7 +239,7 @@ class Job:
 
     Parameters
     ----------
-    kind : what is done, a name of `work.kinds`
+    kind : what is done, a name of `work.jobs.KINDS`
     share : how much of it is done, 0 to 1
     says : what it does just now, in words
     left : estimated time until it ends [s]; None while unknown

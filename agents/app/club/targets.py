@@ -7,12 +7,13 @@ every command reads, have the place itself.
 from __future__ import annotations
 
 import re
+import sqlite3
 from collections.abc import Sequence
 
 import numpy as np
 
 from agents.app.club.club import Club, added, changed, named
-from agents.app.club.database import row_of
+from agents.app.club.database import row_of, rows_of
 from agents.app.club.records import Target
 from agents.coaching import read_call
 from agents.coaching.calls import KNOWN_WORDS
@@ -36,10 +37,7 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
     """
     name = named(name, "a target")
     right, past = to_delivery(np.array([x, y]), Direction.AWAY if y > 0 else Direction.HOME)
-    if not re.fullmatch(r"[^\W\d_][\w' -]*", name):
-        raise InputError("the name of a target begins with a letter, and has no signs in it")
-    if KNOWN_WORDS.issuperset(name.lower().split()):
-        raise InputError(f"{name!r} means something in a call already; choose another name")
+    _check_name(name)
     if read_call(f"draw {_place(right, past)}") is None:
         raise InputError("no stone can lie there")
     x, y = (float(v) for v in to_sheet(np.array([right, past]), Direction.AWAY))
@@ -69,6 +67,24 @@ def keep_target(club: Club, name: str, x: float, y: float) -> Target:
     return kept
 
 
+def rename_target(connection: sqlite3.Connection, number: int, name: str) -> None:
+    """Rename a target, also in the calls and drills that name it.
+
+    Raises
+    ------
+    InputError : a name that calls have a meaning for, or that another target has
+    """
+    _check_name(name)
+    (old,) = rows_of(connection, Target, "select * from target where id = ?", (number,))
+    changed(connection, "target", number, name=name)
+    for table, column in (("throw", "called"), ("session", "drill")):
+        rows = connection.execute(f"select id, {column} from {table}").fetchall()
+        for row, called in rows:
+            now = _pattern(old).sub(name, called)
+            if now != called:
+                changed(connection, table, row, **{column: now})
+
+
 def remove_target(club: Club, number: int) -> None:
     """Offer a target no longer; calls that name it keep their meaning."""
     club.database.write("update target set removed = datetime() where id = ?", number)
@@ -78,9 +94,19 @@ def with_places(called: str, targets: Sequence[Target]) -> str:
     """Return a call with places for the names of targets, as `read_call` reads it."""
     for one in sorted(targets, key=lambda target: -len(target.name)):
         right, past = to_delivery(np.array([one.x, one.y]), Direction.AWAY)
-        pattern = re.compile(rf"(?<![\w-]){re.escape(one.name)}(?![\w-])", re.IGNORECASE)
-        called = pattern.sub(_place(right, past), called)
+        called = _pattern(one).sub(_place(right, past), called)
     return called
+
+
+def _pattern(target: Target) -> re.Pattern[str]:
+    return re.compile(rf"(?<![\w-]){re.escape(target.name)}(?![\w-])", re.IGNORECASE)
+
+
+def _check_name(name: str) -> None:
+    if not re.fullmatch(r"[^\W\d_][\w' -]*", name):
+        raise InputError("the name of a target begins with a letter, and has no signs in it")
+    if KNOWN_WORDS.issuperset(name.lower().split()):
+        raise InputError(f"{name!r} means something in a call already; choose another name")
 
 
 def _place(right: float, past: float) -> str:

@@ -8,19 +8,18 @@ import numpy as np
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from agents.app.club import Club, Session
-from agents.app.club.planned_ice import believed_ice, earlier_sessions
-from agents.app.pages import club_of, number_in, page, session_of
-from agents.app.screens.screen import Screen
+from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.sheet.choices import centre_of_session
+from agents.app.sheet.forms import rounded
 from agents.app.sheet.ice_sheet import compared_in_words
-from agents.app.work.causes import causes_of
+from agents.app.work.causes import believed_ice, causes_of, earlier_sessions
 from agents.coaching import Pattern, ThrowCauses
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
 from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause
 from curling_env.sheet import Direction, to_sheet
+from curling_env.typing import Floats
 
 LEADS = {
     **{cause: f"Most was lost by the {cause}" for cause in ("weight", "line", "rotation")},
@@ -51,7 +50,7 @@ def show(request: Request) -> Response:
     athlete = request.query_params.get("athlete", "")
     patterns = {pattern.athlete: pattern for pattern in found.athletes}
     if athlete and athlete not in patterns:
-        raise HTTPException(404, "Nobody of that name has thrown to a called target here.")
+        raise HTTPException(404, "No one of that name has thrown to a called target here.")
     shown = [one for one in found.throws if not athlete or one.athlete == athlete]
     chosen = _chosen(request, shown)
     there = {one.number for one in club.throws(session)}
@@ -75,6 +74,7 @@ def show(request: Request) -> Response:
         believed=believed,
         earlier=earlier_sessions(club, session),
         found=found,
+        small=SMALL,
     )
 
 
@@ -147,7 +147,10 @@ def _pattern(pattern: Pattern | None) -> dict[str, Any] | None:
 
 def _picture(one: ThrowCauses) -> dict[str, Any]:
     """The way from the target to the rest, cause by cause, sheet frame."""
-    direction = Direction.AWAY
+
+    def on_sheet(place: Floats) -> list[float]:
+        return rounded(to_sheet(place, Direction.AWAY))
+
     place = one.target.copy()
     steps: list[dict[str, Any]] = []
     for cause in CAUSES:
@@ -155,25 +158,11 @@ def _picture(one: ThrowCauses) -> dict[str, Any]:
         if part is None:
             continue
         after = place + np.array([part.right.value, part.past.value])
-        ends = [to_sheet(place, direction), to_sheet(after, direction)]
-        steps.append(
-            {
-                "kind": f"cause {cause}",
-                "x": [round(float(end[0]), 3) for end in ends],
-                "y": [round(float(end[1]), 3) for end in ends],
-            }
-        )
+        x, y = zip(on_sheet(place), on_sheet(after), strict=True)
+        steps.append({"kind": f"cause {cause}", "x": x, "y": y})
         place = after
-    target, rest = (to_sheet(xy, direction) for xy in (one.target, one.rest))
-    return {
-        "steps": steps,
-        "target": {"x": round(float(target[0]), 3), "y": round(float(target[1]), 3)},
-        "rest": {"x": round(float(rest[0]), 3), "y": round(float(rest[1]), 3)},
-    }
+    target, rest = (dict(zip("xy", on_sheet(k), strict=True)) for k in (one.target, one.rest))
+    return {"steps": steps, "target": target, "rest": rest}
 
 
-SCREEN = Screen(
-    name="hand-or-ice",
-    title="Hand or ice?",
-    routes=[Route("/hand-or-ice", show), Route("/hand-or-ice/{session:int}", show)],
-)
+SCREEN = Screen("hand-or-ice", "Hand or ice?", show)

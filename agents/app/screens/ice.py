@@ -5,17 +5,16 @@ from __future__ import annotations
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from agents.app.club import Club, Session
 from agents.app.club.club import digest_of_file
 from agents.app.club.session_files import measures_of
-from agents.app.pages import club_of, number_in, page, session_of
+from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.screens.practice import CONDITIONS
-from agents.app.screens.screen import Screen
 from agents.app.sheet.choices import centre_of_session, findings_of, ice_of, season_of
-from agents.app.sheet.curl_map import curl_map
 from agents.app.sheet.ice_sheet import LANE_NAMES, MOSTLY_SEEN, EarlierIce, ice_document
+from agents.app.sheet.measured_ice import change_of_weight, curl_map
+from agents.app.work.causes import earlier_sessions
 from agents.app.work.jobs import running
 from curling_env.errors import InputError
 
@@ -26,7 +25,7 @@ MOST_EARLIER = 5
 def show(request: Request) -> Response:
     """The ice of a session; the latest session with one without a number.
 
-    `?against=NUMBER` shows how the map changed since that session, `?hand=left` tells handles for a
+    `?against=NUMBER` shows how the map changed since that session, `?hand=left` names handles for a
     left-hander.
     """
     club = club_of(request)
@@ -51,6 +50,7 @@ def show(request: Request) -> Response:
         against = next((one for one in document["earlier"] if one["id"] == wanted), None)
         if against is None:
             raise HTTPException(404, "There is no such earlier session on this sheet.")
+    throws = [measures_of(one.measures) for one in club.throws(session)]
     hand = "left" if request.query_params.get("hand") == "left" else "right"
     return page(
         request,
@@ -62,6 +62,7 @@ def show(request: Request) -> Response:
         lane_names=LANE_NAMES,
         mostly_seen=MOSTLY_SEEN,
         season=season_of(club, session),
+        evening=change_of_weight(throws),
         conditions=CONDITIONS,
         trouble=trouble,
         can_look=club.tracks_of(session).exists(),
@@ -74,9 +75,7 @@ def show(request: Request) -> Response:
             "cells": document["cells"],
             "seconds": document["seconds_per_share"],
             "change": None if against is None else against["cells"],
-            "curl": curl_map(
-                ice.sheet, [measures_of(one.measures) for one in club.throws(session)]
-            ),
+            "curl": curl_map(ice.sheet, throws),
         },
     )
 
@@ -84,10 +83,7 @@ def show(request: Request) -> Response:
 def _earlier(club: Club, session: Session) -> list[EarlierIce]:
     """The ices of earlier sessions on the same sheet, the latest first."""
     found: list[EarlierIce] = []
-    for other in club.sessions():
-        is_before = (other.day, other.id) < (session.day, session.id)
-        if not is_before or other.sheet != session.sheet or len(found) == MOST_EARLIER:
-            continue
+    for other in earlier_sessions(club, session)[:MOST_EARLIER]:
         try:
             ice = ice_of(club, other)
         except InputError:
@@ -98,8 +94,4 @@ def _earlier(club: Club, session: Session) -> list[EarlierIce]:
     return found
 
 
-SCREEN = Screen(
-    name="ice",
-    title="Ice",
-    routes=[Route("/ice", show), Route("/ice/{session:int}", show)],
-)
+SCREEN = Screen("ice", "Ice", show)

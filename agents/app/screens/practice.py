@@ -1,4 +1,4 @@
-"""The screen *Practice*: sessions, their cameras and films, and the work on them."""
+"""The screen *Practice*: sessions, their cameras and films, the work on them, and their removal."""
 
 from __future__ import annotations
 
@@ -21,9 +21,19 @@ from agents.app.club.films import (
     waits,
 )
 from agents.app.club.records import Note, State
-from agents.app.club.removal import removed_in, removed_sessions
+from agents.app.club.removal import (
+    KINDS,
+    Kind,
+    bring_back,
+    delete_for_good,
+    remove,
+    removed_in,
+    removed_sessions,
+)
 from agents.app.club.session_files import finish_files, note_change
+from agents.app.club.targets import rename_target
 from agents.app.pages import (
+    Screen,
     club_of,
     document_of,
     form_of,
@@ -34,9 +44,8 @@ from agents.app.pages import (
     work_of,
 )
 from agents.app.screens.marking import MARKING, can_be_marked
-from agents.app.screens.removing import REMOVING
-from agents.app.screens.screen import Screen
 from agents.app.views.progress import events, job_events, state_of
+from agents.app.work.jobs import OPEN
 from curling_env.errors import InputError
 from friction_estimation.camera.annotation.verdict import SHEETS as OFFERED
 from friction_estimation.camera.annotation.verdict import size_in_words
@@ -46,6 +55,8 @@ SHEETS = {f"{sheet.length:g}x{sheet.width:g}": sheet for sheet in OFFERED}
 """Sizes of the ice that a camera may see."""
 WORK = ("track", "estimate", "discover")
 """Kinds of work that the page may ask for."""
+RENAMED, MERGED = ("athlete", "stone", "camera", "target", "position"), ("athlete", "stone")
+"""Tables of the database whose rows can be renamed, and those whose rows can be merged so."""
 LONGEST_LIST = 400
 """Letters of a list of numbers, and of what an ice technician enters."""
 CONDITIONS = ("pebble", "temperature", "humidity", "scrape")
@@ -71,8 +82,8 @@ def show(request: Request) -> Response:
         today=datetime.date.today().isoformat(),
         can_be_marked=session is not None and can_be_marked(club, session),
         conditions=CONDITIONS,
-        athletes=club.athletes(),
-        stones=club.stones(),
+        names={table: club.names(table) for table in RENAMED},
+        merged=MERGED,
         notes=[] if session is None else club.notes(session),
         removed=[] if session is None else removed_in(club, session),
         removed_sessions=removed_sessions(club),
@@ -88,19 +99,21 @@ async def begin(request: Request) -> Response:
 
 
 async def rename(request: Request) -> Response:
-    """Rename an athlete, a stone or a camera; another athlete or stone of that name is merged."""
+    """Rename something; another athlete or stone of that name is merged."""
     club, form = club_of(request), await form_of(request)
     table, name = form.get("table", ""), named(form.get("name", ""), "it")
-    if table not in ("athlete", "stone", "camera"):
-        raise InputError("expected an athlete, a stone or a camera")
+    if table not in RENAMED:
+        raise InputError(f"expected one of {', '.join(RENAMED)}", source="table")
     number = number_in(form.get("id", ""), f"the {table}")
     with club.database.writing() as connection:
         query = f"select id from {table} where name = ? and id <> ?"
         other = connection.execute(query, (name, number)).fetchone()
-        if other is None:
+        if other is None and table == "target":
+            rename_target(connection, number, name)
+        elif other is None:
             changed(connection, table, number, name=name)
-        elif table == "camera":
-            raise InputError("there is a camera of that name already", source=name)
+        elif table not in MERGED:
+            raise InputError(f"there is a {table} of that name already", source=name)
         else:
             query = f"update throw set {table}_id = ? where {table}_id = ?"
             connection.execute(query, (other[0], number))
@@ -297,11 +310,43 @@ def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
     return camera
 
 
+REMOVALS = {"remove": remove, "bring-back": bring_back, "delete": delete_for_good}
+
+
+async def deal(request: Request) -> Response:
+    """Remove what the form names, once the work on it has ended; or bring it back, or delete it."""
+    club, form = club_of(request), await form_of(request)
+    kind: Kind | None = next((one for one in KINDS if one == form.get("kind")), None)
+    if kind is None:
+        raise InputError("expected a session, a film or a throw")
+    number = number_in(form.get("id", ""), f"a {kind}")
+    page = number if kind == "session" else number_in(form.get("session", ""), "a session")
+    deed = request.url.path.rpartition("/")[2]
+    if deed == "remove" and kind != "throw":
+        film = club.film(number) if kind == "film" else None
+        if kind == "session" or (film is not None and film.state is State.RUNNING):
+            _end_work(request, page, "" if film is None else "track")
+    await run_in_threadpool(REMOVALS[deed], club, kind, number)
+    there = club.session(page)
+    return go_to(request, f"practice/{there.id}#removed" if there else "practice#removed")
+
+
+def _end_work(request: Request, number: int, kind: str) -> None:
+    """End the work on a session, or that of one kind, which then goes on with the rest."""
+    session, work = club_of(request).session(number), work_of(request)
+    jobs = [] if session is None else work.jobs(session)
+    ended = [job for job in jobs if job.state in OPEN and kind in ("", job.kind)]
+    for job in ended:
+        work.cancel(job.id)
+    if session is not None and kind and ended:
+        work.submit(kind, session)
+
+
 SCREEN = Screen(
-    name="practice",
-    title="Practice",
-    routes=[
-        Route("/practice", show),
+    "practice",
+    "Practice",
+    show,
+    [
         Route("/practice", begin, methods=["POST"]),
         Route("/practice/films/{film:int}", receive_piece, methods=["PUT"]),
         Route("/practice/work/{job:int}/again", work_again, methods=["POST"]),
@@ -309,11 +354,10 @@ SCREEN = Screen(
         Route("/practice/films/{film:int}/again", again, methods=["POST"]),
         Route("/practice/work/{job:int}/cancel", cancel, methods=["POST"]),
         Route("/practice/rename", rename, methods=["POST"]),
-        Route("/practice/{session:int}", show),
         Route("/practice/{session:int}/films", announce_film, methods=["POST"]),
         Route("/practice/{session:int}/events", watch),
         *(Route(f"/practice/{{session:int}}/{deed}", do, methods=["POST"]) for deed in DEEDS),
         *MARKING,
-        *REMOVING,
+        *(Route(f"/practice/{deed}", deal, methods=["POST"], name=deed) for deed in REMOVALS),
     ],
 )

@@ -1,4 +1,4 @@
-"""The switch that shares the app with the network, and the links to send."""
+"""Settings of the whole app: sharing with the network, and the units of lengths."""
 
 from __future__ import annotations
 
@@ -7,8 +7,10 @@ from starlette.requests import Request
 from starlette.responses import Response
 from starlette.routing import Route
 
-from agents.app.pages import form_of, go_to, page
+from agents.app.pages import club_of, form_of, go_to, page
+from curling_env.errors import InputError
 from curling_env.infrastructure.qr_code import qr_outline
+from curling_env.units import Units
 
 
 def show(request: Request) -> Response:
@@ -32,4 +34,17 @@ async def switch(request: Request) -> Response:
     return go_to(request, "share")
 
 
-SHARING = [Route("/share", show), Route("/share", switch, methods=["POST"])]
+async def choose_units(request: Request) -> Response:
+    """Choose metres or feet, for all pages of the club."""
+    units = (await form_of(request)).get("units", "")
+    if units not in list(Units):
+        raise InputError(f"expected one of {', '.join(Units)}", source="units")
+    club_of(request).choose_units(Units(units))
+    return go_to(request, "practice")
+
+
+SHARING = [
+    Route("/share", show),
+    Route("/share", switch, methods=["POST"]),
+    Route("/units", choose_units, methods=["POST"]),
+]

@@ -1,15 +1,12 @@
-"""The screen *Stones*: which stones run and curl alike, and which throws would tell them apart."""
+"""The screen *Stones*: which stones run and curl alike, and which throws would distinguish them."""
 
 from __future__ import annotations
 
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
-from agents.app.club.planned_ice import believed_ice
-from agents.app.pages import club_of, page, session_of
-from agents.app.screens.screen import Screen
-from agents.app.work.causes import causes_of
+from agents.app.pages import Screen, club_of, page, session_of
+from agents.app.work.causes import believed_ice, causes_of
 from agents.coaching.in_words import stones_rows
 
 LEAST_REACH = 0.03
@@ -46,8 +43,4 @@ def show(request: Request) -> Response:
     )
 
 
-SCREEN = Screen(
-    name="stones",
-    title="Stones",
-    routes=[Route("/stones", show), Route("/stones/{session:int}", show)],
-)
+SCREEN = Screen("stones", "Stones", show)

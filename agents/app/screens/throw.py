@@ -16,9 +16,8 @@ from agents.app.club.club import named
 from agents.app.club.records import Position
 from agents.app.club.session_files import finish_files, measures_of
 from agents.app.club.targets import keep_target, remove_target
-from agents.app.pages import club_of, document_of, page, session_of
-from agents.app.screens.screen import Screen
-from agents.app.sheet import calls, games, plans, runs
+from agents.app.pages import Screen, club_of, document_of, page, session_of
+from agents.app.sheet import games, throws
 from agents.app.sheet.choices import errors_named, ice_named, ices_of, skill_of, skills_of
 from agents.app.sheet.forms import (
     CallsForm,
@@ -78,12 +77,12 @@ def _split_of(club: Club, key: str) -> dict[str, Any]:
 
 def _run(club: Club, document: Any) -> dict[str, Any]:
     form = asked(document, RunForm)
-    return runs.run(ice_named(club, form.ice), form)
+    return throws.run(ice_named(club, form.ice), form)
 
 
 def _plan(club: Club, document: Any) -> dict[str, Any]:
     form = asked(document, PlanForm)
-    found = plans.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
+    found = throws.planned(ice_named(club, form.ice), skill_of(club, form.skill), form)
     return found | {"habit": _habit(club, form.skill, found["call"]["hog_to_hog_s"])}
 
 
@@ -105,7 +104,7 @@ def _habit(club: Club, key: str, seconds: float | None) -> str:
 
 def _calls(club: Club, document: Any) -> dict[str, Any]:
     form = asked(document, CallsForm)
-    return calls.called(ice_named(club, form.ice), skill_of(club, form.skill), form)
+    return games.called(ice_named(club, form.ice), skill_of(club, form.skill), form)
 
 
 def _game(club: Club, document: Any) -> dict[str, Any]:
@@ -169,11 +168,10 @@ def _answering(
 
 
 SCREEN = Screen(
-    name="throw",
-    title="Throw",
-    routes=[
-        Route("/throw", show),
-        Route("/throw/{session:int}", show),
+    "throw",
+    "Throw",
+    show,
+    [
         Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),
         *(
             Route(f"/throw/{name}", _answering(answer), methods=["POST"])

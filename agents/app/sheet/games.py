@@ -1,21 +1,24 @@
-"""A game against a player, throw by throw; the page keeps its throws in its address."""
+"""A game against a player, throw by throw, and the best calls in a position."""
 
 from __future__ import annotations
 
 from typing import Any
 
-from agents.app.sheet import calls
-from agents.app.sheet.forms import GameForm
-from agents.app.sheet.runs import throw_document
+from agents.app.sheet.forms import CallsForm, GameForm, rounded
+from agents.app.sheet.throws import CLOUD, call_document, throw_document
+from agents.playing.board.advice import Advice, best_calls
 from agents.playing.board.kept_game import GameTable, kept_throws
+from agents.playing.board.set_up import set_up
 from agents.playing.match import PlayedDelivery
 from agents.playing.record import delivery_line
+from agents.playing.search import SearchPlayer
 from curling_env.errors import InputError
-from curling_env.game import GameState
-from curling_env.game.rules import Team, count
+from curling_env.game import GameSimulator, GameState
+from curling_env.game.rules import Team, count, rule_set
 from curling_env.game.rules.game import stones_left
 from curling_env.game.simulator import direction_of, state_on_sheet
 from curling_env.ice import Ice
+from curling_env.sheet import Direction
 from curling_env.throw import Skill
 
 FAULTS = {
@@ -57,7 +60,7 @@ def advised(ice: Ice, skills: tuple[Skill, Skill], form: GameForm) -> dict[str, 
     InputError : as for `played`, or a game that is over
     """
     table, _, state = _play(ice, skills, form)
-    return calls.document(table.simulator, table.begun(state))
+    return calls_document(table.simulator, table.begun(state))
 
 
 def _play(
@@ -129,3 +132,53 @@ def _delivery(delivery: PlayedDelivery) -> dict[str, Any]:
     if ruling is not None and put_back:
         ruling = f"{ruling}; put back"
     return {**line, "ruling": ruling}
+
+
+BUDGET = 8000
+"""Throws that the search simulates: well under a second."""
+RULES = "world_curling_2024"
+
+
+def called(ice: Ice, skill: Skill, form: CallsForm) -> dict[str, Any]:
+    """The best calls for the team to throw, with their chances.
+
+    Parameters
+    ----------
+    ice, skill : the ice, and the hand that throws for both teams
+    form : what was asked
+
+    Raises
+    ------
+    InputError : a position that cannot be, or no throw that gets to the house
+    """
+    position = form.position.position
+    simulator = GameSimulator(ice, rules=position.rules(rule_set(RULES)), skills=skill)
+    state = set_up(simulator, position)
+    return calls_document(simulator, state)
+
+
+def calls_document(simulator: GameSimulator, state: GameState) -> dict[str, Any]:
+    """The best calls in a game, as the page shows them."""
+    view = simulator.view(state)
+    calls = best_calls(simulator, state, player=SearchPlayer(BUDGET))
+    left = simulator.rules.deliveries - (0 if state.game.end is None else state.game.end.delivered)
+    return {
+        "team": view.team.label,
+        "to": view.direction.name.lower(),
+        "last_stone": left == 1,
+        "calls": [_one(call, view.direction) for call in calls],
+    }
+
+
+def _one(call: Advice, direction: Direction) -> dict[str, Any]:
+    step = max(len(call.rests) // CLOUD, 1)
+    return {
+        "shot": call.shot,
+        "throw": throw_document(call.throw),
+        "call": call_document(call.description, call.throw, direction),
+        "win": round(call.win_probability, 4),
+        "win_error": round(call.standard_error, 4),
+        "lies_shot": round(call.lies_shot, 3),
+        "points": round(call.points, 2),
+        "cloud": rounded(call.rests[::step], 2),
+    }

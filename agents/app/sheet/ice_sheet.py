@@ -182,7 +182,7 @@ def compared_in_words(centre: Centre | None, then: Centre | None) -> str:
         (now, a), (before, b) = centre.ice[handle], then.ice[handle]
         if abs(now - before) > max(SIGMAS * float(np.hypot(a, b)), 0.1):
             more = "more" if now > before else "less"
-            words.append(f"{abs(now - before):.1f} m {more} ice for the {handle}")
+            words.append(f"{short_length(now - before)} {more} ice for the {handle}")
     return "; ".join(words)
 
 

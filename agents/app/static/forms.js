@@ -16,7 +16,7 @@ const post = (path, { fields, was }) => ask(path, { method: "POST", keepalive: t
 
 /** Say something below a form, with buttons {words: act}. */
 function tell(form, words, bad = false, buttons = {}) {
-  const line = form.querySelector(".told") ?? form.appendChild(element("p", { class: "told small", role: "status" }));
+  const line = form.querySelector(".reply") ?? form.appendChild(element("p", { class: "reply small", role: "status" }));
   line.classList.toggle("problem", bad);
   line.replaceChildren(words, ...Object.entries(buttons).map(([name, act]) => {
     const button = element("button", { type: "button", class: "plain light" }, name);
@@ -174,6 +174,7 @@ document.addEventListener("submit", async (event) => {
   const page = await parsed(response);
   if (!response.ok) { tell(form, page.querySelector(".problem")?.textContent ?? `The app answered with ${response.status}.`, true); return; }
   if (form.dataset.draft) drafts.keep(form.dataset.draft, null);
+  if (form.dataset.reload) { location.reload(); return; }
   if (new URL(response.url).pathname !== location.pathname) { location.href = response.url; return; }
   takeOver(page);
   if (!form.isConnected) return;

@@ -6,7 +6,7 @@ const PATIENCE = 2000; // between two tries while the app does not answer [ms]
 
 const isOpen = (job) => job.state === "waiting" || job.state === "running";
 
-/** A line about a piece of work; `complain` is told what goes wrong. */
+/** A line about a piece of work; `complain` is called with what goes wrong. */
 export function jobLine(job, complain) {
   const words = [job.what, job.state === "running" ? job.says : job.state, job.left]
     .filter(Boolean).join(": ");
@@ -30,7 +30,7 @@ export function jobLine(job, complain) {
   return line;
 }
 
-/** Listen to events; where the browser has given up, because the app was away for long, begin anew. */
+/** Listen to events; where the browser has given up, because the app was away for long, begin again. */
 export function listen(path, show) {
   const events = new EventSource(at(path));
   events.addEventListener("message", (event) => show(JSON.parse(event.data), events));

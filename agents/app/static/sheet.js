@@ -5,6 +5,7 @@
 // right. Colours and line widths are in sheet.css, so that the picture follows light and dark.
 
 import { hold } from "./sheet_hands.js";
+import { length as inWords } from "./units.js";
 
 const SVG = "http://www.w3.org/2000/svg";
 export const TEE = 17.3735, HOG = 10.9725, BACK = 19.2025, HACK = 21.0315, RADIUS = 0.145;
@@ -22,19 +23,13 @@ export function shape(name, attributes = {}, ...children) {
 
 const line = (x1, y1, x2, y2, name) => shape("line", { x1, y1, x2, y2, class: name });
 
-/** A length for people: centimetres below a metre. */
-export function told(metres) {
-  const size = Math.abs(metres);
-  return size < 0.995 ? `${Math.round(100 * size)} cm` : `${size.toFixed(2)} m`;
-}
-
 /** Where a place of the sheet lies, as the thrower sees it. */
 export function placeInWords({ x, y }, direction) {
   const right = direction * x, past = direction * y - TEE;
   if (Math.hypot(right, past) < 0.05) return "on the button";
   const parts = [];
-  if (Math.abs(past) >= 0.05) parts.push(`${told(past)} ${past > 0 ? "behind" : "before"} the tee line`);
-  if (Math.abs(right) >= 0.05) parts.push(`${told(right)} ${right > 0 ? "right" : "left"} of the centre line`);
+  if (Math.abs(past) >= 0.05) parts.push(`${inWords(past)} ${past > 0 ? "behind" : "before"} the tee line`);
+  if (Math.abs(right) >= 0.05) parts.push(`${inWords(right)} ${right > 0 ? "right" : "left"} of the centre line`);
   return parts.join(", ");
 }
 
@@ -75,7 +70,7 @@ export class Sheet extends EventTarget {
   // --- the ice -------------------------------------------------------------------------------
 
   hatching() {
-    // Each picture has a pattern of its own: a page may hold several.
+    // Each picture has a separate pattern: a page may hold several.
     this.hatch = `hatch-${Math.random().toString(36).slice(2)}`;
     const pattern = shape("pattern", { id: this.hatch, width: 0.3, height: 0.3, patternUnits: "userSpaceOnUse",
       patternTransform: "rotate(45)" }, line(0, 0, 0, 0.3, "hatch"));
@@ -100,7 +95,7 @@ export class Sheet extends EventTarget {
       shape("rect", { x: -half, y: -length / 2, width, height: length, class: "edge" }));
   }
 
-  /** The map: `relative` in rows from y = -length/2 upwards, null where nobody has thrown. */
+  /** The map: `relative` in rows from y = -length/2 upwards, null where no stone ran. */
   map(cells, most = null) {
     const layer = this.layers.cells;
     layer.replaceChildren();
@@ -116,7 +111,7 @@ export class Sheet extends EventTarget {
         next = i + 1;
         while (next < relative.length && relative[next][j] === relative[i][j]) next += 1;
         const value = relative[i][j], box = { x, y: bottom(i), width, height: bottom(next) - bottom(i) };
-        if (value === null) layer.append(shape("rect", { ...box, class: "nobody", fill: `url(#${this.hatch})` }));
+        if (value === null) layer.append(shape("rect", { ...box, class: "unseen-ice", fill: `url(#${this.hatch})` }));
         else if (value !== 0) layer.append(shape("rect", { ...box, class: value > 0 ? "heavy" : "keen",
           "fill-opacity": Math.min(Math.abs(value) / top, 1).toFixed(3) }));
       }
@@ -205,7 +200,7 @@ export class Sheet extends EventTarget {
     return { x: Math.min(Math.max(x, -side), side), y: d * along };
   }
 
-  // --- what is said and held ------------------------------------------------------------------
+  // --- words and handles ----------------------------------------------------------------------
 
   send(name, detail) {
     this.dispatchEvent(Object.assign(new Event(name), { detail }));

@@ -3,6 +3,7 @@
 import { ask } from "./ask.js";
 import { HOG, placeInWords, RADIUS, Sheet, TEE, viewButtons } from "./sheet.js";
 import { read, written } from "./throw_address.js";
+import { length } from "./units.js";
 
 export const $ = (id) => document.getElementById(id);
 export const NAMES = { home: "red", away: "yellow" };
@@ -43,7 +44,7 @@ export const ice = () => ices[Math.max($("ice").selectedIndex, 0)];
 export const sheet = new Sheet($("sheet"), {
   ...ices[0], view: "house", wheel: true });
 viewButtons(sheet, $("views"));
-/** The throw that is shown, as the server told it, and the stones of the game that is played. */
+/** The throw that is shown, as the server answered, and the stones of the game that is played. */
 export const desk = { shown: null };
 export const play = { stones: [], mine: false, to: "away" };
 let asked = 0;
@@ -125,13 +126,12 @@ export const toThrow = () => ((state.delivered % 2 === 1) === (state.hammer === 
 
 // --- words ----------------------------------------------------------------------------------------
 
-export const cm = (metres) => (metres < 0.995 ? `${Math.round(100 * metres)} cm` : `${metres.toFixed(2)} m`);
 /** The hand that throws, and a call's handle for it. */
 export const hand = () => $("skill").selectedOptions[0]?.dataset.hand ?? "right";
 export const turnOf = (call) => (hand() === "left" ? call.left_hander : call.right_hander);
 export const weight = (found) => (found.call.hog_to_hog_s === null ? "short" : `${found.call.hog_to_hog_s.toFixed(1)} s`);
 /** Where the broom stands, and how a throw ends. */
-export const broom = ({ broom_m }) => (Math.abs(broom_m) < 0.01 ? "on the centre line" : `${cm(Math.abs(broom_m))} ${broom_m > 0 ? "right" : "left"}`);
+export const broom = ({ broom_m }) => (Math.abs(broom_m) < 0.01 ? "on the centre line" : `${length(broom_m)} ${broom_m > 0 ? "right" : "left"}`);
 export const endOf = (found) => `It ${found.ends}${found.in_play ? ` ${placeInWords(found.rest, found.to === "home" ? -1 : 1)}` : ""}.`;
 export const upper = (words) => words[0].toUpperCase() + words.slice(1);
 export const percent = (share) => `${Math.round(100 * share)} %`;

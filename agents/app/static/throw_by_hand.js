@@ -1,8 +1,9 @@
 // A throw by hand: speed, broom and turns by sliders, and the path that follows.
 
-import { $, asJson, cm, endOf, keep, lying, play, post, say, sheet, START, state, turnOf } from "./throw_board.js";
+import { $, asJson, endOf, keep, lying, play, post, say, sheet, START, state, turnOf } from "./throw_board.js";
 import { show } from "./throw_found.js";
 import { freshEnd } from "./throw_game.js";
+import { length, SPEED, SPEED_NAME } from "./units.js";
 
 let busy = false;
 let waiting = null;
@@ -37,9 +38,9 @@ export function runThrow() {
 /** What the sliders say: seconds and turns as soon as the throw is found. */
 export function sayHand(found = null) {
   const { speed, angle, spin } = state.throw, broom = -START * Math.tan(angle), call = found?.call;
-  const weight = !call ? `${speed.toFixed(2)} m/s` : call.hog_to_hog_s === null ? "short of the hog line" : `${call.hog_to_hog_s.toFixed(1)} s`;
-  const where = Math.abs(broom) < 0.005 ? "on the centre line" : `${cm(Math.abs(broom))} ${broom > 0 ? "right" : "left"}`;
-  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
+  const weight = !call ? `${(speed / SPEED).toFixed(2)} ${SPEED_NAME}` : call.hog_to_hog_s === null ? "short of the hog line" : `${call.hog_to_hog_s.toFixed(1)} s`;
+  const where = Math.abs(broom) < 0.005 ? "on the centre line" : `${length(broom)} ${broom > 0 ? "right" : "left"}`;
+  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns.toFixed(1)} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
   for (const [id, words] of [["speed", weight], ["broom", where], ["spin", turn]]) {
     $(`${id}-said`).textContent = words;
     $(id).setAttribute("aria-valuetext", words);

@@ -4,6 +4,7 @@ import { ask, at, element } from "./ask.js";
 import { drawHouse } from "./house.js";
 import { jobLine, listen } from "./jobs.js";
 import { TEE } from "./sheet.js";
+import { SPEED, SPEED_NAME } from "./units.js";
 
 const NAMESPACE = "http://www.w3.org/2000/svg";
 const HEIGHT = 180, LEFT = 44, BOTTOM = 28, TOP = 12;
@@ -31,12 +32,11 @@ function sampleAt(t, time) {
 }
 
 /** The times at which the stone's centre passes the lines of the sheet. */
-function crossings({ t, y }) {
-  const ahead = y[y.length - 1] >= y[0] ? 1 : -1;
+function crossings({ t, ahead }) {
   const lines = [[-10.9725, "hog"], [10.9725, "hog"], [17.3735, "tee"]];
   const found = [];
   for (const [line, name] of lines) {
-    const k = y.findIndex((value) => ahead * value >= line);
+    const k = ahead.findIndex((value) => value >= line);
     if (k > 0) found.push([t[k], name]);
   }
   return found;
@@ -49,14 +49,14 @@ function drawCurve(svg, track) {
   const begin = t[0], end = t[t.length - 1], most = Math.max(...speed, 0.5) * 1.15;
   const x = (time) => LEFT + (time - begin) / (end - begin) * (WIDTH - LEFT - 8);
   const y = (value) => HEIGHT - BOTTOM - value / most * (HEIGHT - BOTTOM - TOP);
-  for (let value = 0; value <= most; value += most > 2.6 ? 1 : 0.5) {
+  for (let value = 0; value <= most; value += most > 8 ? 2 : most > 2.6 ? 1 : 0.5) {
     draw(svg, "line", { x1: LEFT, x2: WIDTH - 8, y1: y(value), y2: y(value), class: "grid" });
     draw(svg, "text", { x: LEFT - 6, y: y(value) + 4, class: "across" }, value.toFixed(1));
   }
   for (let time = 0; time <= end - begin; time += 5) {
     draw(svg, "text", { x: x(begin + time), y: HEIGHT - 10, class: "below" }, `${time} s`);
   }
-  draw(svg, "text", { x: 0, y: TOP }, "m/s");
+  draw(svg, "text", { x: 0, y: TOP }, SPEED_NAME);
   for (const [time, name] of crossings(track)) {
     draw(svg, "line", { x1: x(time), x2: x(time), y1: TOP, y2: HEIGHT - BOTTOM, class: "mark" });
     draw(svg, "text", { x: x(time) + 3, y: TOP + 10, class: "small" }, name);
@@ -111,6 +111,7 @@ async function trackOfThrow() {
 }
 
 const track = await trackOfThrow();
+track.speed = track.speed.map((value) => value / SPEED);
 const { t, speed } = track;
 const film = find("film"), slider = find("time");
 const curve = drawCurve(find("curve"), track);
@@ -125,7 +126,7 @@ function show(time) {
   overlay?.(k);
   slider.value = within;
   slider.setAttribute("aria-valuetext", `${(within - t[0]).toFixed(1)} seconds`);
-  find("now").textContent = `${(within - t[0]).toFixed(1)} s: ${speed[k].toFixed(2)} m/s`;
+  find("now").textContent = `${(within - t[0]).toFixed(1)} s: ${speed[k].toFixed(2)} ${SPEED_NAME}`;
 }
 
 /** Ask for a copy that this browser plays, and play it as soon as it is there. */
@@ -136,9 +137,9 @@ async function playCopy() {
   if (film.src.endsWith(copy)) return; // not even that
   try {
     const { job } = await ask(copy, { method: "POST" });
-    listen(`practice/work/events?jobs=${job}`, ([told], events) => {
-      list.replaceChildren(jobLine(told, complain));
-      if (told.state !== "done") return;
+    listen(`practice/work/events?jobs=${job}`, ([now], events) => {
+      list.replaceChildren(jobLine(now, complain));
+      if (now.state !== "done") return;
       events.close();
       find("unplayable").hidden = true;
       film.src = at(copy);

@@ -1,9 +1,10 @@
 // A throw that the server found: drawn on the sheet, in words, and run.
 
 import { element } from "./ask.js";
-import { $, asOwn, broom, cm, desk, endOf, ice, keep, lying, percent, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
+import { $, asOwn, broom, desk, endOf, ice, keep, lying, percent, play, post, say, sheet, state, thrower, turnOf, upper, weight } from "./throw_board.js";
 import { sayHand, setHand } from "./throw_by_hand.js";
 import { throwInGame } from "./throw_game.js";
+import { length } from "./units.js";
 
 function facts(rows) {
   return element("dl", { class: "facts" }, ...rows.filter(Boolean).map(([what, value, more]) =>
@@ -23,9 +24,9 @@ function answer(found) {
   const ready = [
     ["Weight", seconds === null ? "short" : `${seconds.toFixed(1)} s`, `split ${split_measured ? "" : "about "}${(split / found.throw.speed).toFixed(2)} s`],
     state.mode === "target" && !state.hit
-      ? ["Ice", cm(call.ice_m), `broom ${call.ice_side} of the target`] : ["Broom", broom(call), "of the centre line"],
-    ["Handle", turnOf(call), `${call.turns} turns`],
-    found.miss ? ["Misses by", cm(found.miss.expected_m), "on average"]
+      ? ["Ice", length(call.ice_m), `broom ${call.ice_side} of the target`] : ["Broom", broom(call), "of the centre line"],
+    ["Handle", turnOf(call), `${call.turns.toFixed(1)} turns`],
+    found.miss ? ["Misses by", length(found.miss.expected_m), "on average"]
       : found.chance !== undefined ? ["Chance", percent(found.chance), found.success_means ?? ""] : null,
   ].filter(Boolean);
   $("answer").replaceChildren(...ready.map(([what, value, more]) => element("div", {}, element("dt", {}, what), element("dd", {}, value), element("dd", { class: "more" }, more))));
@@ -52,7 +53,7 @@ export function show(found) {
     found.shot ? element("h2", {}, found.shot[0].toUpperCase() + found.shot.slice(1)) : "",
     facts([
       ["Broom", broom(call), "from the centre line"],
-      state.mode === "target" && !state.hit ? ["Ice", `${call.ice_m.toFixed(2)} m`, `${call.ice_in_brooms} to the ${call.ice_side}`] : null,
+      state.mode === "target" && !state.hit ? ["Ice", length(call.ice_m), `${call.ice_in_brooms} to the ${call.ice_side}`] : null,
       found.miss ? ["Expected miss", found.miss.words.split(" on average")[0], found.miss.words.split(", ")[1]] : null,
       found.chance !== undefined && !found.miss ? ["Succeeds", `${Math.round(100 * found.chance)} %`, found.success_means] : null,
       found.win !== undefined ? ["Wins the game", `${(100 * found.win).toFixed(0)} %`, `± ${(100 * found.win_error).toFixed(1)}`] : null,
@@ -60,7 +61,7 @@ export function show(found) {
   if (found.habit) words.push(element("p", { class: "lead" }, found.habit));
   if (found.sweep) words.push(element("p", {}, `Swept from ${found.sweep[0].toFixed(0)} to ${found.sweep[1].toFixed(0)} s.`));
   if (found.miss?.by_the_ice_m != null) words.push(element("p", { class: "small quiet" },
-    `The hand alone misses by ${cm(found.miss.by_the_hand_m)}, what is not known of the ice by ${cm(found.miss.by_the_ice_m)}.`));
+    `The hand alone misses by ${length(found.miss.by_the_hand_m)}, what is not known of the ice by ${length(found.miss.by_the_ice_m)}.`));
   if (found.costs?.length) words.push(element("h2", {}, "What errors cost"),
     element("ul", {}, ...found.costs.map((cost) => element("li", {}, cost.words + (found.miss || cost.success ? "" : " – and it fails")))));
   if (!found.cloud && !found.costs) words.push(element("p", {}, endOf(found)));
@@ -82,7 +83,7 @@ async function letItRun() {
   const team = thrower(), stones = lying();
   sheet.ghost(null);
   await sheet.run(desk.shown.paths.map((path) => ({ ...path, team: path.stone === null ? team : stones[path.stone].team })),
-    { speed: Number($("pace").value), hide: desk.shown.paths.filter((path) => path.stone !== null).map((path) => stones[path.stone].id) });
+    { speed: Number($("playback").value), hide: desk.shown.paths.filter((path) => path.stone !== null).map((path) => stones[path.stone].id) });
   sheet.ghost(desk.shown.in_play ? desk.shown.rest : null, team);
   say(endOf(desk.shown));
 }

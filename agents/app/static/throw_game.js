@@ -54,7 +54,7 @@ async function showDelivery(delivery, wanted) {
   layStones();
   say(`${upper(NAMES[delivery.team])} throws${delivery.shot ? `: ${delivery.shot}` : ""} …`);
   await sheet.run(delivery.paths.map((path) => ({ ...path, team: teamOf(path.stone), stone: path === thrown ? null : path.stone })),
-    { speed: Number($("pace").value), hide: delivery.paths.filter((path) => path !== thrown).map((path) => path.stone) });
+    { speed: Number($("playback").value), hide: delivery.paths.filter((path) => path !== thrown).map((path) => path.stone) });
   if (!wanted()) return;
   play.stones = delivery.lying.map((s) => ({ id: s.stone, ...s }));
   layStones();

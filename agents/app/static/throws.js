@@ -3,6 +3,7 @@
 import { ask, element } from "./ask.js";
 import { drawHouse, restAt } from "./house.js";
 import { TEE } from "./sheet.js";
+import { typed } from "./units.js";
 
 const find = (id) => document.getElementById(id);
 const rests = JSON.parse(find("rests").textContent);
@@ -49,14 +50,14 @@ for (const input of document.querySelectorAll("input[name=called]")) {
   input.addEventListener("input", () => read(input));
 }
 
-const PLACE = /-?\d+(\.\d+)?\s*,\s*-?\d+(\.\d+)?|\b(button|tee|pin|(top|back|left|right) (four|eight|twelve))\b/i;
+const PLACE = /-?\d+(\.\d+)?\s*(ft|m)?\s*,\s*-?\d+(\.\d+)?\s*(ft\b|m\b)?|\b(button|tee|pin|(top|back|left|right) (four|eight|twelve))\b/i;
 sheet.addEventListener("target", ({ detail }) => {
   const there = restAt(rests, detail);
   if (!active) {
     if (there) document.querySelector(`tr[data-throw="${there.number}"] a.open`)?.click();
     return;
   }
-  const place = `${detail.x.toFixed(2)},${(detail.y - TEE).toFixed(2)}`;
+  const place = `${typed(detail.x)},${typed(detail.y - TEE)}`;
   active.value = PLACE.test(active.value) ? active.value.replace(PLACE, place) : `${active.value.trim() || "draw"} ${place}`;
   active.dispatchEvent(new Event("input", { bubbles: true }));
   active.dispatchEvent(new Event("change", { bubbles: true }));

@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 
 from agents.app.club import Club, Session
-from agents.app.views.coached import errors_of
-from agents.app.work.causes import ComingError
+from agents.app.work.causes import ComingError, errors_of
 from agents.coaching import AthleteErrors
 from agents.coaching.in_words import athletes_in_words, athletes_rows
 from curling_env.typing import Floats

@@ -14,13 +14,18 @@ from agents.app.club import Club, Job, Session
 from agents.app.club.films import has_other_marks
 from agents.app.club.records import State
 from agents.app.club.removal import removed_in
-from agents.app.views.measures import sheet_seen_live, sheets_of, untracked
-from agents.app.views.scores import missed_by, points_of
-from agents.app.views.throw_numbers import throw_numbers
-from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN, REPORT
-from agents.app.work.kinds import KINDS
+from agents.app.views.throws import (
+    missed_by,
+    points_of,
+    sheet_seen_live,
+    sheets_of,
+    throw_numbers,
+    untracked,
+)
+from agents.app.work.jobs import CAUSES, COPY, KINDS, MEASURE, OPEN, REPORT
 from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet
+from agents.coaching.calls import shown_call
 from curling_env.units import short_length
 from friction_estimation.reports.throws_section import throw_in_words
 
@@ -30,8 +35,8 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNTOLD = (CAUSES, COPY, MEASURE, REPORT)
-"""Work that is begun by looking at a page, which tells how it ended."""
+UNLISTED = (CAUSES, COPY, MEASURE, REPORT)
+"""Work that a page begins, and whose end that page shows."""
 
 
 def events(club: Club, work: WorkQueue, session: Session) -> AsyncIterator[str]:
@@ -74,7 +79,7 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
     seen = [one.film_id for one in throws]
     jobs, live = work.jobs(session), sheet_seen_live(club, session)
     open_jobs = [job for job in jobs if job.state in OPEN]
-    ended = [job for job in jobs if job.state not in OPEN and job.kind not in UNTOLD][:SHOWN]
+    ended = [job for job in jobs if job.state not in OPEN and job.kind not in UNLISTED][:SHOWN]
     return {
         "camera": None if camera is None else {"name": camera.name, "marked": bool(camera.scene)},
         "films": [
@@ -101,7 +106,7 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
         "live": None if live is None else large(live) | {"rests": session.live_rests},
         "next": {
             "athlete": session.turn(untracked(club, session) + (live is not None)),
-            "called": session.drill,
+            "called": shown_call(session.drill),
         },
         "removed": len(removed_in(club, session)),
     }
@@ -122,7 +127,7 @@ def job_in_words(job: Job) -> dict[str, Any]:
 
 
 def time_left(seconds: float) -> str:
-    """A time as people say it: no more exactly than it is known."""
+    """Format a remaining time, no more exactly than it is known."""
     if seconds < 50:
         return f"about {max(10, 10 * round(seconds / 10))} s left"
     minutes = round(seconds / 60)
@@ -153,6 +158,6 @@ def large(sheet: ThrowSheet) -> dict[str, Any]:
     ]
     return {
         "athlete": sheet.athlete,
-        "called": sheet.note.called,
+        "called": shown_call(sheet.note.called),
         "numbers": [one for one in numbers if one["value"]],
     }

@@ -8,25 +8,32 @@ again, and the earlier one is shown meanwhile.
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Sequence
 from contextlib import suppress
 from importlib.metadata import version
+from threading import Lock
 from typing import TYPE_CHECKING, NamedTuple
 
 import msgspec
 
 from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS, digest_of_file
-from agents.app.club.planned_ice import believed_ice, has_causes
-from agents.app.club.records import State
-from agents.app.work.jobs import CAUSES, latest, submit
-from agents.coaching import SessionCauses, StoneMatch, hand_or_ice, match_stones
+from agents.app.work.jobs import CAUSES, OPEN, requested
+from agents.coaching import (
+    AthleteErrors,
+    SessionCauses,
+    StoneMatch,
+    athlete_errors,
+    hand_or_ice,
+    match_stones,
+)
 from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
 from curling_env.errors import CurlingError, InputError
 from curling_env.ice import load_ice
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
 
 if TYPE_CHECKING:
-    from agents.app.work.reported import Reported
+    from agents.app.work.jobs import Reported
 
 
 class ComingError(CurlingError):
@@ -90,7 +97,8 @@ def causes_of(club: Club, session: Session, believed: Session | None) -> Answer 
     kept, of = club.answer(_name(session, believed), Kept) or (None, "")
     if kept is not None and of == digest:
         return Answer(kept, None)
-    job = _requested(club, session, believed, digest)
+    given = f"{0 if believed is None else believed.id} {digest}"
+    job = requested(club, CAUSES, session, given)
     if kept is None:
         raise ComingError([job])
     return Answer(kept, job)
@@ -143,13 +151,92 @@ def digest_of(club: Club, session: Session, believed: Session | None) -> str:
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()[:16]
 
 
-def _requested(club: Club, session: Session, believed: Session | None, digest: str) -> Job:
-    given = f"{0 if believed is None else believed.id} {digest}"
-    job = latest(club, CAUSES, session, given)
-    if job is not None and job.state is not State.DONE:
-        return job
-    return submit(club, CAUSES, session, given)
-
-
 def _name(session: Session, believed: Session | None) -> str:
     return f"causes {session.id} {0 if believed is None else believed.id}"
+
+
+MOST_SESSIONS = 12
+"""Maximum number of sessions, the latest, from which an athlete's errors are computed."""
+
+
+def earlier_sessions(club: Club, session: Session) -> list[Session]:
+    """Earlier sessions with an ice on the same sheet, the latest first."""
+    return [
+        other
+        for other in club.sessions()
+        if (other.day, other.id) < (session.day, session.id)
+        and other.sheet == session.sheet
+        and club.ice_of(other).exists()
+    ]
+
+
+def believed_ice(club: Club, session: Session) -> Session | None:
+    """The session whose ice a team knew before this one: the latest earlier one on its sheet."""
+    return next(iter(earlier_sessions(club, session)), None)
+
+
+def has_causes(club: Club, session: Session) -> bool:
+    """Return whether a session has the data that explain misses: tracks and an ice."""
+    return club.tracks_of(session).exists() and club.ice_of(session).exists()
+
+
+def sessions_with_causes(club: Club) -> list[Session]:
+    """The latest sessions with tracks and an ice, the latest first."""
+    return [session for session in club.sessions() if has_causes(club, session)][:MOST_SESSIONS]
+
+
+MOST = 100
+"""Answers that are kept."""
+
+_ONE_AT_A_TIME = Lock()
+"""Several requests for one answer wait for the first, which works it out."""
+
+
+def errors_of(
+    club: Club, sessions: Sequence[Session], *, only_kept: bool = False
+) -> tuple[list[AthleteErrors], list[Job]]:
+    """Return how every athlete throws, from some sessions, and the work on newer answers.
+
+    Parameters
+    ----------
+    only_kept : return nothing rather than work for a second
+
+    Raises
+    ------
+    ComingError : none of these sessions is worked out yet
+    """
+    found: list[Kept] = []
+    coming: list[Job] = []
+    for session in sessions:
+        try:
+            answer = causes_of(club, session, believed_ice(club, session))
+        except ComingError as error:
+            coming += error.jobs
+        else:
+            if answer is not None:
+                found.append(answer.kept)
+                coming += [] if answer.job is None else [answer.job]
+    coming = [job for job in coming if job.state in OPEN]  # a failure is shown on its own page
+    if coming and not found:
+        raise ComingError(coming)
+    digest = hashlib.sha256(" ".join(one.of for one in found).encode()).hexdigest()[:24]
+    with _ONE_AT_A_TIME:
+        kept = club.answer(f"athletes {digest}", list[AthleteErrors])
+        if kept is not None:
+            return list(kept[0]), coming
+        if only_kept:
+            return [], coming
+        errors = athlete_errors([one.found for one in found[::-1]])  # in the order of time
+        club.keep_answer(f"athletes {digest}", digest, errors)
+    return errors, coming
+
+
+def prepare_errors(club: Club, session: Session) -> None:
+    """Work out how athletes throw, in one session and in the latest ones, before someone asks."""
+    errors_of(club, [session])
+    errors_of(club, sessions_with_causes(club))
+    club.database.write(
+        "delete from answer where name like 'athletes %' and rowid not in "
+        "(select rowid from answer where name like 'athletes %' order by rowid desc limit ?)",
+        MOST,
+    )

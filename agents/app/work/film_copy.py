@@ -21,7 +21,7 @@ from friction_estimation.film.video import Film as OpenedFilm
 from friction_estimation.film.writer import film_writer
 
 if TYPE_CHECKING:
-    from agents.app.work.reported import Reported
+    from agents.app.work.jobs import Reported
 
 WIDEST = 1280
 """Of a copy [px]."""

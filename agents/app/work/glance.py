@@ -31,22 +31,32 @@ SHRUNK = 4
 """Motion is looked for in pictures of this part of the size."""
 FASTEST, SLOWEST = 4.5, 0.25
 """Speeds of a thrown stone that is found [m/s]."""
+LEAST_SCORE = 0.5
+"""Least mean score of the thrown stone; feet of people have less."""
 ENOUGH = 6
 """Looks in a line that make a moving stone."""
-REACH = 0.45
-"""The stone is looked for this far around its expected place [m]."""
-GATE = 0.3
-"""Largest distance from the expected place [m]."""
+GATE, SIGMAS = 0.3, 2.0
+"""Largest distance from the expected place: this [m], and this multiple of its standard error."""
+REACH = 0.15
+"""The stone is looked for this much farther around its expected place [m]."""
+LATEST, DECELERATION = 25, 0.09
+"""Number of rows that a place is expected from, and the usual deceleration of a stone [m/s²]."""
 LONGEST_UNSEEN = 3.0
 """A stone unseen for longer is given up [s]."""
-STILL_SECONDS, STILL_WITHIN = 1.0, 0.03
-"""A stone rests once its mean place moves by less than this, or its error, in this time [s, m]."""
+STILL_SECONDS, STILL_SPEED = (1.0, 2.0, 4.0), 0.08
+"""A stone rests once its speed and the error of that are less, over one of these times [s, m/s]."""
+LYING = 3.0
+"""Time for which a stone that rests is taken to lie there [s]."""
+MOST_FITTING = 3
+"""Number of chains of detections that one more detection continues."""
+LONGEST_HIDDEN = 1.0
+"""Longest time that a stone is hidden before it is followed [s]."""
 
 SHOWN = ("back_to_hog", "hog_to_hog", "line")
 """Numbers that are shown while a stone slides."""
 
-Row = tuple[float, float, float, float]
-"""Time [s], place and its standard error [m] of a stone."""
+Row = tuple[float, float, float, float, float]
+"""Time [s], place and its standard error [m], and the detector's score of a stone."""
 
 
 @dataclass(eq=False)
@@ -120,36 +130,41 @@ class Glance:
         longer: list[list[Row]] = []
         for one in self._on_ice.detect(picture, moved, mirrored=False):
             here = _row(t, one)
-            fitting = [chain for chain in self._chains if _goes_on(chain, here)]
-            longer.append([*max(fitting, key=len, default=[]), here])
-        self._chains = [chain for chain in self._chains if t - chain[-1][0] < 0.5] + longer
-        best = max(longer, key=len, default=[])
+            fitting = sorted((k for k in self._chains if _goes_on(k, here)), key=len)
+            # It may also be the first of a chain: one that fits may be of another thing.
+            longer += [[here], *([*chain, here] for chain in fitting[-MOST_FITTING:])]
+        self._chains = [k for k in self._chains if t - k[-1][0] < LONGEST_HIDDEN] + longer
+        likely = [k for k in longer if np.mean([row[4] for row in k]) >= LEAST_SCORE]
+        best = max(likely, key=len, default=[])
         if len(best) >= ENOUGH and abs(best[-1][2] - best[0][2]) > SLOWEST * (t - best[0][0]):
             self._rows, self._chains, self.rests = best, [], False
 
     def _follow(self, t: float, picture: Image) -> None:
         """Look for the stone where it should be."""
         expected = _expected(self._rows, t)
-        around = expected + REACH * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
+        gate = GATE + SIGMAS * self._rows[-1][3]
+        around = expected + (gate + REACH) * np.array([[-1, -1], [-1, 1], [1, -1], [1, 1]])
         px = self.camera.project(np.column_stack([around, np.zeros(4)]))
         box = np.array([[px.min(axis=0), px.max(axis=0)]])
         found: list[DetectedPlace] = []
         if np.isfinite(box).all():
             found = self._on_ice.detect(picture, box, mirrored=False)
-        near = [one for one in found if np.hypot(*(one.xy - expected)) < GATE]
+        near = [one for one in found if np.hypot(*(one.xy - expected)) < gate]
         if near:
             one = max(near, key=lambda place: place.score - np.hypot(*(place.xy - expected)))
             self._rows.append(_row(t, one))
         if t - self._rows[-1][0] > LONGEST_UNSEEN:
             self._rows = []
             return
-        recent = np.array([row for row in self._rows if t - row[0] <= STILL_SECONDS])
-        if t - self._rows[0][0] > STILL_SECONDS and len(recent) > 5:
-            first, last = (half[:, 1:].mean(axis=0) for half in np.array_split(recent, 2))
-            self.rests = bool(np.hypot(*(last - first)[:2]) < max(STILL_WITHIN, last[2] / 2))
+        self.rests = _still(np.array(self._rows)) > 0
 
     def _measured(self) -> ThrowMeasures | None:
         rows = np.array(self._rows)
+        if self.rests:
+            lying = rows[-_still(rows) :]
+            times = np.arange(lying[0, 0], lying[0, 0] + LYING, INTERVAL)
+            place = np.tile(lying[len(lying) // 2 :, 1:].mean(axis=0), (len(times), 1))
+            rows = np.vstack([rows[: -len(lying)], np.column_stack([times, place])])
         unknown = np.full(len(rows), np.nan)
         track = Trajectory(
             t=rows[:, 0] - rows[0, 0], xy=rows[:, 1:3], sigma_xy=rows[:, 3], theta=unknown
@@ -160,6 +175,21 @@ class Glance:
             return None
 
 
+def _still(rows: Floats) -> int:
+    """Return the number of the latest rows (n, 5) in which a stone lies still; 0 if it moves."""
+    for seconds in STILL_SECONDS:
+        late = rows[rows[:, 0] >= rows[-1, 0] - seconds]
+        if len(late) < ENOUGH or rows[0, 0] > rows[-1, 0] - seconds:
+            continue
+        past = late[:, 0] - late[:, 0].mean()
+        off = late[:, 1:3] - late[:, 1:3].mean(axis=0)
+        velocity = past @ off / (past @ past)
+        scatter = np.sqrt(np.square(off - np.outer(past, velocity)).sum() / (len(late) - 2))
+        if np.hypot(*velocity) + scatter / np.sqrt(past @ past) < STILL_SPEED:
+            return len(late)
+    return 0
+
+
 def _known(seen: ThrowMeasures | None) -> list[bool]:
     """Return which of the lines of the sheet a stone is known to have passed."""
     return [seen is not None, *(getattr(seen, name, None) is not None for name in SHOWN)]
@@ -167,12 +197,12 @@ def _known(seen: ThrowMeasures | None) -> list[bool]:
 
 def _row(t: float, one: DetectedPlace) -> Row:
     sigma = float(np.sqrt(np.trace(one.covariance) / 2))
-    return t, float(one.xy[0]), float(one.xy[1]), sigma
+    return t, float(one.xy[0]), float(one.xy[1]), sigma, float(one.score)
 
 
 def _goes_on(chain: Sequence[Row], here: Row) -> bool:
     """Return whether a place may be the next one of a chain of places."""
-    t, x, y, _ = chain[-1]
+    t, x, y, *_ = chain[-1]
     after = here[0] - t
     if after <= 0:
         return False
@@ -182,10 +212,11 @@ def _goes_on(chain: Sequence[Row], here: Row) -> bool:
 
 
 def _expected(rows: Sequence[Row], t: float) -> Floats:
-    """Return the place at a time, from the latest rows and a steady deceleration."""
-    late = np.array(rows[-12:])
-    degree = 1 if len(late) < 12 or late[-1, 0] - late[0, 0] < 0.8 else 2
-    past = late[:, 0] - late[-1, 0]
-    fits = [np.polynomial.polynomial.polyfit(past, late[:, k], degree) for k in (1, 2)]
-    u = min(t - late[-1, 0], 0.5)
-    return np.array([np.polynomial.polynomial.polyval(u, fit) for fit in fits])
+    """Return the place at a time, from the latest rows and the usual deceleration."""
+    late = np.array(rows[-LATEST:])
+    past, xy = late[:, 0] - late[-1, 0], late[:, 1:3]
+    way = xy[-1] - xy[0]
+    change = DECELERATION * way / max(float(np.hypot(*way)), REACH)
+    fit = np.polynomial.polynomial.polyfit(past, xy + np.outer(past**2 / 2, change), 1)
+    u = min(t - late[-1, 0], float(np.hypot(*fit[1])) / DECELERATION)
+    return fit[0] + u * fit[1] - u**2 / 2 * change

@@ -118,7 +118,7 @@ class WorkQueue:
             with self.club.database.writing() as connection:
                 job = row_of(connection, Job, "select * from job where id = ?", (number,))
                 if job is None or job.state is not State.RUNNING:
-                    continue  # it has said itself how it ended
+                    continue  # it has reported its end
                 self._losses[number] = self._losses.get(number, 0) + 1
                 again = self._losses[number] <= MAX_LOSSES
                 connection.execute(
@@ -166,6 +166,6 @@ def _work(folder: Path, number: int) -> None:
     begin_worker()
     signal.signal(signal.SIGINT, signal.SIG_IGN)  # Ctrl-C is the server's
     signal.signal(signal.SIGTERM, lambda *_: sys.exit(0))
-    from agents.app.work.kinds import do_job
+    from agents.app.work.jobs import do_job
 
     do_job(folder, number)

@@ -29,7 +29,7 @@ SOURCE = r"\d{1,3}|(?:rtsps?|rtmps?|https?|udp|rtp|srt)://\S{1,500}"
 """Cameras of this machine by their number, and streams by their address; no files."""
 
 if TYPE_CHECKING:
-    from agents.app.work.reported import Reported
+    from agents.app.work.jobs import Reported
 
 
 def do_record(club: Club, session: Session, progress: Reported, given: str = "") -> None:

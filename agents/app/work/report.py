@@ -14,16 +14,13 @@ import numpy as np
 
 from agents.app.club import Athlete, Club, Session
 from agents.app.club.club import ICE, TRACKS, digest_of_file
-from agents.app.club.planned_ice import sessions_with_causes
 from agents.app.rendering import rendered
-from agents.app.views.coached import errors_of
 from agents.app.views.hands import hands_of
-from agents.app.views.measures import sheets_of
-from agents.app.views.scores import leaderboard, missed_by, points_of
-from agents.app.views.throw_numbers import throw_numbers
-from agents.app.work.causes import ComingError
+from agents.app.views.throws import leaderboard, missed_by, points_of, sheets_of, throw_numbers
+from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
 from agents.app.work.film_copy import smaller
 from agents.coaching import ThrowSheet
+from agents.coaching.calls import shown_call
 from agents.coaching.throw_sheet import HANDS_LIST
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_text
@@ -32,7 +29,7 @@ from friction_estimation.film.video import Film
 from friction_estimation.tracks.throw_list import THROW_LIST
 
 if TYPE_CHECKING:
-    from agents.app.work.reported import Reported
+    from agents.app.work.jobs import Reported
 
 WIDEST, QUALITY, EVERY = 480, 30.0, 2
 """Clips: their width [px], compression, and which of the frames they have."""
@@ -46,7 +43,7 @@ def report_path(club: Club, session: Session, athlete: Athlete) -> Path:
     """The file of a report as throws, calls and ice are now; it may not be there yet."""
     folder = club.folder_of(session)
     digests = [digest_of_file(folder / name) for name in (TRACKS, ICE, THROW_LIST, HANDS_LIST)]
-    of = hashlib.sha256(" ".join(digests).encode()).hexdigest()[:12]
+    of = hashlib.sha256(" ".join([*digests, club.units]).encode()).hexdigest()[:12]
     return folder / "reports" / f"{athlete.id}-{of}.html"
 
 
@@ -76,7 +73,7 @@ def do_report(club: Club, session: Session, progress: Reported, given: str = "")
         throws=[
             {
                 "number": one.throw + 1,
-                "called": one.note.called,
+                "called": shown_call(one.note.called),
                 "numbers": throw_numbers(one),
                 "off": missed_by(one),
                 "points": points_of(one, made[one.throw]),
@@ -129,7 +126,7 @@ def _clips(
             _, still = cv2.imencode(".jpg", frames[-1], [cv2.IMWRITE_JPEG_QUALITY, 70])
             yield {
                 "number": sheet.throw + 1,
-                "called": sheet.note.called,
+                "called": shown_call(sheet.note.called),
                 "film": _data("video/mp4", clip.read_bytes()),
                 "still": _data("image/jpeg", np.asarray(still).tobytes()),
             }

@@ -14,7 +14,7 @@ from curling_env.infrastructure.provenance import provenance
 from friction_estimation.tracks.throw_list import load_tracks
 
 if TYPE_CHECKING:
-    from agents.app.work.reported import Reported
+    from agents.app.work.jobs import Reported
 
 
 def do_measure(club: Club, session: Session, progress: Reported, given: str = "") -> None:
@@ -34,9 +34,9 @@ def do_import(club: Club, session: Session, progress: Reported, given: str = "")
 
 def do_make_up(club: Club, session: Session, progress: Reported, given: str = "") -> None:
     """Fill a session with a made-up evening."""
-    from agents.app.demo import fill
+    from agents.app.take_in import fill_evening
 
-    fill(club, session, progress=progress)
+    fill_evening(club, session, progress=progress)
     prepare(club, session)
 
 
@@ -69,9 +69,8 @@ def do_discover(club: Club, session: Session, progress: Reported, given: str = "
 
 
 def do_causes(club: Club, session: Session, progress: Reported, given: str = "") -> None:
-    """See `causes.work_out` and `views.coached`."""
-    from agents.app.views.coached import prepare_errors
-    from agents.app.work.causes import work_out
+    """Work out why throws missed, and how athletes throw."""
+    from agents.app.work.causes import prepare_errors, work_out
 
     work_out(club, session, progress, given)
     prepare_errors(club, session)

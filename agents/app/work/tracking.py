@@ -18,7 +18,7 @@ from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
 
 if TYPE_CHECKING:
-    from agents.app.work.reported import Reported
+    from agents.app.work.jobs import Reported
 
 
 def do_track(club: Club, session: Session, progress: Reported, given: str = "") -> None:

@@ -16,9 +16,9 @@ from pathlib import Path
 import numpy as np
 
 from agents.coaching.misses.causes import SessionCauses, ThrowCauses, pattern_of
-from agents.coaching.misses.habits import habits_of
+from agents.coaching.misses.ices import Parts, agree
+from agents.coaching.misses.intended import habits_of
 from agents.coaching.misses.seen_throws import see_throws
-from agents.coaching.misses.shared_ice import Parts, agree
 from agents.coaching.misses.throw_parts import ThrowParts
 from agents.coaching.throw_sheet import ALL_RIGHT, Hands, hands_beside
 from curling_env.analysis.ice_remarks import missing_effect_remarks

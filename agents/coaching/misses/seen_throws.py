@@ -7,8 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from agents.coaching.misses.ices import IceBefore, SessionIce
 from agents.coaching.misses.released import Released, read_release
-from agents.coaching.misses.session_ice import IceBefore, SessionIce
 from agents.coaching.throw_sheet import Hands, ThrowSheet, sheet_of
 from agents.coaching.tuning import MAX_REACH
 from curling_env.errors import TrackTooShortError

@@ -9,10 +9,9 @@ from math import factorial
 import numpy as np
 
 from agents.coaching.misses.causes import Cause, HandError, Part, ThrowCauses, part_of
-from agents.coaching.misses.habits import Habits
-from agents.coaching.misses.intended import intend
+from agents.coaching.misses.ices import Parts
+from agents.coaching.misses.intended import Habits, intend
 from agents.coaching.misses.seen_throws import SeenThrow
-from agents.coaching.misses.shared_ice import Parts
 from agents.coaching.runs import ANGLE, HOG_TO_FAR_TEE, SPEED, SPIN, X, hog_times, outcomes
 from agents.coaching.throw_sheet import spin_sign
 from agents.coaching.tuning import DRAWS

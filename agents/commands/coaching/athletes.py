@@ -69,13 +69,13 @@ def athletes(
         for name in write_athletes(output, found, [*tracks, *ice, *(believed or [])], seed=seed):
             print_remark(f"{name}")
     if picture is not None:
-        from agents.coaching.figures.athletes_figure import draw_athletes
+        from agents.coaching.coaching_figures import draw_athletes
 
-        draw_athletes(found, picture, results.units)
+        draw_athletes(found, picture)
     results.show(
         [one.as_dict() for one in found],
-        as_text(athletes_rows(found, results.units)),
-        *athletes_in_words(found, results.units),
+        as_text(athletes_rows(found)),
+        *athletes_in_words(found),
     )
 
 

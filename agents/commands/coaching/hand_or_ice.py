@@ -54,8 +54,8 @@ def hand_or_ice(
 
         write_causes(output, found)
     if picture is not None:
-        from agents.coaching.figures.hand_or_ice_figure import draw_causes
+        from agents.coaching.coaching_figures import draw_causes
 
-        draw_causes(found, picture, results.units)
-    table = [as_text(causes_rows(found, results.units))] if found.throws else []
-    results.show(found.as_dict(), *table, *session_in_words(found, results.units))
+        draw_causes(found, picture)
+    table = [as_text(causes_rows(found))] if found.throws else []
+    results.show(found.as_dict(), *table, *session_in_words(found))

@@ -57,11 +57,11 @@ def match_stones(
     if output is not None:
         save_ice(found.on(known), output, provenance=provenance([tracks, ice], seed=seed))
     if picture is not None:
-        from agents.coaching.figures.stones_figure import draw_stones
+        from agents.coaching.coaching_figures import draw_stones
 
-        draw_stones(found, picture, results.units)
+        draw_stones(found, picture)
     results.show(
         found.as_dict(),
-        as_text(stones_rows(found, results.units)),
-        *stones_in_words(found, results.units),
+        as_text(stones_rows(found)),
+        *stones_in_words(found),
     )

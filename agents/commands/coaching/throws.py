@@ -34,6 +34,6 @@ def throws(tracks: TracksArgument, output: TableOption = None, *, results: Measu
         write_sheets(output, sheets)
     results.show(
         [sheet.as_dict() for sheet in sheets],
-        as_text(sheet_rows(sheets, results.units)),
-        *curl_in_words([sheet.measures for sheet in sheets], results.units),
+        as_text(sheet_rows(sheets)),
+        *curl_in_words([sheet.measures for sheet in sheets]),
     )

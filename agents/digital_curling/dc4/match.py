@@ -5,7 +5,7 @@ from __future__ import annotations
 import asyncio
 import time
 from collections.abc import AsyncGenerator
-from typing import Any
+from typing import Any, Generic, TypeVar
 
 from agents.digital_curling.conversion import move_of, throw_of
 from agents.digital_curling.dc4.messages import (
@@ -53,6 +53,43 @@ class RefusedError(CurlingError):
         self.status = status
 
 
+Answer = TypeVar("Answer")
+
+
+class Awaited(Generic[Answer]):
+    """Answer of a team that the host waits for; `team` is None while it waits for none."""
+
+    def __init__(self) -> None:
+        self.team: Team | None = None
+        self._answer: asyncio.Future[Answer] | None = None
+
+    async def of(self, team: Team, left: float) -> Answer:
+        """Return a team's answer.
+
+        Parameters
+        ----------
+        team : the team
+        left : time left to it [s]
+
+        Raises
+        ------
+        OutOfTimeError : its time is up
+        """
+        self.team, self._answer = team, asyncio.get_running_loop().create_future()
+        try:
+            return await asyncio.wait_for(self._answer, left)
+        except TimeoutError as error:
+            raise OutOfTimeError from error
+        finally:
+            self.team = None
+
+    def give(self, answer: Answer) -> None:
+        """Take the answer of the team that the host waits for."""
+        self.team = None
+        if self._answer is not None and not self._answer.done():
+            self._answer.set_result(answer)
+
+
 class Match4:
     """Hosted game with its teams and streams.
 
@@ -72,8 +109,8 @@ class Match4:
         self._shown: list[Event] = []
         self._shown_before: list[Event] = []
         self._end = -1
-        self._expected: tuple[Team, asyncio.Future[Shot4]] | None = None
-        self._placement: tuple[Team, asyncio.Future[Request4]] | None = None
+        self.shot: Awaited[Shot4] = Awaited()
+        self.placement: Awaited[Request4] = Awaited()
 
     @property
     def game(self) -> HostedGame | None:
@@ -113,15 +150,12 @@ class Match4:
             raise RefusedError(409, "End setup required.")
         # The stream may have reached a quick client a moment before the host listens.
         for _ in range(EARLY_SHOT_TICKS):
-            if self._is_expected(team) or not self._is_turn_of(team):
+            if self.shot.team is team or not self._is_turn_of(team):
                 break
             await asyncio.sleep(0.05)
-        if self._expected is None or not self._is_expected(team):
+        if self.shot.team is not team:
             raise RefusedError(400, "It is not the turn of this team.")
-        answer = self._expected[1]
-        self._expected = None
-        if not answer.done():
-            answer.set_result(shot)
+        self.shot.give(shot)
 
     async def set_up_end(self, user: str, request: Request4) -> None:
         """Process a user's request before an end of mixed doubles.
@@ -135,17 +169,14 @@ class Match4:
         if not self.hosting.setting.is_doubles:
             raise RefusedError(400, "end-setup is only for mixed doubles.")
         for _ in range(EARLY_SHOT_TICKS):  # see `shoot`
-            if self._placement is not None or not self._is_to_place(team):
+            if self.placement.team is not None or not self._is_to_place(team):
                 break
             await asyncio.sleep(0.05)
         if self.game is not None and not self.game.awaits_placement:
             raise RefusedError(409, "The end has started.")
-        if self._placement is None or self._placement[0] is not team:
+        if self.placement.team is not team:
             raise RefusedError(409, "The other team decides.")
-        answer = self._placement[1]
-        self._placement = None
-        if not answer.done():
-            answer.set_result(request)
+        self.placement.give(request)
 
     def _is_to_place(self, team: Team) -> bool:
         return self.game is not None and self.game.awaits_placement and self.game.decides is team
@@ -158,43 +189,8 @@ class Match4:
             raise RefusedError(409, "The match is over.")
         return self.users[user]
 
-    def _is_expected(self, team: Team) -> bool:
-        return self._expected is not None and self._expected[0] is team
-
     def _is_turn_of(self, team: Team) -> bool:
         return self.game is not None and self.game.update["next_team"] == TEAMS[team]
-
-    async def decision(self, team: Team, left: float) -> Shot4:
-        """Return a team's next shot.
-
-        Raises
-        ------
-        OutOfTimeError : its time is up
-        """
-        answer: asyncio.Future[Shot4] = asyncio.get_running_loop().create_future()
-        self._expected = team, answer
-        try:
-            return await asyncio.wait_for(answer, left)
-        except TimeoutError as error:
-            raise OutOfTimeError from error
-        finally:
-            self._expected = None
-
-    async def placement(self, team: Team, left: float) -> Request4:
-        """Return a team's request before an end of mixed doubles.
-
-        Raises
-        ------
-        OutOfTimeError : its time is up
-        """
-        answer: asyncio.Future[Request4] = asyncio.get_running_loop().create_future()
-        self._placement = team, answer
-        try:
-            return await asyncio.wait_for(answer, left)
-        except TimeoutError as error:
-            raise OutOfTimeError from error
-        finally:
-            self._placement = None
 
     # --- messages to them -------------------------------------------------------------------------
 
@@ -349,11 +345,11 @@ class HttpSeat(Seat):
 
     async def decide(self, update: dict[str, Any], view: PlayerView, left: float) -> Turn:
         begin = time.perf_counter()
-        shot = await self.match.decision(self.team, left)
+        shot = await self.match.shot.of(self.team, left)
         return Turn(called(shot), time.perf_counter() - begin)
 
     async def place(self, view: PlayerView, left: float) -> Placement:
-        return Placement(*placement_of(await self.match.placement(self.team, left)))
+        return Placement(*placement_of(await self.match.placement.of(self.team, left)))
 
     async def leave(self) -> None:
         """Close the streams after their last events."""

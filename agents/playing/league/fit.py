@@ -19,7 +19,7 @@ from agents.playing.search.value_network import (
     stone_features,
 )
 from curling_env.game.rules.lines import Lines
-from curling_env.typing import Floats, Indices, Progress, no_progress, with_progress
+from curling_env.typing import Floats, Indices, Integers, Progress, no_progress, with_progress
 
 
 class Lesson(NamedTuple):
@@ -129,6 +129,12 @@ def negative_log_likelihood(network: ValueNetwork, lines: Lines, ends: PlayedEnd
         shares = network.score_probabilities(lines, there, left, score_values, skill)
         losses.append(-np.log((shares * came).sum(axis=1) + 1e-9))
     return float(np.concatenate(losses).mean())
+
+
+def shares_error(scores: Integers) -> float:
+    """Return minus the mean log-probability of scores, if only their shares are known."""
+    shares = shares_of(scores).mean(axis=0)
+    return -float((shares[shares > 0] * np.log(shares[shares > 0])).sum())
 
 
 def lessons_of(ends: PlayedEnds) -> Iterator[Lesson]:

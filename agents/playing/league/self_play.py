@@ -27,7 +27,7 @@ from agents.playing.search.positions import (
     EndSimulator,
     points_of,
 )
-from agents.playing.search.shots import Shots, shots_for
+from agents.playing.search.shots import Shots, best_of_each, shots_for
 from agents.playing.search.value_network import ValueNetwork
 from agents.playing.search.win_probability import WinProbability
 from curling_env.game.rules import RuleSet, Team, rule_set
@@ -310,11 +310,3 @@ def _heuristic_values(
     at = np.clip(guess + MAX_POINTS, 0, 2 * MAX_POINTS - 1e-9)
     k, rows = at.astype(int), np.arange(len(stones))
     return by_score[rows, k] * (1 - at + k) + by_score[rows, k + 1] * (at - k)
-
-
-def best_of_each(position: Indices, value: Floats, most: int) -> Indices:
-    """Return the indices of the `most` best values of each position."""
-    order = np.lexsort((-value, position))
-    starts = np.r_[True, np.diff(position[order]) != 0]
-    begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))
-    return order[np.arange(len(order)) - begin < most]

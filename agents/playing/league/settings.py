@@ -6,9 +6,10 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 from agents.playing.league.tuning import NETWORK_WIDTHS, REPEATED_SHOTS, SIMULATED_SHOTS
+from agents.playing.search.networks import NETWORKS
 from curling_env.errors import InputError
 from curling_env.game.rules import rule_set
-from curling_env.throw import skill_named
+from curling_env.throw import delivery_named, skill_named
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -25,7 +26,10 @@ class LeagueSettings:
     learning_rate : highest learning rate of the schedule
     ice : file or preset to play on
     skill : skill of all players
-    rules : name of the rules
+    rules, delivery : names of the rules, and of the start of throws
+    various : let players of many skills play, and most ends begin with random throws, so that the
+        network also values positions that other players leave
+    begin : network of the package to begin with, see `networks.NETWORKS`; None for a heuristic
     seed : seed of all randomness
 
     Raises
@@ -42,6 +46,9 @@ class LeagueSettings:
     ice: str = "standard"
     skill: str = "elite"
     rules: str = "world_curling_2024"
+    delivery: str = "hog-line"
+    various: bool = False
+    begin: str | None = None
     seed: int = 0
 
     def __post_init__(self) -> None:
@@ -65,11 +72,17 @@ class LeagueSettings:
                 f"tried must be a whole number of at least {REPEATED_SHOTS}, epochs of at least "
                 "1, seed of at least 0, and learning_rate between 0 and 1"
             )
-        for name in ("ice", "skill", "rules"):
+        if not isinstance(self.various, bool):
+            raise InputError(f"various must be true or false, got {str(self.various)[:40]}")
+        known = [None, *(network.name for network in NETWORKS)]
+        if self.begin not in known:
+            raise InputError(f"begin must be one of {', '.join(map(str, known[1:]))}")
+        for name in ("ice", "skill", "rules", "delivery"):
             if not isinstance(getattr(self, name), str):
                 raise InputError(f"{name} must be a name, got {str(getattr(self, name))[:40]}")
         skill_named(self.skill)
         rule_set(self.rules)
+        delivery_named(self.delivery)
 
 
 _MOST = {"generations": 10**7, "layers": 8192}

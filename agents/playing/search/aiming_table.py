@@ -20,10 +20,10 @@ from agents.playing.search.tuning import (
 )
 from curling_env.ice import Ice
 from curling_env.physics.aim import Aim
-from curling_env.physics.batch import RELEASE_DTYPE, throw_batch
+from curling_env.physics.batch import releases_of, throw_batch
 from curling_env.physics.slides import NO_BOUNDS
 from curling_env.sheet import TEE_Y, Direction
-from curling_env.throw import FROM_HOG_LINE, Delivery, velocity_of
+from curling_env.throw import FROM_HOG_LINE, Delivery
 from curling_env.typing import Floats
 
 
@@ -123,12 +123,8 @@ class AimingTable:
         return across
 
     def _releases(self, speed: Floats, angle: Floats, spin: float) -> NDArray[np.void]:
-        d = int(self.direction)
-        releases = np.zeros(len(speed), dtype=RELEASE_DTYPE)
-        releases["y"] = -d * self.delivery.line_y
-        releases["vx"], releases["vy"] = velocity_of(speed, angle, d)
-        releases["omega"] = spin
-        return releases
+        throws = np.column_stack([speed, angle, np.full(len(speed), spin)])
+        return releases_of(throws, int(self.direction), self.delivery)
 
     def _speed_for(self, reach: Floats, distance: Floats, angle: Floats) -> Floats:
         """Return the speed that reaches a distance on a line, (n,); NaN beyond the table."""

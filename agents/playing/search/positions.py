@@ -16,10 +16,10 @@ from curling_env.game.rules import End, RestingStone, RuleSet, scoring
 from curling_env.game.rules.lines import HOG_LINE, Lines
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.ice import Ice
-from curling_env.physics.batch import RELEASE_DTYPE, BatchEngine
+from curling_env.physics.batch import BatchEngine, releases_of
 from curling_env.physics.slides import play_bounds
 from curling_env.sheet import TEE_Y, Direction
-from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery, velocity_of
+from curling_env.throw import FROM_HOG_LINE, MAX_SPEED, MAX_SPIN, Delivery
 from curling_env.typing import Flags, Floats, Integers
 
 SLOTS = 2 * STONES_PER_TEAM
@@ -87,11 +87,9 @@ class EndSimulator:
     def slide(self, before: Floats, delivered: int, throws: Floats) -> tuple[Floats, Flags]:
         """Return positions after the physics (n, 16, 2), and whether a stone was struck (n,)."""
         d = int(self.direction)
-        releases = np.zeros(len(throws), dtype=RELEASE_DTYPE)
-        releases["y"] = -d * self.delivery.line_y
-        speed = np.clip(throws[:, 0], 1e-3, MAX_SPEED)
-        releases["vx"], releases["vy"] = velocity_of(speed, throws[:, 1], d)
-        releases["omega"] = np.clip(throws[:, 2], -MAX_SPIN, MAX_SPIN)
+        highest = [MAX_SPEED, np.inf, MAX_SPIN]
+        possible = np.clip(throws, [1e-3, -np.inf, -MAX_SPIN], highest)
+        releases = releases_of(possible, d, self.delivery)
         present = np.flatnonzero(np.isfinite(before[:, :, 0]).any(axis=0))
         places = d * (before[:, present] + [0.0, TEE_Y])
         run = self._engine.play(places, releases, bounds=self._bounds)

@@ -12,10 +12,10 @@ import numpy as np
 
 from agents.playing.search.aiming_table import AimingTable
 from agents.playing.search.positions import EndSimulator
-from agents.playing.search.shots import Shots, shots_for
+from agents.playing.search.shots import Shots, best_of_each, shots_for
 from agents.playing.search.tuning import REPLIES_AGAIN, REPLIES_ONCE, REPLY_REPEATS
 from curling_env.throw import Skill
-from curling_env.typing import Floats, Indices
+from curling_env.typing import Floats
 
 
 class ValuesOf(Protocol):
@@ -50,7 +50,7 @@ def values_after_reply(
     (n,) win probabilities, and the number of simulated throws
     """
     shots = shots_for(table, simulator, stones, delivered)
-    shots = shots[_first(shots.position, rng.random(len(shots)), REPLIES_ONCE)]
+    shots = shots[best_of_each(shots.position, -rng.random(len(shots)), REPLIES_ONCE)]
 
     def values(some: Shots, errors: Floats) -> Floats:
         before = stones[some.position]
@@ -58,7 +58,7 @@ def values_after_reply(
         return values_of(after, delivered + 1)
 
     once = skill.standard_errors(len(shots), rng) * sigma
-    best = shots[_first(shots.position, values(shots, once), REPLIES_AGAIN)]
+    best = shots[best_of_each(shots.position, -values(shots, once), REPLIES_AGAIN)]
     # The same errors for every reply, each with its opposite.
     half = skill.standard_errors(REPLY_REPEATS // 2, rng) * sigma
     errors = np.concatenate([half, -half])
@@ -67,11 +67,3 @@ def values_after_reply(
     least = np.full(len(stones), np.inf)
     np.minimum.at(least, best.position, mean)
     return least, len(shots) + len(again)
-
-
-def _first(position: Indices, value: Floats, most: int) -> Indices:
-    """Return the indices of the `most` lowest values of each position."""
-    order = np.lexsort((value, position))
-    starts = np.r_[True, np.diff(position[order]) != 0]
-    begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))
-    return order[np.arange(len(order)) - begin < most]

@@ -130,3 +130,11 @@ class _ShotMaker:
             throws=np.concatenate(throws),
             kind=np.concatenate(kinds),
         )
+
+
+def best_of_each(position: Indices, value: Floats, most: int) -> Indices:
+    """Return the indices of the `most` best values of each position."""
+    order = np.lexsort((-value, position))
+    starts = np.r_[True, np.diff(position[order]) != 0]
+    begin = np.maximum.accumulate(np.where(starts, np.arange(len(order)), 0))
+    return order[np.arange(len(order)) - begin < most]

@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from curling_env.envs.field import Field, releases_of
+from curling_env.envs.field import Field
 from curling_env.envs.game.core import DIRECTION
 from curling_env.envs.game.end_core import End, PlayOneByOne
 from curling_env.game.players import Call, SweepInterval
@@ -23,7 +23,7 @@ from curling_env.game.rules.game import deliver
 from curling_env.game.rules.teams import STONES_PER_TEAM
 from curling_env.game.simulator import GameSimulator, Place, PlayedShot, result_of_places
 from curling_env.game.state import GameState
-from curling_env.physics.batch import Positions
+from curling_env.physics.batch import Positions, releases_of
 from curling_env.physics.engine import Outcome, Status, StoneState
 from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw
@@ -70,9 +70,14 @@ def _play_on_one_ice(
     skills = [simulator.skill_of(end.to_throw, end.number_of_stone) for end in ends]
     thrown = simulator.with_execution_errors([call.throw for call in calls], skills, states)
     sweeps = sweeps_of(simulator, calls, thrown)
-    numbers = [(_next_stone(end), s.clock, s.throws) for end, s in zip(ends, states, strict=True)]
-    throws = np.hstack([thrown, numbers, sweeps])
-    releases = releases_of(throws, DIRECTION, simulator.delivery)
+    releases = releases_of(
+        np.hstack([thrown[:, [1, 2, 3, 0]], sweeps]),
+        DIRECTION,
+        simulator.delivery,
+        stone=[_next_stone(end) for end in ends],
+        clock=[state.clock for state in states],
+        order=[state.throws for state in states],
+    )
     after = ice.field.play(lying.places, lying.names, releases, DIRECTION)
     xy = after.xy - np.array([0.0, TEE_Y])
     apart = after.xy[:, :-1] != lying.places

@@ -17,6 +17,7 @@ from curling_env.errors import InputError
 from curling_env.game import Call, PlayerView
 from curling_env.game.opponents import BOARD_WEIGHT, PEEL_WEIGHT, AimingPlayer
 from curling_env.game.rules.teams import STONES_PER_TEAM, RestingStone, Stones, Team
+from curling_env.typing import Floats
 
 # The list of shots: a change to it makes a new version of the environments.
 DRAWS = {
@@ -89,7 +90,12 @@ def _list_of_shots() -> tuple[Shot, ...]:
 
 
 SHOTS = _list_of_shots()
-"""The shots, by their numbers."""
+"""The shots, by their numbers; the last one goes through the house."""
+_STONE = np.array([shot.stone for shot in SHOTS])
+_DRAWS = [k for k, shot in enumerate(SHOTS) if shot.kind == "draw"]
+_PLACES: Floats = np.array([SHOTS[k].place for k in _DRAWS], dtype=np.float64)
+_IS_HIT = np.array([shot.kind == "hit" for shot in SHOTS])
+_IS_GUARD = np.array([s.kind == "cover" or s.place in GUARDS.values() for s in SHOTS])
 
 
 class ShotActions:
@@ -154,11 +160,19 @@ class ShotActions:
         end = view.game.end
         if end is None:
             return np.ones(len(SHOTS), dtype=np.int8)
-        # Before the last stone of the end no guard is worth anything.
-        last = end.delivered >= view.game.rules.deliveries - 1
         lying = _by_index(end.stones, view.team)
-        places = np.array([(stone.x, stone.y) for stone in end.stones]).reshape(-1, 2)
-        return np.array([_is_there(shot, lying, places, last) for shot in SHOTS], dtype=np.int8)
+        there = np.zeros(2 * STONES_PER_TEAM + 1, dtype=np.bool_)
+        near = there.copy()
+        there[list(lying)] = True
+        near[[k for k, stone in lying.items() if stone.y > -2.0]] = True
+        mask = np.where(_IS_HIT, there[_STONE], near[_STONE])
+        places = np.array([(stone.x, stone.y) for stone in end.stones]).reshape(-1, 1, 2)
+        mask[_DRAWS] = (np.hypot(*(places - _PLACES).transpose(2, 0, 1)) > 0.3).all(axis=0)
+        # Before the last stone of the end no guard is worth anything.
+        if end.delivered >= view.game.rules.deliveries - 1:
+            mask[_IS_GUARD] = False
+        mask[-1] = True
+        return mask.astype(np.int8)
 
 
 def _by_index(stones: Stones, team: Team) -> dict[int, RestingStone]:
@@ -168,26 +182,13 @@ def _by_index(stones: Stones, team: Team) -> dict[int, RestingStone]:
     }
 
 
-def _is_there(shot: Shot, lying: dict[int, RestingStone], places: NDArray[Any], last: bool) -> bool:
-    if shot.kind == "through":
-        return True
-    if shot.kind == "draw":
-        if last and shot.place in GUARDS.values():
-            return False
-        return not len(places) or bool((np.hypot(*(places - shot.place).T) > 0.3).all())
-    stone = lying.get(shot.stone)
-    if stone is None:
-        return False
-    return shot.kind == "hit" or (stone.y > -2.0 and not (last and shot.kind == "cover"))
-
-
 class _Aiming(AimingPlayer):
     """Turns shots into throws."""
 
     name = "shots"
 
     def call(self, view: PlayerView) -> Call:
-        raise AssertionError("it is not asked for shots of its own")
+        raise AssertionError("it aims shots and does not choose any")
 
     def shot(self, view: PlayerView, shot: Shot) -> Call:
         """The call for a shot; where none is possible, the stone goes through the house."""

@@ -9,11 +9,12 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from curling_env.envs.field import Field, releases_of
+from curling_env.envs.field import Field
 from curling_env.envs.known_ice import KnownIce
 from curling_env.envs.random_ice import DrawnIces, RandomIces
 from curling_env.envs.sheet.reset import FIRST_OWN_STONE
 from curling_env.ice import Ice
+from curling_env.physics.batch import releases_of
 from curling_env.physics.engine import (
     Engine,
     Outcome,
@@ -241,10 +242,14 @@ def play_together(throws: Throws) -> Flown:
     n, k = throws.stones.shape[:2]
     stones, last = np.empty((n, k + 1, 3)), np.empty((n, 2))
     status, time = np.empty(n, dtype=f"U{max(map(len, Status))}"), np.empty(n)
-    table = np.zeros((n, 9))
-    table[:, 1:4], table[:, 4] = throws.numbers, FIRST_OWN_STONE + throws.order
-    table[:, 5], table[:, 6] = throws.clock, throws.order
-    releases = releases_of(table, throws.direction, throws.delivery)
+    releases = releases_of(
+        throws.numbers,
+        throws.direction,
+        throws.delivery,
+        stone=FIRST_OWN_STONE + throws.order,
+        clock=throws.clock,
+        order=throws.order,
+    )
     alike: dict[tuple[Field, int], list[int]] = {}
     for row, (surface, end) in enumerate(
         zip(throws.surfaces, throws.direction.tolist(), strict=True)
@@ -253,7 +258,7 @@ def play_together(throws: Throws) -> Flown:
     for (field, end), rows in alike.items():
         before, names = throws.stones[rows, :, :2], throws.identifiers
         which = np.array([throws.surfaces[row].place for row in rows])
-        after = field.play(before, names, releases[rows], end, which=which, alone=k == 0)
+        after = field.play(before, names, releases[rows], end, which=which)
         stones[rows, :, :2], stones[rows, :, 2] = after.xy, after.theta
         last[rows], time[rows] = after.last[:, -1], after.time
         status[rows] = field.statuses(after, end)[:, -1]

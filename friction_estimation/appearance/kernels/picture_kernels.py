@@ -138,22 +138,3 @@ def blur(planes, rows, columns, sigma, shift_u, shift_v, sloped, out):
                         total[column] += (
                             w0 * e0[column] + w1 * o0[column] + w2 * e1[column] + w3 * o1[column]
                         )
-
-
-@compiled(allocates=True, fastmath=SUMS_IN_ANY_ORDER)
-def composite_change(seen, behind, added):
-    """Fill in what the stone adds to the ice's picture and takes from it.
-
-    Parameters
-    ----------
-    seen : (5, 3, rows, columns) output of `blur`; only its values are used
-    behind : (3, rows, columns) channels of the ice
-    added : (3, rows, columns)
-    """
-    for row in range(seen.shape[2]):
-        for channel in range(3):
-            light = seen[channel + 1 if channel else 0, 0, row]
-            hidden = seen[4 if channel else 1, 0, row]
-            ice, out = behind[channel, row], added[channel, row]
-            for column in range(seen.shape[3]):
-                out[column] = light[column] - ice[column] * hidden[column]

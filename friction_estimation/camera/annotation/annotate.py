@@ -18,10 +18,6 @@ import numpy as np
 from curling_env.errors import InputError
 from curling_env.sheet import Sheet
 from curling_env.typing import Image
-from friction_estimation.camera.annotation.height_range import (
-    height_from_clicks,
-    height_from_paint,
-)
 from friction_estimation.camera.annotation.verdict import SHEETS, better_sheet, problems_of
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.expected import (
@@ -30,8 +26,9 @@ from friction_estimation.camera.expected import (
     expected_of_scene,
 )
 from friction_estimation.camera.markings import curves_of, keypoints_of
-from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.camera.refinement import RefinedCamera, refine, unrefined
+from friction_estimation.camera.pose import camera_from_scene, marked_camera
+from friction_estimation.camera.refined import RefinedCamera
+from friction_estimation.camera.refinement import refine
 from friction_estimation.camera.scene import CORNERS, MIN_POINTS, Scene
 from friction_estimation.camera.top_view import TopView
 from friction_estimation.film.pictures import SUFFIXES, read_picture
@@ -193,11 +190,10 @@ class Annotation:
         InputError : as `scene`, or no camera above the ice can see the keypoints so
         """
         scene = self.scene(clicks)
-        camera = camera_from_scene(scene, self.size)
-        refined = refine(camera, scene, self.stills[0]) if paint else unrefined(camera)
-        camera = refined.camera
-        measured = refined.measured > 0
-        heights = height_from_paint(refined) if measured else height_from_clicks(scene, camera)
+        marked = marked_camera(scene, self.size)
+        refined = refine(marked.camera, scene, self.stills[0]) if paint else marked
+        camera, measured = refined.camera, refined.measured > 0
+        heights = (refined if measured else marked).height_range
         there = np.column_stack([scene.sheet_points, np.zeros(len(scene.sheet_points))])
         apart = np.linalg.norm(camera.project(there) - scene.points_px, axis=1)
         problems = list[str]()
@@ -206,7 +202,7 @@ class Annotation:
             if set(names) == set(CORNERS):
                 names = [*CORNERS]
             off = dict(zip(names, apart.tolist(), strict=True))
-            problems = problems_of(camera, self.sheet, self.stills[0], off, heights)
+            problems = problems_of(refined, off)
         better = None
         if paint and (problems or not measured):
             better = better_sheet(refined, self._on_other_sheets(clicks))

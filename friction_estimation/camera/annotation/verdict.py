@@ -4,15 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 
-import numpy as np
-
 from curling_env.sheet import PAPER_SHEET, WORLD_CURLING_SHEET, Sheet
-from curling_env.typing import Image
 from curling_env.units import FOOT
-from friction_estimation.camera.agreement import TOLERANCE_PX, seen_curves
-from friction_estimation.camera.camera import Camera
-from friction_estimation.camera.markings import grey_levels, markings_of
-from friction_estimation.camera.refinement import RefinedCamera
+from friction_estimation.camera.refined import RefinedCamera
+from friction_estimation.camera.tuning import TOLERANCE_PX
 
 SHEETS = (WORLD_CURLING_SHEET, PAPER_SHEET)
 """Sizes of ice that clubs have."""
@@ -26,39 +21,28 @@ LEAST_SEEN = 0.9
 """Paint measured with another size of the ice, as a part of that measured with this one."""
 
 
-def problems_of(
-    camera: Camera,
-    sheet: Sheet,
-    still: Image,
-    apart_px: Mapping[str, float],
-    height_range: tuple[float, float],
-) -> list[str]:
+def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[str]:
     """Return what is wrong with a camera, in sentences; nothing where all that is seen agrees.
 
     Parameters
     ----------
-    camera : as the paint has corrected it
-    sheet : the ice that was marked
-    still : the picture at its own size
+    refined : as the paint has corrected it
     apart_px : distance of each click from where the camera puts it, by the name of its keypoint
-    height_range : between which heights the camera hangs [m]
     """
     problems: list[str] = []
-    low, high = height_range
+    low, high = refined.height_range
     if low > MAX_HEIGHT:
         problems.append(
             f"The camera would hang {low:.0f} to {high:.0f} m above the ice, and stones would be "
             "too small: check the size of the ice."
         )
     name = max(apart_px, key=lambda one: apart_px[one])
-    if apart_px[name] > MAX_CLICK_SHARE * camera.size[0]:
+    if apart_px[name] > MAX_CLICK_SHARE * refined.camera.size[0]:
         problems.append(
             f"The {name.replace('_', ' ')} is {apart_px[name]:.0f} px from where the paint puts it:"
             " move it onto the paint."
         )
-    curves = seen_curves(camera, grey_levels(still), (0, 0), markings_of(sheet))
-    off = [k.name for k in curves if k.contradicts or TOLERANCE_PX < k.miss_px < np.inf]
-    if off:
+    if off := refined.missed:
         problems.append(
             f"The {' and '.join(off)} in the picture {'is' if len(off) == 1 else 'are'} more than "
             f"{TOLERANCE_PX:g} px from the drawn line."

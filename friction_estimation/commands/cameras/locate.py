@@ -77,8 +77,9 @@ def locate(
         f"{found.refined.measured} points on rings and lines agree to "
         f"{found.refined.rms_px:.2f} px; {at}"
     ]
-    if found.disagreeing:
-        missed = ", ".join(f"{name} {found.misses_px[name]:.1f} px" for name in found.disagreeing)
+    if found.refined.missed:
+        misses = found.refined.misses_px
+        missed = ", ".join(f"{name} {misses[name]:.1f} px" for name in found.refined.missed)
         words = [f"some of the paint deviates by more than 2 px: {missed}; {at}"]
     if spread > UNSURE_HEIGHT and height is None:
         uncertainty = f"its height is uncertain by {100 * spread:.0f} %"

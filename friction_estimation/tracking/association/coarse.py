@@ -10,20 +10,13 @@ import numpy as np
 from curling_env.typing import Flags, Floats, Integers
 from friction_estimation.appearance import StoneModel
 from friction_estimation.camera.camera import Camera
-from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.paths import CARRIED, RESTING, Path
 from friction_estimation.tracking.detection.detections import Detections
-from friction_estimation.tracking.smoothing.smoother import (
-    Smoothing,
-    SmoothPath,
-    likeliest_jump,
-    smooth_path,
-)
+from friction_estimation.tracking.smoothing.misfits import smoothed_with_jump
+from friction_estimation.tracking.smoothing.smoother import SmoothPath, smooth_path
 
 _GRID = 0.1
 """Step of the times at which a path is known [s]."""
-_WELL_PLACED = 0.25
-"""Weight of a detection below which a path may have missed a jump of the velocity."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -114,7 +107,7 @@ def coarse_path(
             grid, measured, error, released=released, contacts=(*contacts, *jumps), scaled=False
         )
 
-    smooth = _with_jump(smoothed, t[t > released])
+    smooth, _ = smoothed_with_jump(smoothed, released)
     return CoarsePath(
         t=t,
         xy=xy,
@@ -126,22 +119,3 @@ def coarse_path(
         contacts=tuple(contacts),
         odds=path.odds,
     )
-
-
-def _with_jump(smoothed: Smoothing, t: Floats) -> SmoothPath:
-    """The path with the jump of its velocity that makes it far likelier, if there is one.
-
-    A stone may hit what is not seen, or be stopped.
-
-    Parameters
-    ----------
-    smoothed : smooths the path with jumps at some times [s]
-    t : (n,) times of the detections after the release [s]
-    """
-    plain = smoothed()
-    moments = (t[1:-2] + t[2:-1]) / 2
-    if not len(moments) or plain.weight[plain.weight > 0].min() > _WELL_PLACED:
-        return plain
-    best = likeliest_jump(smoothed, moments)
-    gain = plain.unlikelihood - best.unlikelihood
-    return best if gain > np.log(len(moments)) - numbers.HIT else plain

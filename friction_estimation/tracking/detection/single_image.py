@@ -14,6 +14,7 @@ from curling_env.sheet import Sheet
 from curling_env.typing import Floats, Image
 from friction_estimation.appearance import StoneModel
 from friction_estimation.appearance.colour_names import HandleColour, colour_name, handle_colour
+from friction_estimation.appearance.model import CIRCLE
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.pose import place_sigma
 from friction_estimation.camera.scene import Scene
@@ -127,11 +128,10 @@ def _as_stone(
     one: DetectedPlace, picture: Image, camera: Camera, model: StoneModel
 ) -> DetectedStone:
     """The stone at a place, with the colours of its upper side."""
-    (left, top), (right, below) = camera.bounds_of_circles(
-        one.xy, np.array([[model.radius, model.height]])
-    )
-    rows = slice(max(int(top), 0), max(int(below) + 1, 1))
-    columns = slice(max(int(left), 0), max(int(right) + 1, 1))
+    circle = one.xy + model.radius * CIRCLE
+    px = camera.project(np.column_stack([circle, np.full(len(circle), model.height)]))
+    (left, top), (right, below) = np.maximum([px.min(axis=0), px.max(axis=0) + 1], 0).astype(int)
+    rows, columns = slice(top, max(below, 1)), slice(left, max(right, 1))
     upper = picture[rows, columns]
     return DetectedStone(
         xy=one.xy,

@@ -37,7 +37,7 @@ from friction_estimation.tracking.films.steady_film import SteadyFilm, empty_ice
 from friction_estimation.tracking.measuring.looks import SeenStone, with_focal
 
 FORMAT = FileFormat(name="curling-camera/1", what="a solved camera")
-SOLVER = 3
+SOLVER = 4
 """Raised whenever cameras are solved better: those that were kept before are then solved again."""
 
 
@@ -254,7 +254,6 @@ def camera_document(refined: RefinedCamera) -> dict[str, Any]:
         **_camera_values(refined.camera),
         "measured": refined.measured,
         "rms_px": refined.rms_px,
-        "before_px": refined.before_px,
         "misfit": refined.misfit,
         "covariance": refined.covariance.tolist(),
         "lens": asdict(refined.lens),
@@ -281,7 +280,6 @@ def camera_from(document: dict[str, Any]) -> RefinedCamera:
         camera=_camera(document),
         measured=int(document["measured"]),
         rms_px=float(document["rms_px"]),
-        before_px=float(document["before_px"]),
         misfit=float(document["misfit"]),
         covariance=covariance,
         lens=lens,

@@ -112,16 +112,6 @@ class HeadingCurve:
         self._trusted = np.ones(len(self._t), dtype=bool) if trusted is None else trusted
         self._cubics = PchipInterpolator(self._t, self._theta).c
 
-    @classmethod
-    def through(cls, t: Floats, theta: Floats) -> HeadingCurve:
-        """The curve through headings of single frames, each of which may be off.
-
-        Parameters
-        ----------
-        t, theta : (n,) increasing times [s] and unwrapped headings [rad]
-        """
-        return cls(t, _bell_mean(t, theta))
-
     def at(self, t: Floats | float) -> Floats:
         """Heading at times [s]; before the first and after the last one the spin stays the same."""
         t = np.asarray(t, dtype=np.float64)
@@ -139,11 +129,6 @@ class HeadingCurve:
         return self._trusted[nearest] & (
             np.abs(t - self._t[nearest]) <= numbers.MAX_HEADING_GAP / 2
         )
-
-    def differs(self, other: HeadingCurve) -> bool:
-        """Return whether another curve, where it may be trusted, is not this one."""
-        miss = np.angle(np.exp(1j * (self.at(other._t) - other._theta)))
-        return bool(np.mean(np.abs(miss[other._trusted]) > numbers.HEADING_MATCH / 2) > 0.1)
 
 
 def headings_near(

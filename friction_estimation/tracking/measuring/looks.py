@@ -79,6 +79,7 @@ class SeenStone:
         """Clear pictures of the stone, placed as a camera sees them; see `crops_at`."""
         kept = np.array([t in self.sample for t in self.path.t.tolist()])
         kept &= self.path.likeness >= numbers.MIN_LEARNING_LIKENESS
+        kept &= self.path.t > self.path.released  # before, a hand or a shoe may be taken for it
         clear = np.flatnonzero(kept)
         alone = np.flatnonzero(kept & self.path.alone)
         # At one place alone, a stone does not show its profile.
@@ -162,13 +163,13 @@ def learnt(
     if not crops:
         return None
     noise = stone.background.noise
-    look = learn_appearance(crops, stone.model, noise, doubted=not stone.people)
+    look = learn_appearance(crops, stone.model, noise, try_others=not stone.people)
     for _ in range(_ROUNDS):
         like = those_explained(crops, look)
         if len(like) == len(crops):
             break
         crops = like
-        look = learn_appearance(crops, stone.model, noise, doubted=not stone.people)
+        look = learn_appearance(crops, stone.model, noise, try_others=not stone.people)
     if not stone.people:
         return look, crops
     path = stone.path.seen_by(stone.found_by, camera, stone.model)
@@ -181,7 +182,7 @@ def learnt(
         crops = _clearest(seen)
         for crop in crops:
             fill_hidden(crop, look)
-        look = learn_appearance(crops, stone.model, noise, doubted=turn == _ROUNDS - 1)
+        look = learn_appearance(crops, stone.model, noise, try_others=turn == _ROUNDS - 1)
     return look, crops
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -25,10 +25,14 @@ from friction_estimation.tracking.measuring.heading import (
 )
 from friction_estimation.tracking.measuring.measurements import Measurements
 from friction_estimation.tracking.measuring.others import OtherStone
-from friction_estimation.tracking.smoothing.losses import sudden_loss
+from friction_estimation.tracking.smoothing.misfits import (
+    Misfit,
+    deceleration,
+    misfits,
+    smoothed_with_jump,
+)
 from friction_estimation.tracking.smoothing.smoother import (
     SmoothPath,
-    likeliest_jump,
     smooth_heading,
     smooth_path,
 )
@@ -56,15 +60,12 @@ def assemble_all(
     None where the thrown stone was hardly seen
     """
     contacts = _contacts(thrown, hit, others)
-    fits, height = thrown.measured.fits, thrown.appearance.model.height / 2
-    lost = sudden_loss(np.array(thrown.measured.t), fits, refined.camera, height, contacts[0])
     found = assemble(
         thrown.measured,
         thrown.appearance,
         refined,
         released=thrown.path.released,
         contacts=contacts[0],
-        lost=lost,
     )
     if found is None:
         return None
@@ -133,9 +134,9 @@ def at_rest(
     frames : number of frames
     """
     xy = np.array([other.fit.xy, other.fit.xy])
-    if other.look.doubt is not None:
-        xy = xy + other.look.doubt.shift_at(xy)
-    common = systematic_sigma(refined, xy, other.look.model, doubt=other.look.doubt)
+    if other.look.uncertainty is not None:
+        xy = xy + other.look.uncertainty.shift_at(xy)
+    common = systematic_sigma(refined, xy, other.look.model, shape=other.look.uncertainty)
     noise = float(np.sqrt(np.trace(other.fit.covariance[:2, :2]) / 2))
     trajectory = Trajectory(
         t=np.array(ends),
@@ -162,7 +163,6 @@ def assemble(
     *,
     released: float = -np.inf,
     contacts: Sequence[float] = (),
-    lost: float | None = None,
 ) -> FilmTrack | None:
     """Smooth the measurements, and keep the rows in which the stone was seen.
 
@@ -170,7 +170,6 @@ def assemble(
     ----------
     released : when the thrower lets go [s]
     contacts : when the stone hits or is hit [s]
-    lost : about when it loses speed at once for another reason [s]
 
     Returns
     -------
@@ -192,15 +191,13 @@ def assemble(
     def smoothed(*jumps: float) -> SmoothPath:
         return smooth_path(t, xy, sigma, released=released, contacts=(*contacts, *jumps))
 
-    if lost is None:
-        path = smoothed()
-    else:
-        between = (t[1:] + t[:-1]) / 2
-        path = likeliest_jump(smoothed, between[np.abs(between - lost) < numbers.BESIDE_SECONDS])
+    path, jump = smoothed_with_jump(smoothed, released)
+    off = misfits(path)
+    behind = _left_behind(path, contacts, jump)
     ages = measured.ages.seen().around(t)
     place = path.place
-    if appearance.doubt is not None:
-        place = place + appearance.doubt.shift_at(place)
+    if appearance.uncertainty is not None:
+        place = place + appearance.uncertainty.shift_at(place)
     theta, spin, sigma_theta = _headings(measured, t, fits, path, ages.whole, appearance, contacts)
     sigma_theta = np.hypot(sigma_theta, heading_sigma(camera, place, model))
     unseen = np.hypot(unseen_way(t, path.velocity, ages.rim), ages.dropped)
@@ -210,7 +207,7 @@ def assemble(
         place[kept],
         model,
         unseen,
-        appearance.doubt,
+        appearance.uncertainty,
         hidden_for_long(t[kept], hidden[kept]),
     )
     noise = np.sqrt((path.sigma[kept] ** 2).mean(axis=1))
@@ -218,7 +215,7 @@ def assemble(
         t=t[kept],
         xy=place[kept],
         theta=theta[kept],
-        sigma_xy=np.hypot(noise, common),
+        sigma_xy=np.sqrt(noise**2 + common**2 + _misfit_sigma(path, off, behind)[kept] ** 2),
         sigma_theta=sigma_theta[kept] if appearance.has_handle else np.empty(0),
     )
     return FilmTrack(
@@ -231,7 +228,64 @@ def assemble(
         appearance=appearance,
         refined=refined,
         contacts=tuple(contacts),
+        unexplained=(
+            *_loss_in_words(path, jump, behind),
+            *_misfits_in_words(off, contacts),
+        ),
     )
+
+
+def _left_behind(path: SmoothPath, contacts: Sequence[float], jump: float | None) -> int | None:
+    """The row from which on a path slows down more than ice slows a stone; None if none does."""
+    if contacts or jump is not None:
+        return None
+    way = np.abs(path.place[:, 1] - path.place[0, 1])
+    fast = np.flatnonzero(
+        (deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
+    )
+    return int(fast[0]) if len(fast) else None
+
+
+def _misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) -> Floats:
+    """Standard error of each coordinate by what no stone does alone, (n,) [m]."""
+    sigma = np.zeros(len(path.t))
+    for one in off:
+        sigma[(path.t >= one.first) & (path.t <= one.last)] = numbers.MISFIT_ERROR * one.by
+    if behind is not None:  # the stone may have slid on
+        speed = float(np.hypot(*path.velocity[behind]))
+        since = np.clip(path.t - path.t[behind], 0.0, speed / numbers.DECELERATION)
+        way = since - 0.5 * numbers.DECELERATION * since**2 / speed
+        there = path.place[behind] + way[:, None] * path.velocity[behind]
+        sigma[behind:] = np.hypot(sigma, np.hypot(*(there - path.place).T))[behind:]
+    return sigma
+
+
+def _loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> Iterator[str]:
+    """A loss of more speed than ice takes, at once or while the track stays behind."""
+    if behind is not None:
+        yield (
+            f"from {path.t[behind]:.1f} s on it slows down more than ice slows a stone: the track "
+            "may have stayed behind"
+        )
+    if jump is None:
+        return
+    after = min(int(np.searchsorted(path.t, jump)), len(path.t) - 1)
+    before = max(after - 1, 0)
+    loss = np.hypot(*path.velocity[before]) - np.hypot(*path.velocity[after])
+    way = abs(path.place[after, 1] - path.place[0, 1])
+    if loss > numbers.SUDDEN_LOSS and way > numbers.OUT_OF_HAND:
+        yield (
+            f"at {jump:.1f} s it loses speed as if it hit a stone, and none is found there: from "
+            "then on the track may be that of another stone"
+        )
+
+
+def _misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterator[str]:
+    """Long misfits, except those at a contact."""
+    for one in off:
+        at_contact = any(one.first - 1 < c < one.last + 1 for c in contacts)
+        if one.last - one.first > numbers.MISFIT_REPORTED and not at_contact:
+            yield one.words
 
 
 def _headings(
@@ -313,6 +367,6 @@ def _headings_between(
     share = drift**2 / (drift**2 + scatter**2)
     heading = np.where(found, value - (1 - share) * off, np.nan)
     rate = np.where(found, rate, np.nan)
-    doubt = np.hypot(noise * share, (1 - share) * drift)
-    sigma = np.where(found, np.hypot(doubt, unseen), np.nan)
+    error = np.hypot(noise * share, (1 - share) * drift)
+    sigma = np.where(found, np.hypot(error, unseen), np.nan)
     return heading, rate, sigma

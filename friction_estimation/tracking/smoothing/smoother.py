@@ -13,8 +13,6 @@ from friction_estimation.tracking.association.motion import filtered, smoothed_b
 
 _PASSES = 5
 """Rounds of weights, scale and direction."""
-_JUMP_TURNS = 3
-"""Rounds in which the time of a jump is sought, each about four times as finely."""
 _SAME = 1e-6
 """A contact this near to a frame is in the frame [s]."""
 _LEAST_SPEED = 0.1
@@ -32,6 +30,7 @@ class SmoothPath:
     t : (n,) times [s]
     place, velocity, sigma : (n, 2) place [m], velocity [m/s] and standard error of the place [m]
     weight : (n,) weight of each measurement, 0 to about 1; 0 without one
+    off : (n,) distance of each measurement from the path [m]; 0 without one
     scale : factor by which the given standard errors had to be multiplied
     rests_from : when it comes to rest [s]; infinite if it does not in the film
     """
@@ -41,6 +40,7 @@ class SmoothPath:
     velocity: Floats
     sigma: Floats
     weight: Floats
+    off: Floats
     scale: float
     rests_from: float
 
@@ -60,23 +60,12 @@ class SmoothPath:
             velocity=self.velocity[rows],
             sigma=self.sigma[rows],
             weight=self.weight[rows],
+            off=self.off[rows],
         )
 
 
 Smoothing = Callable[..., SmoothPath]
 """Smooths the measurements of a stone whose velocity jumps at some times [s]."""
-
-
-def likeliest_jump(smoothed: Smoothing, moments: Floats) -> SmoothPath:
-    """The likeliest path with a jump of the velocity near one of some times (n,) [s]."""
-    reach = float(np.diff(moments).max(initial=0.0))
-    tried: list[tuple[float, SmoothPath]] = []
-    for _ in range(_JUMP_TURNS):
-        tried += [(t, smoothed(t)) for t in moments.tolist()]
-        at = min(tried, key=lambda one: one[1].unlikelihood)[0]
-        moments = at + reach * np.linspace(-1.0, 1.0, 8)
-        reach /= 4
-    return min(tried, key=lambda one: one[1].unlikelihood)[1]
 
 
 def smooth_path(
@@ -128,7 +117,7 @@ def smooth_path(
         [np.convolve(axis, np.ones(width) / width, "same") for axis in velocity.T]
     )
     variance = np.full((len(t), 2), np.inf)
-    place = spread = velocity
+    place = spread = miss = velocity
     for turn in range(_PASSES):
         used = seen & (weight > 0)
         variance[used] = (scale * sigma[used]) ** 2 / weight[used, None]
@@ -150,6 +139,7 @@ def smooth_path(
         velocity=velocity,
         sigma=np.sqrt(np.maximum(spread, 0.0)),
         weight=weight,
+        off=np.hypot(*miss.T),
         scale=scale,
         rests_from=float(t[rest]) if rest < len(t) else np.inf,
     )
@@ -218,11 +208,11 @@ class _States:
     def head(self, velocity: Floats) -> None:
         """Set what acceleration is expected, by the velocity (n, 2) [m/s]."""
         self._velocity = velocity
-        pace = np.hypot(*velocity.T)
-        fast = np.flatnonzero(pace > _LEAST_SPEED)
+        speed = np.hypot(*velocity.T)
+        fast = np.flatnonzero(speed > _LEAST_SPEED)
         if len(fast):
-            last = fast[np.clip(np.searchsorted(fast, np.arange(len(pace)), "right") - 1, 0, None)]
-            way = velocity[last] / pace[last, None]
+            last = fast[np.clip(np.searchsorted(fast, np.arange(len(speed)), "right") - 1, 0, None)]
+            way = velocity[last] / speed[last, None]
         else:
             way = np.zeros_like(velocity)
         along, aside = numbers.DECELERATION_SIGMA, numbers.CURL_SIGMA
@@ -239,11 +229,11 @@ class _States:
         n = len(self._t)
         if turn == 0:
             return
-        pace = np.hypot(*self._velocity.T)
+        speed = np.hypot(*self._velocity.T)
         later = np.flatnonzero((self._t > self._after_contacts) & ~self._held)
         if not len(later):
             return
-        moving = later[pace[later] > 2 * numbers.DECELERATION * 0.2]
+        moving = later[speed[later] > 2 * numbers.DECELERATION * 0.2]
         guess = int(moving[-1]) if len(moving) else int(later[0])
         low, high = max(guess - n // 10, int(later[0])), min(guess + n // 5, n)
         while True:

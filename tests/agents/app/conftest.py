@@ -1,4 +1,4 @@
-"""An app on a club of its own, asked without a browser."""
+"""An app on a separate club, requested without a browser."""
 
 from __future__ import annotations
 
@@ -92,7 +92,7 @@ class Visitor:
 
         async def receive() -> dict[str, Any]:
             nonlocal result
-            if result:  # whoever asked is still there, and says no more
+            if result:  # the client is still there, and sends nothing more
                 await asyncio.Event().wait()
             result = True
             return {"type": "http.request", "body": body, "more_body": False}
@@ -100,7 +100,7 @@ class Visitor:
         async def send(message: dict[str, Any]) -> None:
             came.append(message)
 
-        # In a thread of its own: a browser that is driven in this one has its loop running there.
+        # In a separate thread: a browser that is driven in this one has its loop running there.
         with ThreadPoolExecutor(1) as thread:
             thread.submit(lambda: asyncio.run(self.app(scope, receive, send))).result()
         start = next(m for m in came if m["type"] == "http.response.start")
@@ -160,6 +160,6 @@ def club(tmp_path: Path) -> Club:
 
 @pytest.fixture
 def visitor(club: Club) -> Iterator[Visitor]:
-    """Whoever knows the secret; no work is begun."""
+    """A client that knows the secret; no work is begun."""
     app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1", "localhost"])
     return Visitor(app, club=club)

@@ -29,7 +29,7 @@ def address(
     work_off: Callable[[Club], list[str]],
     serve_club: Callable[[Club], AbstractContextManager[str]],
 ) -> Iterator[str]:
-    """Where a club with six throws by two athletes, and their ice, is served."""
+    """Address of a club with six throws by two athletes, and their ice."""
     folder: Path = tmp_path_factory.mktemp("evening")
     ice = load_ice("standard")
     rng = np.random.default_rng(3)

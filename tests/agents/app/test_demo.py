@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from dataclasses import replace
 
-from agents.app import Hand, demo
-from agents.app.views.measures import sheets_of
+from agents.app import Hand, take_in
+from agents.app.views.throws import sheets_of
 from agents.closed_loop import made_up_evening as made
 from curling_env.ice import load_ice
 
@@ -15,9 +15,9 @@ def test_a_made_up_evening_fills_every_table(club, monkeypatch):
     monkeypatch.setattr(made, "FILMED", 1)
     monkeypatch.setattr(made, "FPS", 10.0)
     monkeypatch.setattr(made, "FILM", replace(made.FILM, size=(320, 180), fps=4.0))
-    begun = demo.begin_evening(club, "2026-11-20")
-    assert demo.begin_evening(club, "2026-11-20") is None  # once is enough
-    session = demo.fill(club, begun)
+    begun = take_in.begin_evening(club, "2026-11-20")
+    assert take_in.begin_evening(club, "2026-11-20") is None  # once is enough
+    session = take_in.fill_evening(club, begun)
     assert {one.name: one.hand for one in club.athletes()} == {
         "Anna": Hand.RIGHT,
         "Ben": Hand.LEFT,

@@ -24,9 +24,9 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app import Club, WorkQueue, add_piece, begin_film, take_film
 from agents.app.club.club import added
-from agents.app.views.measures import sheet_seen_live
 from agents.app.views.progress import state_of
-from agents.app.work.reported import Reported
+from agents.app.views.throws import sheet_seen_live
+from agents.app.work.jobs import Reported
 from curling_env import Throw, load_ice
 from curling_env.errors import InputError
 from curling_env.ice import load_ice as read_ice
@@ -44,7 +44,7 @@ PATIENCE = 150_000
 
 
 class App:
-    """`curling app` in a process of its own, which can be killed and started again."""
+    """`curling app` in a separate process, which can be killed and started again."""
 
     def __init__(self, folder: Path) -> None:
         self.folder, self.port = folder, 0
@@ -112,10 +112,10 @@ def open_page(browser: Any, errors: list[str], **about: Any) -> Any:
     page.set_default_timeout(PATIENCE)
     page.on("pageerror", lambda error: errors.append(str(error)))
 
-    def note(said: Any) -> None:
+    def note(message: Any) -> None:
         # While the server is down, what is asked cannot be loaded; that is what is tested.
-        if said.type == "error" and "Failed to load resource" not in said.text:
-            errors.append(said.text)
+        if message.type == "error" and "Failed to load resource" not in message.text:
+            errors.append(message.text)
 
     page.on("console", note)
     return page
@@ -183,7 +183,7 @@ def test_an_evening_from_dropped_films_to_the_ice(browser, app, filmed):
     expect(coach.get_by_role("link", name="Mark the sheet")).to_be_visible()
     assert coach.evaluate("window.isTheSame")  # a reload would lose films that wait
 
-    # Somebody else watches on a phone.
+    # Another person watches on a phone.
     athlete = open_page(browser, errors, viewport=PHONE, has_touch=True, color_scheme="dark")
     athlete.goto(here)
     expect(athlete.locator("#films li")).to_have_count(2)
@@ -298,7 +298,7 @@ def test_a_camera_that_was_moved_is_marked_from_a_film_on(visitor, filmed):
     with club.database.writing() as connection:
         query = "update film set state = ?, said = ? where id = ?"
         connection.execute(query, ("done", "", first.id))
-        connection.execute(query, ("failed", "the camera has moved so far", second.id))
+        connection.execute(query, ("failed", "the camera has moved", second.id))
     result = state_of(club, WorkQueue(club), session)["films"]
     assert [one["mark"] for one in result] == [False, True, False]
     page = f"practice/{session.id}/films/{second.id}/mark/{visitor.token}"

@@ -18,7 +18,11 @@ def test_the_address_is_there_before_anything_else_is_done(club):
 
     with pytest.raises(KeyboardInterrupt):
         serve(
-            club, port=0, share=False, opened=lambda *told_of: result.append(told_of), begin=begin
+            club,
+            port=0,
+            share=False,
+            opened=lambda *addresses: result.append(addresses),
+            begin=begin,
         )
     (address, shared), after = result
     assert address.startswith("http://127.0.0.1:")

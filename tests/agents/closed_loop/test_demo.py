@@ -12,47 +12,17 @@ import pytest
 from agents.closed_loop import (
     draw_practice,
     filming,
-    find_areas,
     patchy_ice,
     run_demo,
 )
-from curling_env.ice import FrictionMap, Ice, load_ice
+from curling_env.ice import Ice, load_ice
 from curling_env.physics import SlideEnd, slide
-from curling_env.sheet import PAPER_SHEET, TEE_Y
+from curling_env.sheet import TEE_Y
 from curling_env.throw import Throw, read_releases
 from curling_env.trajectory import read_tracks
 from curling_env.units import Units
 from friction_estimation import estimate_ice
-
-
-def believed(difference: np.ndarray, sigma: float = 0.005) -> Ice:
-    mu = 0.0082 * (1 + difference)
-    return Ice(
-        friction=FrictionMap(
-            mu=mu, sigma=sigma * mu, observed=np.ones(PAPER_SHEET.shape, dtype=bool)
-        )
-    )
-
-
-def test_areas_are_found_where_they_are() -> None:
-    x, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
-    difference = np.zeros(PAPER_SHEET.shape)
-    difference[(x > 0.4) & (np.abs(y + 5) < 2)] = 0.08
-    difference[(x < -0.4) & (np.abs(y - 14) < 1.5)] = -0.06
-    heavy, keen = find_areas(believed(difference))
-    assert (heavy.kind, keen.kind) == ("heavy", "keen")
-    assert heavy.place == "right of the centre line, 4 m past the near hog line to 8 m past the " \
-        "near hog line"  # fmt: skip
-    assert keen.place.startswith("left of the centre line")
-    assert heavy.place_in(Units.FEET) == "right of the centre line, 14 ft past the near hog line " \
-        "to 25 ft past the near hog line"  # fmt: skip
-    assert heavy.difference == pytest.approx(0.08, abs=0.01)
-
-
-def test_even_or_uncertain_ice_has_no_areas() -> None:
-    _, y = np.meshgrid(PAPER_SHEET.x_centres, PAPER_SHEET.y_centres)
-    assert find_areas(believed(0.02 * np.sin(y))) == []
-    assert find_areas(believed(0.08 * np.sin(y), sigma=0.06)) == []
+from friction_estimation.reports.keen_and_heavy import zones
 
 
 def test_a_stone_that_leaves_the_ice_is_not_filmed_at_rest(tmp_path: Path, monkeypatch) -> None:
@@ -100,10 +70,12 @@ def test_the_hidden_areas_are_read_from_measured_paths() -> None:
     error = (found.friction.mu / ice.friction.mu - 1)[observed]
     assert np.sqrt(np.mean(error**2)) < 0.015
     true = relative(ice, observed)
-    areas = find_areas(found)
+    x, y = np.meshgrid(ice.sheet.x_centres, ice.sheet.y_centres)
+    areas = [zone for zone in zones(found) if zone.stands_out]
     assert len(areas) >= 3
     for area in areas:
-        assert true[area.cells].mean() == pytest.approx(area.difference, abs=0.02)
+        inside = (area.x[0] <= x) & (x < area.x[1]) & (area.y[0] <= y) & (y < area.y[1])
+        assert true[inside & observed].mean() == pytest.approx(area.relative, abs=0.02)
 
 
 @pytest.mark.slow
@@ -159,6 +131,6 @@ def test_command_refuses_a_folder_that_cannot_be(curling, tmp_path: Path) -> Non
 
 def test_command_refuses_a_folder_with_files_of_its_user(curling, tmp_path: Path) -> None:
     (tmp_path / "tracks.csv").write_text("throw,t,x,y,theta\n0,0,0,0,0\n")
-    said = curling("demo", "-o", tmp_path).complaint
-    assert "has tracks.csv, not from an earlier demo" in said
+    message = curling("demo", "-o", tmp_path).complaint
+    assert "has tracks.csv, not from an earlier demo" in message
     assert [path.name for path in tmp_path.iterdir()] == ["tracks.csv"]

@@ -7,10 +7,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.coaching import PLACES, Call, read_call
-from agents.coaching.calls import call_error
+from agents.coaching.calls import call_error, shown_call, typed_call
 from agents.coaching.throw_sheet import sheet_of
 from curling_env.sheet import Direction
-from curling_env.units import Units
+from curling_env.units import Units, shown_in
 from friction_estimation.tracks.throw_list import ThrowNote
 from friction_estimation.tracks.throw_table import ThrowMeasures
 
@@ -99,8 +99,35 @@ def test_in_words():
     assert (
         call.in_words() == "draw, 1.20 m short of the tee, 30 cm right, in-turn, broom 1.10 m right"
     )
-    assert read_call("4 ft short").in_words(Units.FEET) == "draw, 4 ft 0 in short of the tee"
+    with shown_in(Units.FEET):
+        assert read_call("4 ft short").in_words() == "draw, 4 ft 0 in short of the tee"
     assert read_call("draw top eight out").in_words() == "draw, top eight, out-turn"
+
+
+@pytest.mark.parametrize(
+    ("typed", "kept"),
+    [
+        ("Draw 2,-4 in Broom 3.5 right 13.4 s", "Draw 2ft,-4ft in Broom 3.5ft right 13.4 s"),
+        ("draw 4 short 1.5 left ice 4", "draw 4ft short 1.5ft left ice 4ft"),
+        ("draw top 4 foot, 30 cm short", "draw top 4 foot, 30 cm short"),
+        ("draw 2,-4 ft, 3 turns, 3.7 split", "draw 2,-4 ft, 3 turns, 3.7 split"),
+        ("draw button in 13.4", "draw button in 13.4"),
+    ],
+)
+def test_lengths_without_units_are_in_the_chosen_ones(typed, kept):
+    assert typed_call(typed) == typed
+    with shown_in(Units.FEET):
+        assert typed_call(typed) == kept
+        assert typed_call(kept) == kept
+        assert typed_call(shown_call(typed)) == shown_call(typed)  # what is stored is not changed
+
+
+def test_stored_lengths_are_shown_with_their_unit_beside_feet():
+    stored = "draw 0.3,-1.2 in broom 1.44 left"
+    assert shown_call(stored) == stored
+    with shown_in(Units.FEET):
+        assert shown_call(stored) == "draw 0.3m,-1.2m in broom 1.44m left"
+        assert read_call(shown_call(stored)).target == read_call(stored).target
 
 
 WORDS = [

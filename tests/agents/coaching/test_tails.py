@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from agents.coaching.tails import squared_distances, tails_of
+from agents.coaching.athletes import squared_distances, tails_of
 
 
 def sizes_of(tails, throws, seed):

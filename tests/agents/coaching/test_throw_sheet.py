@@ -8,7 +8,7 @@ import pytest
 from agents.coaching import ThrowSheet, read_call, sheet_rows, spin_sign
 from curling_env.sheet import Direction
 from curling_env.trajectory import Trajectory, write_tracks
-from curling_env.units import Units
+from curling_env.units import Units, shown_in
 from friction_estimation.tracks import Measured, ThrowMeasures, ThrowNote
 
 
@@ -53,10 +53,9 @@ def test_line_and_rest_are_compared_with_the_call():
     assert row["off the broom"] == "9 cm left"
     assert row["miss"] == "81 cm past, 40 cm left"
     assert dict(zip(reported.head, reported.rows[1], strict=True))["miss"] == "–"
-    assert (
-        sheet_rows([one], Units.FEET).rows[0][reported.head.index("miss")]
-        == "2 ft 8 in past, 1 ft 4 in left"
-    )
+    with shown_in(Units.FEET):
+        missed = sheet_rows([one]).rows[0][reported.head.index("miss")]
+    assert missed == "2 ft 8 in past, 1 ft 4 in left"
 
 
 def test_a_hit_and_a_stone_that_was_not_seen_to_rest_miss_nothing():
@@ -102,7 +101,7 @@ def test_the_command(evening, curling):
 
 def test_an_unknown_hand_is_refused(evening, curling):
     (evening / "athletes.csv").write_text("athlete,hand\nBo,both\n", encoding="utf-8")
-    said = curling("throws", evening / "tracks.csv").complaint
-    assert "athletes.csv" in said
-    assert "row 2" in said
-    assert "'both'" in said
+    message = curling("throws", evening / "tracks.csv").complaint
+    assert "athletes.csv" in message
+    assert "row 2" in message
+    assert "'both'" in message

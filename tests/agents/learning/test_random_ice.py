@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.learning import RandomIces
 from curling_env.analysis import ice_uncertainty
+from curling_env.envs.random_ice import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 

@@ -25,7 +25,7 @@ def objective(direction=Direction.AWAY, stones=()):
 
 
 def draw(ice, wanted) -> Throw:
-    speed, angle, spin, x, *_ = find_throws(ice, wanted.target, spins=(1.0,)).throws[0].tolist()
+    speed, angle, spin, x, *_ = find_throws(ice, wanted.target, spins=(1.0,))[0].tolist()
     return Throw(speed=speed, angle=angle, spin=spin, x=x)
 
 

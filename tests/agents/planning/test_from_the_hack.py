@@ -7,7 +7,7 @@ import pytest
 
 from agents import plan_throw
 from agents.digital_curling import move_of, transition
-from agents.planning import draw_plan, plan, plan_task
+from agents.planning import draw_plan
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.physics import play_bounds, slide
@@ -19,7 +19,7 @@ FCV1 = load_ice("fcv1")
 
 @pytest.mark.parametrize("target", [(0.9, 15.0), (-0.6, -18.0)])
 def test_a_draw_from_the_hack_rests_at_its_target(target, tmp_path):
-    found = plan(FCV1, target, skill="digital-curling", delivery=FROM_HACK)
+    found = plan_throw(FCV1, target, skill="digital-curling", delivery=FROM_HACK)
     throw, d = found.best.throw, int(found.direction)
     assert abs(throw.spin) == pytest.approx(FROM_HACK.spin)
     release = Release(
@@ -58,7 +58,7 @@ def test_a_plan_agrees_with_the_competitions_server():
 
 
 def test_a_takeout_from_the_hack_keeps_to_its_greatest_speed():
-    found = plan_task(
+    found = plan_throw(
         FCV1,
         "takeout",
         (0.4, TEE_Y),

@@ -101,3 +101,17 @@ def test_a_file_that_is_no_archive(tmp_path):
         stable_baselines_policy(tmp_path / "a.zip")
     with pytest.raises(InputError, match="no such file"):
         stable_baselines_policy(tmp_path / "b.zip")
+
+
+def test_a_policy_with_values_of_actions_takes_the_best_that_there_is(tmp_path):
+    env = gym.make("CurlingEnd-v0", opponent="draw", actions="shots")
+    model = DQN("MlpPolicy", env, device="cpu", seed=0, policy_kwargs={"net_arch": [16]})
+    model.save(tmp_path / "model.zip")
+    policy = stable_baselines_policy(tmp_path / "model.zip")
+    seen, info = env.reset(seed=3)
+    with torch.no_grad():
+        values = model.q_net(torch.as_tensor(seen)[None]).numpy()[0]
+    there = np.flatnonzero(info["action_mask"])
+    shot, _ = policy.predict(seen, action_masks=info["action_mask"])
+    assert shot == there[values[there].argmax()]
+    assert policy.predict(seen)[0] == values.argmax() != shot

@@ -10,6 +10,7 @@ from agents.playing.match import Match
 from agents.playing.search import SearchPlayer
 from agents.shots.execution import fit_execution
 from agents.shots.grades import GradedShot, _Design, fit_grades, held_out_score
+from agents.shots.scatter import GRID, fit_scatter
 from agents.shots.table import RULES, Shot, TableEnd, TableGame
 from curling_env.errors import InputError
 from curling_env.game import GameSimulator
@@ -213,3 +214,29 @@ def test_the_command_writes_a_report_and_skills_that_other_commands_take(tmp_pat
     found = plan_throw("standard", (0.0, 17.4), skill=load_skill(tmp_path / "hands/all.skill.json"))
     assert found.best is not None
     assert "expected a table of shots" in curling("hands", tmp_path / "Ends.csv").complaint
+
+
+# --- scatter -------------------------------------------------------------------------------------
+
+
+def missed(
+    scatter: dict[str, float], shots: int = 4000
+) -> tuple[np.ndarray, dict[str, np.ndarray]]:
+    """Log-likelihoods of misses whose size depends on their owners, and these owners."""
+    rng = np.random.default_rng(2)
+    owners = {kind: rng.integers(40, size=shots) for kind in scatter}
+    size = sum(spread * rng.standard_normal(40)[owners[kind]] for kind, spread in scatter.items())
+    miss = np.exp(size) * rng.standard_normal(shots)
+    return -GRID - 0.5 * miss[:, None] ** 2 * np.exp(-2 * GRID), owners
+
+
+def test_scatter_is_found_where_it_is_and_few_shots_say_little():
+    curves, owners = missed({"team": 0.3, "player": 0.0})
+    found = fit_scatter(curves, owners, np.ones(len(curves)))
+    assert found["team"].scatter == pytest.approx(0.3, abs=0.08)
+    assert found["player"].scatter < 0.1
+    few = fit_scatter(curves[:200], {"team": owners["team"][:200]}, np.ones(200))["team"]
+    assert few.variance.min() > 3 * found["team"].variance.max()
+    value, precision = found["team"].alone(0)
+    assert abs(value) > abs(found["team"].mean[0])  # the mean is shrunk
+    assert precision < 1 / found["team"].variance[0]

@@ -12,7 +12,6 @@ import pytest
 
 import friction_estimation
 from friction_estimation.camera import (
-    CIRCLE_POINTS,
     TERMS,
     Camera,
     FreeLens,
@@ -48,39 +47,15 @@ def test_the_formula_is_opencvs(bent):
     assert bent.project(points) == pytest.approx(seen.reshape(-1, 2), abs=1e-7)
 
 
-def test_compiled_rays_are_those_of_the_lens(bent):
-    rows, columns = 7, 9
-    xy, slope = bent.rays_of_pixels(820, 400, (rows, columns))
-    v, u = np.mgrid[400 : 400 + rows, 820 : 820 + columns].reshape(2, -1)
-    px = np.column_stack([u, v]).astype(float)
-    rays = bent.rays(px)
-    assert xy == pytest.approx(bent.on_plane(px), abs=1e-7)
-    assert slope == pytest.approx(rays[:, :2] / rays[:, 2:], abs=1e-8)
-    assert bent.project(np.column_stack([xy + 0.1 * slope, np.full(len(xy), 0.1)])) == (
-        pytest.approx(px, abs=1e-6)
-    )
-
-
-def test_compiled_bounds_of_circles_are_those_of_their_projected_points(bent):
-    circles = np.array([[0.145, 0.0], [0.12, 0.114]])
-    angle = 2 * np.pi * np.arange(CIRCLE_POINTS) / CIRCLE_POINTS
-    around = np.column_stack([np.cos(angle), np.sin(angle)])
-    at, one = np.array([0.5, 3.0]), np.ones(len(angle))
-    points = [np.column_stack([at + r * around, height * one]) for r, height in circles]
-    px = bent.project(np.concatenate(points))
-    found = bent.bounds_of_circles(at, circles)
-    assert found == pytest.approx(np.array([px.min(axis=0), px.max(axis=0)]), abs=1e-8)
-
-
-def test_only_two_modules_know_the_terms_of_the_lens():
-    """What another lens model would have to change."""
+def test_only_one_module_knows_the_terms_of_the_lens():
+    """Lens parameters that another lens model would have to change."""
     root = Path(friction_estimation.__file__).parent
     knowing = set()
     for path in root.rglob("*.py"):
         names = {n.id for n in ast.walk(ast.parse(path.read_text())) if isinstance(n, ast.Name)}
         if names & set(TERMS):
             knowing.add(path.relative_to(root).as_posix())
-    assert knowing == {"camera/lens.py", "camera/lens_formula.py"}
+    assert knowing == {"camera/lens.py"}
 
 
 def lens_like(camera: Camera, rng: np.random.Generator) -> Camera:
@@ -141,7 +116,7 @@ def test_small_terms_of_a_lens_are_found_with_the_large_ones(found, name, limit)
     assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < limit
 
 
-def test_far_from_the_paint_that_told_the_lens_a_place_is_less_sure(found):
+def test_places_far_from_the_paint_that_determined_the_lens_are_less_certain(found):
     points, _, sigma = found["ceiling"]
     beyond = points[:, 1] < 10.2  # the hog line is at 10.97 m
     assert beyond.any()

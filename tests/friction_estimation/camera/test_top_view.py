@@ -1,4 +1,4 @@
-"""The top view: the paper's homography with its misprints put right."""
+"""The top view of the ice."""
 
 from __future__ import annotations
 
@@ -28,14 +28,6 @@ def test_view_and_sheet_are_inverse():
     xy = np.array([[0.0, 0.0], [-2.25, 22.25], [1.0, -17.0]])
     assert view.to_sheet(view.to_view(xy)) == pytest.approx(xy)
     assert view.to_view(xy)[1] == pytest.approx([-0.5, -0.5])
-
-
-def test_the_homography_takes_undistorted_pixels_to_the_view():
-    seen, view = camera(), TopView.of(PAPER_SHEET, 20.0)
-    xy = np.array([[1.0, -10.0], [-2.0, 15.0]])
-    px = seen.project(np.column_stack([xy, np.zeros(2)]))
-    mapped = np.column_stack([px, np.ones(2)]) @ view.homography(seen).T
-    assert mapped[:, :2] / mapped[:, 2:] == pytest.approx(view.to_view(xy), abs=1e-6)
 
 
 def test_a_mark_on_the_ice_appears_where_it_lies():

@@ -68,8 +68,8 @@ def test_both_ends_and_given_speeds_are_used():
 def test_what_no_session_reaches_is_said():
     plan = design_throws(resolution=1.0, precision=0.001, speeds=[3.0])
     assert not plan.reached
-    assert "out of reach" in plan.words
-    assert "out of reach" not in replace(plan, precision=1.0).words
+    assert "out of reach" in plan.in_words()
+    assert "out of reach" not in replace(plan, precision=1.0).in_words()
 
 
 @pytest.mark.parametrize(
@@ -116,7 +116,7 @@ def test_a_design_in_numbers():
     assert found["error_of_one_number_percent"] == pytest.approx(0.1)
     assert found["error_percent_after_throws"] == pytest.approx([4.0, 3.0, 2.0])
     assert (found["resolution_m"], found["precision_percent"]) == (2.0, 2.0)
-    assert plan.words.startswith(
+    assert plan.in_words().startswith(
         "2 % at a resolution of 2 m takes 3 throws: 1 at 1.60 m/s, 2 at 2.00 m/s; 2 of them from "
         "the home end and 1 from the away end; on lines 0, +0.5 m"
     )

@@ -34,7 +34,7 @@ def session(sliding) -> SimpleNamespace:
 
 
 def test_yesterdays_pattern_serves_today(sliding, session):
-    """The ice is pebbled anew: 6 % heavier, its pattern kept but for 1.5 %. Three throws see it."""
+    """Ice pebbled again, 6 % heavier, with its pattern kept to 1.5 %, and seen by three throws."""
     rng = np.random.default_rng(9)
     change = sliding.random_field(rng, mu=1.06, spread=0.015, length=3.0)
 
@@ -90,6 +90,20 @@ def test_evidence_without_throws_is_refused(session, tmp_path):
     np.savez(evidence_path(path), mu=session.found.ice.friction.mu, information=np.eye(3))
     with pytest.raises(InputError, match="estimate the ice once more"):
         load_evidence(session.found.ice, path)
+
+
+def test_evidence_of_earlier_releases_is_read(session, tmp_path):
+    """They wrote throw, stone and clock once for each throw, and the number of its rows."""
+    path, ice, tracks = tmp_path / "ice.json", session.found.ice, session.tracks[:3]
+    save_evidence(tracks, Choices(), ice, path)
+    with np.load(evidence_path(path)) as arrays:
+        columns = dict(arrays)
+    each = {name: [getattr(k, name) for k in tracks] for name in ("throw", "stone", "clock")}
+    np.savez(evidence_path(path), **{**columns, **each, "rows": [len(k) for k in tracks]})
+    assert load_evidence(ice, path).tracks == list(tracks)
+    np.savez(evidence_path(path), **{**columns, **each, "rows": [len(tracks[0])]})
+    with pytest.raises(InputError, match="whole evidence"):
+        load_evidence(ice, path)
 
 
 def test_command_updates_and_starts_from_yesterday(curling, session, tmp_path):

@@ -1,4 +1,4 @@
-"""What an estimate says of itself in numbers."""
+"""Numbers in the summary of an estimate."""
 
 from __future__ import annotations
 
@@ -15,6 +15,7 @@ from curling_env.sheet import PAPER_SHEET
 from curling_env.trajectory import Trajectory
 from friction_estimation import Estimate
 from friction_estimation.discovery import CoordinateNoise, SessionNoise
+from friction_estimation.estimation.camera_bias import CameraBias
 from friction_estimation.tracks import FreeSlide
 
 
@@ -31,7 +32,7 @@ def slide(throw: int, rows: int) -> FreeSlide:
 
 
 def fitted(smoothness: float, field: bool = True) -> Any:
-    """As much of a fit as a summary needs."""
+    """Fit reduced to the parts that a summary needs."""
     found = SimpleNamespace(
         amplitude=0.05, length=3.0, smoothness=smoothness, values=0.05 * np.ones(5)
     )
@@ -123,10 +124,26 @@ def test_what_there_is_not_is_left_out(estimate):
     assert not {"map", "noise_m", "effects"} & set(one)
 
 
-def test_an_error_that_rounding_has_lost_is_null_and_the_rest_is_told(estimate):
+def test_an_error_lost_to_rounding_is_null_and_the_rest_is_reported(estimate):
     found = replace(estimate, sigma=float("nan")).summary()
     assert (found["sigma"], found["low"], found["high"]) == (None, None, None)
     json.dumps(found, allow_nan=False)
+
+
+def test_the_size_of_a_bias_weighs_nodes_by_how_well_they_are_known():
+    search = SimpleNamespace(outcome="found", variety=1.0, seen_from=1e-3, gain=20.0, likeness=1.0)
+    values, sigma = np.array([3e-3, -3e-3, 9e-3]), np.array([1e-3, 1e-3, 2e-3])
+    bias = CameraBias(search=search, nodes=np.arange(3.0), values=values, sigma=sigma)
+    assert bias.size == pytest.approx(1e-3 * np.sqrt((9 + 9 + 81 / 4) / 2.25))
+    assert bias.summary()["size_m"] == bias.size
+    assert "4.1 mm found" in bias.words
+    none = CameraBias(search=replace_outcome(search, "none"))
+    assert none.size == 0.0
+    assert none.words == "no bias of the camera; one of 1.0 mm would show"
+
+
+def replace_outcome(search: SimpleNamespace, outcome: str) -> Any:
+    return SimpleNamespace(**{**vars(search), "outcome": outcome})
 
 
 def test_noise_without_a_memory_has_no_time():

@@ -8,11 +8,11 @@ import cv2
 import numpy as np
 import pytest
 
-from curling_env.ice import Ice
+from curling_env.ice import Ice, load_ice
 from curling_env.infrastructure import read_table
 from curling_env.sheet import HOG_LINE_Y, TEE_Y
 from friction_estimation import estimate_ice
-from friction_estimation.reports import Still, headline, worth_of_a_per_cent, write_report
+from friction_estimation.reports import DrawWeight, Still, headline, write_report
 
 
 @pytest.fixture(scope="module")
@@ -34,9 +34,9 @@ def found(sliding):
     ],
 )
 def test_the_headline_says_how_fast_the_ice_is(found, mu, word):
-    said = headline(replace(found, mu=mu, uniform=True))
-    assert said.startswith(f"This ice is {word}: ")
-    assert float(said.rsplit("= ")[1].rstrip(".")) == pytest.approx(mu, rel=0.01)
+    sentence = headline(replace(found, mu=mu, uniform=True))
+    assert sentence.startswith(f"This ice is {word}: ")
+    assert float(sentence.rsplit("= ")[1].rstrip(".")) == pytest.approx(mu, rel=0.01)
 
 
 def test_the_page_opens_alone_with_all_its_pictures(found, page, tmp_path):
@@ -92,10 +92,27 @@ def test_every_row_says_whether_it_was_used_and_what_was_left_out_is_said(slidin
     assert np.isnan(left[use == "after"]).all()
 
 
+def test_a_draw_is_that_of_the_closed_form():
+    """Constant friction takes v²/(2μg) to stop, and times are those of a parabola."""
+    even, whole = DrawWeight(Ice.uniform(0.02), 0.009), HOG_LINE_Y + TEE_Y
+    speed = np.sqrt(2 * 9.80665 * 0.009 * whole)
+    assert even.speed == pytest.approx(speed, rel=1e-3)
+    assert even.seconds == pytest.approx(2 * whole / speed, rel=1e-3)
+    passed = speed - np.sqrt(speed**2 - 2 * 9.80665 * 0.009 * 2 * HOG_LINE_Y)
+    assert even.hog_to_hog == pytest.approx(passed / (9.80665 * 0.009), rel=1e-3)
+    assert even.curl is None
+
+
+def test_the_curl_of_a_draw_is_to_one_side_of_its_line():
+    """The preset's draw with three turns; `curling validate` has 1.47 m for 1 rad/s."""
+    curl = DrawWeight(load_ice("standard"), 0.0082).curl
+    assert curl == pytest.approx(1.47, abs=0.1)
+
+
 def test_a_per_cent_is_worth_what_the_formulas_say():
     """Constant friction: a draw of d metres runs d/100 further, and splits change as √(d/μ)."""
     ice = Ice.uniform(0.009)
-    further, longer = worth_of_a_per_cent(ice, 0.009)
+    further, longer = DrawWeight(ice, 0.009).worth_of_a_per_cent
     between, whole = 2 * HOG_LINE_Y, HOG_LINE_Y + TEE_Y
     assert further == pytest.approx(whole / 100, rel=0.03)
     split = np.sqrt(2 / (9.80665 * 0.009)) * (np.sqrt(whole) - np.sqrt(whole - between))

@@ -34,7 +34,7 @@ def jumps_aside(t):
     [
         (hits_something, "at 4.6 s it loses speed as if it hit a stone"),
         (halts, "s on it slows down more than ice slows a stone"),
-        (jumps_aside, "s its places scatter by 0."),
+        (jumps_aside, "off the path of a sliding stone"),
     ],
 )
 def test_what_no_stone_does_alone_is_reported(tmp_path, way, warning):

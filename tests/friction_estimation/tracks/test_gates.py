@@ -247,6 +247,18 @@ def test_throws_are_compared_at_equal_times_from_hog_line_to_hog_line(session):
         assert abs(right[direction]["hog_to_tee_less_predicted_s"]) < 0.1
 
 
+def test_ice_of_a_club_keeps_less_speed_than_championship_ice(gates, tmp_path):
+    """Two real evenings differ from `standard` by −0.03 in the mean of both directions."""
+    path = gates.write(tmp_path / "g.csv", gates.log(load_ice("club"), np.random.default_rng(4)))
+    tracks = read_gates(path, SIGMA).tracks
+    off = {}
+    for ice in ("club", "standard"):
+        directions = compare_gate_times(tracks, load_ice(ice)).summary()["directions"].values()
+        off[ice] = np.mean([means["kept_less_predicted"] for means in directions])
+    assert abs(off["club"]) < 0.015
+    assert 0.025 < off["club"] - off["standard"] < 0.04
+
+
 def test_a_session_is_of_gates_or_of_a_camera(session, filmed, rng):
     _, tracks = session
     track, _ = filmed(rng)

@@ -1,4 +1,4 @@
-"""What is removed is gone from pages and files, and comes back as it was."""
+"""Removed sessions, films and throws leave pages and files, and come back unchanged."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from curling_env.trajectory import Trajectory, read_tracks
 
 @pytest.fixture
 def session(club):
-    """Two films with two throws each, of which a coach has said something."""
+    """Two films with two throws each, with a coach's notes."""
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     for number in range(2):
         film = begin_film(club, session, f"{number}.mp4", 4)
@@ -41,7 +41,7 @@ def session(club):
 
 
 def state(club, session):
-    """What pages and commands are told of a session."""
+    """Contents of a session on pages and in the files of commands."""
     folder = club.folder_of(session)
     tracks = club.tracks_of(session)
     return (

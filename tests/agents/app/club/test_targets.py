@@ -34,6 +34,25 @@ def test_a_name_that_calls_have_a_meaning_for_is_refused(club, name):
     assert club.targets() == []
 
 
+def test_a_renamed_target_is_renamed_in_its_calls(visitor, club):
+    kept = keep_target(club, "pocket", 0.6, 17.0)
+    session = club.add_session("Tuesday", "2026-11-17", "1", None)
+    club.change("session", session.id, drill="draw Pocket in")
+    query = "insert into throw (session_id, number, part, called) values (?, 0, 0, ?)"
+    club.database.write(query, session.id, "draw pocket out, pockets")
+    form = {"table": "target", "id": str(kept.id), "session": str(session.id)}
+    assert visitor.post("practice/rename", form | {"name": "Ben's corner"}).status == 303
+    assert [target.name for target in club.targets()] == ["Ben's corner"]
+    assert club.throws(session)[0].called == "draw Ben's corner out, pockets"
+    assert club.session(session.id).drill == "draw Ben's corner in"
+    assert visitor.post("practice/rename", form | {"name": "button"}).status == 422
+    club.database.write("insert into position (name, address) values ('Split', '#mode=target')")
+    form = {"table": "position", "id": "1", "session": str(session.id), "name": "Split the house"}
+    assert "Split</option>" in visitor.get(f"practice/{session.id}").text
+    assert visitor.post("practice/rename", form).status == 303
+    assert "Split the house</option>" in visitor.get(f"practice/{session.id}").text
+
+
 def test_a_place_off_the_ice_is_refused(club):
     with pytest.raises(InputError, match="no stone"):
         keep_target(club, "away", 0.0, 25.0)
@@ -41,7 +60,7 @@ def test_a_place_off_the_ice_is_refused(club):
 
 def test_what_a_throw_has_called_keeps_its_meaning(club):
     kept = keep_target(club, "pocket", 0.5, 17.0)
-    assert keep_target(club, "Pocket", 0.6, 17.0).id == kept.id  # nobody has called it yet
+    assert keep_target(club, "Pocket", 0.6, 17.0).id == kept.id  # no throw has called it yet
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     with club.database.writing() as connection:
         connection.execute(

@@ -59,7 +59,7 @@ def test_the_change_since_another_session_has_an_address(visitor, evenings):
     assert visitor.get("ice?against=x").status == 422
 
 
-def test_what_discovery_misses_is_told_with_its_throws(visitor, club, evenings):
+def test_missing_effects_are_listed_with_their_throws(visitor, club, evenings):
     folder = club.folder_of(evenings[2])
     (folder / "report.json").write_text(json.dumps(REPORT), encoding="utf-8")
     text = visitor.get("ice").text

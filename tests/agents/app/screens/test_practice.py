@@ -62,11 +62,11 @@ def test_a_film_is_sent_and_goes_on(visitor, club):
     assert club.path(club.film(begun["film"]).file).read_bytes() == b"abcdef"
 
 
-@pytest.mark.parametrize("told", [{}, {"name": 5, "size": 5}, {"name": "a.mp4", "size": "5"}, []])
-def test_what_is_no_announcement_is_refused(visitor, club, told):
+@pytest.mark.parametrize("sent", [{}, {"name": 5, "size": 5}, {"name": "a.mp4", "size": "5"}, []])
+def test_what_is_no_announcement_is_refused(visitor, club, sent):
     begin(visitor)
     (session,) = club.sessions()
-    assert visitor.send(f"practice/{session.id}/films", told).status == 422
+    assert visitor.send(f"practice/{session.id}/films", sent).status == 422
 
 
 @pytest.mark.parametrize(

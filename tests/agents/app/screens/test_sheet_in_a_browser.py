@@ -36,12 +36,12 @@ LONG_REPORT = {
     "effects": [{"name": name, **EFFECT} for name in ("curl", "friction_map", "air_drag")],
     "next_throws": [NEXT] * 3,
 }
-"""As much as a discovery usually says, to fill the printed page."""
+"""A discovery of the usual length, which fills the printed page."""
 
 
 @pytest.fixture(scope="module")
 def address(tmp_path_factory: pytest.TempPathFactory, serve_club: Any) -> Iterator[str]:
-    """Where an app with six sessions on one sheet is served."""
+    """Address of an app with six sessions on one sheet."""
     club = Club(tmp_path_factory.mktemp("club"))
     ice = load_ice("standard")
     x = np.abs(ice.sheet.x_centres)[None, :] + 0 * ice.friction.mu
@@ -79,14 +79,16 @@ def still(browser: Any) -> Iterator[Any]:
     opened = context.new_page()
     errors: list[str] = []
     opened.on("pageerror", lambda error: errors.append(str(error)))
-    opened.on("console", lambda said: errors.append(said.text) if said.type == "error" else None)
+    opened.on(
+        "console", lambda message: errors.append(message.text) if message.type == "error" else None
+    )
     yield opened
     context.close()
     assert errors == []
 
 
 def at(page: Any, x: float, y: float) -> tuple[float, float]:
-    """Where a place of the sheet lies on the screen."""
+    """Position of a place of the sheet on the screen."""
     # The stones' own group has the sheet's places; the first layer is never moved.
     box = page.evaluate(
         """([x, y]) => {

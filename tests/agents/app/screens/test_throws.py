@@ -13,7 +13,7 @@ from agents.app.club import session_files
 from agents.app.club.session_files import measures_of
 from agents.app.take_in import add_film, take_in
 from agents.app.views.film_view import speeds
-from agents.app.views.throw_numbers import rounded
+from agents.app.views.throws import rounded
 from agents.coaching import read_call
 from curling_env.trajectory import Trajectory, write_tracks
 from friction_estimation.tracks.throw_list import throws_beside

@@ -66,7 +66,7 @@ def test_the_map_changes_where_it_changed():
     assert change_of_maps(ice(), load_ice("fcv1")) is None
 
 
-def test_keen_and_heavy_are_told_in_seconds():
+def test_keen_and_heavy_are_in_seconds():
     result = ice_document(ice(where=np.s_[:30, :4]))
     assert "%" not in result["sentence"]
     (slow,) = re.findall(r"[Hh]eavy at [^(]+\(([\d.]+) s\)", result["sentence"])

@@ -61,5 +61,7 @@ def test_a_stone_is_hit():
 
 
 def test_a_target_under_a_stone_is_refused():
-    with pytest.raises(InputError, match="no stone can rest at the target"):
-        plan(stones=[TARGET])
+    lying = {"x": -0.0536576, "y": TEE_Y + 0.0361928}
+    words = r"no stone can rest at the target: the stone at \(-0\.05, 17\.41\) m is in its place"
+    with pytest.raises(InputError, match=words):
+        plan(stones=[lying], target={"x": 0.0, "y": TEE_Y})

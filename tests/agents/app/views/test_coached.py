@@ -14,7 +14,6 @@ import simulated_club as made
 from agents.app import Club, WorkQueue
 from agents.app.club.club import decoded, encoded
 from agents.app.club.records import Answer
-from agents.app.views import coached
 from agents.app.work import causes
 from agents.app.work.causes import Kept, prepare
 from curling_env.ice import save_ice
@@ -22,7 +21,7 @@ from curling_env.infrastructure import write_table
 from curling_env.trajectory import write_tracks
 
 HEAVY = 0.05
-"""How much too fast Bo throws [m/s]: a third of a second and more."""
+"""Excess speed of Bo's throws [m/s]: a third of a second and more."""
 
 
 @pytest.fixture(scope="module")
@@ -64,7 +63,7 @@ def plain(text: str) -> str:
     return unescape(re.sub(r"\s+", " ", re.sub(r"<[^>]*>", " ", text)))
 
 
-def test_why_throws_missed_is_told_throw_by_throw(visitor, evening):
+def test_causes_are_listed_throw_by_throw(visitor, evening):
     _, session, before = evening
     answer = visitor.get(f"hand-or-ice/{session.id}")
     assert answer.status == 200
@@ -73,7 +72,7 @@ def test_why_throws_missed_is_told_throw_by_throw(visitor, evening):
     assert "Ada <i>'s" in words
     assert f'<option value="{before.id}" selected>' in answer.text
     assert "was not given" not in words
-    # Who throws a third of a second too heavy is long by weight, again and again.
+    # An athlete who throws a third of a second too heavy is long by weight every time.
     bo = plain(visitor.get(f"hand-or-ice/{session.id}?athlete=Bo").text)
     long = re.search(r"Weight −?\d+ % ± \d+ ([\d.]+) (m|cm) past", bo)
     assert long is not None, bo[:1500]
@@ -105,7 +104,7 @@ def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
     kept = club.database.rows(Answer, "select * from answer where name like 'causes %'")
     club.database.write("delete from answer where name like 'causes %'")
     asked = {"target": {"x": 0, "y": 17.3735}, "ice": "standard", "skill": "athlete:1"}
-    answer = visitor.send("throw/plan", asked)  # a script is told to ask again
+    answer = visitor.send("throw/plan", asked)  # a script asks again
     assert (answer.status, answer.document["coming"]) == (503, True)
     notes.write_text(before)
     for one in kept:
@@ -123,7 +122,7 @@ def test_nothing_is_worked_out_when_someone_looks(visitor, evening, monkeypatch)
     for module, name in (
         (causes, "hand_or_ice"),
         (causes, "match_stones"),
-        (coached, "athlete_errors"),
+        (causes, "athlete_errors"),
     ):
         monkeypatch.setattr(module, name, looked)
     for screen in ("hand-or-ice", "athletes", "stones"):
@@ -163,7 +162,7 @@ def test_one_throw_has_an_address_and_its_parts_lead_to_its_rest(visitor, evenin
 
 @pytest.mark.parametrize(
     ("query", "status"),
-    [("throw=99", 404), ("throw=x", 422), ("athlete=Nobody", 404), ("believed=77", 404)],
+    [("throw=99", 404), ("throw=x", 422), ("athlete=Zoe", 404), ("believed=77", 404)],
 )
 def test_what_is_not_there_is_said_so(visitor, evening, query, status):
     assert visitor.get(f"hand-or-ice/{evening[1].id}?{query}").status == status
@@ -186,7 +185,7 @@ def test_athletes_have_their_bias_and_their_hand_can_be_planned_with(visitor, ev
     assert "athlete:99" in visitor.send("throw/plan", {**target, "skill": "athlete:99"}).text
 
 
-def test_stones_are_ordered_and_told_apart(visitor, evening):
+def test_stones_are_ordered_and_distinguished(visitor, evening):
     session = evening[1]
     words = plain(visitor.get(f"stones/{session.id}").text)
     first, second = (re.search(rf" {stone} [^%]{{5,60}} 6 ", words).start() for stone in (1, 2))

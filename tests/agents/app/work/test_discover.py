@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from agents.app.sheet.choices import findings_of
-from agents.app.work.kinds import do
+from agents.app.work.jobs import do
 from curling_env import Throw, load_ice, write_tracks
 from curling_env.errors import InputError
 from curling_env.physics import slide

@@ -1,4 +1,4 @@
-"""Long work: done in a process of its own, told in words, taken up again."""
+"""Long work: in a separate process, reported in words, resumed after a restart."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ import pytest
 
 from agents.app import Part, State, WorkQueue, begin_film, keep_part
 from agents.app.views.progress import events, time_left
+from agents.app.work.jobs import Reported
 from agents.app.work.queue import MAX_LOSSES, MOST
-from agents.app.work.reported import Reported
 from curling_env.trajectory import Trajectory
 
 
@@ -139,7 +139,7 @@ def test_work_whose_process_was_ended_is_done_again_but_not_for_ever(club, monke
     assert "was ended" in job.problem
 
 
-def test_a_page_that_watches_is_told_what_has_changed(club):
+def test_a_page_that_watches_receives_what_has_changed(club):
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     work = WorkQueue(club)
 
@@ -159,7 +159,7 @@ def test_a_page_that_watches_is_told_what_has_changed(club):
     assert [(job["what"], job["state"]) for job in second["jobs"]] == [("Tracking", "waiting")]
 
 
-def test_a_time_is_told_no_more_exactly_than_it_is_known():
+def test_a_time_is_shown_no_more_exactly_than_it_is_known():
     assert [time_left(s) for s in (3, 34, 100, 3000, 7200)] == [
         "about 10 s left",
         "about 30 s left",
@@ -174,11 +174,11 @@ def test_a_remaining_time_is_reported_only_while_estimates_agree(club, monkeypat
     work = WorkQueue(club)
     number = work.submit("track", session).id
     now = 100.0
-    monkeypatch.setattr("agents.app.work.reported.time.monotonic", lambda: now)
+    monkeypatch.setattr("agents.app.work.jobs.time.monotonic", lambda: now)
     reported = Reported(club, number)
 
     def left(rate, seconds, begin=0.0):
-        """What is reported while work goes on at a rate [share/s]."""
+        """Reports of work that progresses at a rate [share/s]."""
         nonlocal now
         found = []
         for k in range(seconds):

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from agents.coaching.misses.shared_ice import Parts, agree
+from agents.coaching.misses.ices import Parts, agree
 
 SIGMA = 0.3
 """Standard deviation of the ice's error [m]."""

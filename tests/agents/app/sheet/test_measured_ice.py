@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import pytest
 
-from agents.app.sheet.curl_map import curl_map
+from agents.app.sheet.measured_ice import change_of_weight, curl_map
 from curling_env.sheet import PAPER_SHEET, Direction
 from friction_estimation.tracks.measured import Measured
 from friction_estimation.tracks.throw_table import ThrowMeasures
@@ -63,3 +65,38 @@ def test_draws_of_another_weight_and_touched_stones_do_not_count():
         for one in far
     ]
     assert curl_map(PAPER_SHEET, short) is None
+
+
+def timed(number: int, seconds: float, past: float = 0.0, **more: Any) -> ThrowMeasures:
+    """A draw with its time between the hog lines, which came to rest past the tee."""
+    numbers = {"hog_to_hog": seconds, "past": past, "from_tee": abs(past)}
+    measured = {name: Measured(value, 0.02) for name, value in numbers.items()}
+    direction = Direction.AWAY
+    return ThrowMeasures(
+        throw=number, stone=0, clock=0.0, direction=direction, **{**measured, **more}
+    )
+
+
+def test_ice_that_becomes_keener_during_the_evening_is_noticed():
+    scatter = [0.1, -0.1, -0.1, 0.1] * 5
+    keener = [timed(k, 14.0 + 0.03 * k + scatter[k]) for k in range(20)]
+    words = change_of_weight(keener)["words"]
+    assert words.startswith("keener by 0.6 ± 0.2 s")
+    assert change_of_weight(keener[::-1])["words"].startswith("heavier by 0.6")
+    same = [timed(k, 14.0 + scatter[k]) for k in range(20)]
+    assert change_of_weight(same)["words"].startswith("no clear change")
+    assert change_of_weight(keener[:7]) is None
+
+
+def test_weight_is_that_of_a_draw_to_the_tee():
+    # At 0.09 m/s²: a draw 2 m past the tee line is quicker than one on it.
+    def hog_to_hog(far: float) -> float:
+        speed = (2 * 0.09 * far) ** 0.5
+        return (speed - (speed**2 - 2 * 0.09 * 21.945) ** 0.5) / 0.09
+
+    draws = [timed(k, hog_to_hog(28.346 + past), past) for k, past in enumerate([2.0, -2.0] * 4)]
+    assert change_of_weight(draws)["seconds"] == pytest.approx([hog_to_hog(28.346)] * 8, abs=0.011)
+    short = [timed(k, 14.0, -8.0) for k in range(9)]
+    touched = [timed(k, 14.0, touched=True) for k in range(9)]
+    assert change_of_weight(short) is None
+    assert change_of_weight(touched) is None

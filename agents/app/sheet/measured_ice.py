@@ -1,4 +1,4 @@
-"""Map of the curl that draws showed: on each lane, towards each end."""
+"""The ice as a session's draws showed it: the curl of each lane, and the change of the weight."""
 
 from __future__ import annotations
 
@@ -8,15 +8,20 @@ from typing import Any
 import numpy as np
 
 from agents.app.sheet.forms import rounded
-from curling_env.sheet import Direction, Sheet
+from curling_env.sheet import HOG_LINE_Y, TEE_Y, Direction, Sheet
+from friction_estimation.reports.keen_and_heavy import SIGMAS
 from friction_estimation.tracks.throw_table import ThrowMeasures
 
+LEAST_DRAWS = 8
+"""Minimum number of draws from which a change during the evening is reported."""
 LANES = 3
 """Number of lanes, from side line to side line."""
 NEAR_TEE = 4.0
 """Draws that rest farther from the tee than this have another weight [m]."""
 LEAST = 2
 """Minimum number of draws of a lane."""
+HOG_TO_TEE = HOG_LINE_Y + TEE_Y
+"""Distance from the first hog line to the tee played to [m]."""
 ERROR = 0.1
 """Standard deviation of the curl of like draws, where too few show it [m]."""
 
@@ -63,6 +68,47 @@ def curl_map(sheet: Sheet, throws: Sequence[ThrowMeasures | None]) -> dict[str, 
         "fall": rounded(fall),
         "usual": round(usual, 3),
     }
+
+
+def change_of_weight(throws: Sequence[ThrowMeasures | None]) -> dict[str, Any] | None:
+    """Return the change of draw weight during a session.
+
+    Parameters
+    ----------
+    throws : measured throws in order of play
+
+    Returns
+    -------
+    ``words``, and ``seconds``: the time from hog line to hog line of a draw to the tee, as each
+    draw showed it [s]; None with too few draws
+    """
+    seconds = np.array([found for one in throws if (found := _seconds_to_tee(one)) is not None])
+    if len(seconds) < LEAST_DRAWS:
+        return None
+    order = np.linspace(-0.5, 0.5, len(seconds))
+    change = float(order @ seconds / (order @ order))
+    off = seconds - seconds.mean() - change * order
+    error = SIGMAS * float(np.sqrt(off @ off / (len(seconds) - 2) / (order @ order)))
+    words = f"no clear change: {abs(change):.1f} ± {error:.1f} s hog to hog"
+    if abs(change) > error:
+        way = "keener" if change > 0 else "heavier"
+        words = f"{way} by {abs(change):.1f} ± {error:.1f} s hog to hog at the end of the session"
+    return {"words": words, "seconds": seconds.round(2).tolist()}
+
+
+def _seconds_to_tee(one: ThrowMeasures | None) -> float | None:
+    """Time from hog line to hog line of a draw [s], if it had come to rest on the tee line."""
+    if one is None or one.touched or one.hog_to_hog is None:
+        return None
+    if one.past is None or one.from_tee is None or one.from_tee.value > NEAR_TEE:
+        return None
+
+    def per_root(far: float) -> float:
+        """Time between the hog lines of a stone that slides this far, at an even deceleration."""
+        return float(np.sqrt(far) - np.sqrt(far - 2 * HOG_LINE_Y))
+
+    far = HOG_TO_TEE + one.past.value
+    return one.hog_to_hog.value * per_root(HOG_TO_TEE) / per_root(far)
 
 
 def _draw(one: ThrowMeasures, sheet: Sheet) -> tuple[float, ...] | None:

@@ -1,0 +1,234 @@
+"""Measured throws with the coach's entries: their numbers as people read them, and their points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from math import floor, hypot, inf, log10
+
+from agents.app.club import Club, Session, Throw
+from agents.app.club.records import Hand, State
+from agents.app.club.session_files import measures_of
+from agents.app.club.targets import with_places
+from agents.coaching import ThrowSheet
+from agents.coaching.throw_sheet import Hands, sheet_of
+from curling_env.sheet import RING_RADII
+from curling_env.units import miss, side
+from friction_estimation.tracks.measured import Measured
+from friction_estimation.tracks.throw_list import ThrowNote
+from friction_estimation.tracks.throw_table import ThrowMeasures
+
+COLUMNS = (
+    ("Back line to hog", "from the back line to the hog line at the thrower's end"),
+    ("Hog to hog", "from hog line to hog line"),
+    ("Hog to tee", "from the first hog line to the tee played to"),
+    ("Line", "where it was sent, against the broom that was called, or from the centre line"),
+    ("Turns", "full turns from the hog line until it rested"),
+    ("Curl", "how far from the line of delivery it came to rest"),
+    ("Rest", "past or short of the tee"),
+    ("Beside", "right or left of the centre line, as the thrower sees it"),
+)
+"""Heads of the table, and what they mean."""
+NO_MORE = 2
+"""Maximum number of decimals: no one at a rink reads more."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShownNumber:
+    """A number as it is shown.
+
+    Parameters
+    ----------
+    name, meaning : of the column
+    value : with its unit; empty where it was not seen
+    sigma : its standard error; empty where it is not known
+    """
+
+    name: str
+    meaning: str
+    value: str = ""
+    sigma: str = ""
+
+
+def throw_numbers(sheet: ThrowSheet) -> list[ShownNumber]:
+    """The numbers of a throw, one for each of the columns."""
+    one = sheet.measures
+    line, off = one.line, sheet.off_broom
+    values = (
+        _seconds(one.back_to_hog),
+        _seconds(one.hog_to_hog),
+        _seconds(one.hog_to_tee),
+        _beside(line, "the centre line") if off is None else _beside(off, "the broom"),
+        _number(one.turns),
+        _beside(_right(one.curl)),
+        _along(one),
+        _beside(one.right),
+    )
+    return [
+        ShownNumber(name=name, meaning=meaning, value=value, sigma=sigma)
+        for (name, meaning), (value, sigma) in zip(COLUMNS, values, strict=True)
+    ]
+
+
+def rounded(value: float, sigma: float | None) -> tuple[str, str]:
+    """A number and its standard error, to the decimals that the error leaves."""
+    if sigma is None or sigma <= 0:
+        return f"{value:.{NO_MORE}f}", ""
+    decimals = min(max(-floor(log10(sigma) + 1e-9), 0), NO_MORE)
+    error = max(sigma, 10.0**-NO_MORE / 2)
+    return f"{value:.{decimals}f}", f"± {error:.{decimals}f}" if decimals else f"± {error:.0f}"
+
+
+def _seconds(one: Measured | None) -> tuple[str, str]:
+    value, sigma = _number(one)
+    return (f"{value} s" if value else "", sigma)
+
+
+def _number(one: Measured | None) -> tuple[str, str]:
+    return ("", "") if one is None else rounded(*one)
+
+
+def _beside(one: Measured | None, what: str = "") -> tuple[str, str]:
+    """A length to the right (or left), to the centimetre."""
+    if one is None:
+        return "", ""
+    words = side(one.value)
+    if words == "on the line":
+        words = f"on {what or 'the line'}"
+    elif what == "the broom":
+        words = f"{words} of the broom"
+    return words, _within(one.sigma)
+
+
+def _along(one: ThrowMeasures) -> tuple[str, str]:
+    if one.past is None:
+        return "", ""
+    words = side(one.past.value, right="past")
+    return words.replace("on the line", "level with the tee"), _within(one.past.sigma)
+
+
+def _right(one: Measured | None) -> Measured | None:
+    return None if one is None else Measured(-one.value, one.sigma)
+
+
+def _within(sigma: float | None) -> str:
+    return "" if sigma is None else f"± {miss(sigma)}"
+
+
+def sheets_of(club: Club, session: Session) -> list[ThrowSheet]:
+    """Return the throws of a session that are measured; throws that slid too short are not."""
+    throws = [(throw, measures_of(throw.measures)) for throw in club.throws(session)]
+    return _sheets(club, throws)
+
+
+def sheet_seen_live(club: Club, session: Session) -> ThrowSheet | None:
+    """Return the throw that a camera shows now, of the athlete whose turn it is; None without."""
+    session = club.session(session.id) or session
+    measures = measures_of(session.live)
+    if measures is None:
+        return None
+    turn = session.turn(untracked(club, session))
+    athlete = next((one.id for one in club.athletes() if one.name == turn), None)
+    throw = Throw(id=0, session_id=session.id, number=0, athlete_id=athlete, called=session.drill)
+    return next(iter(_sheets(club, [(throw, measures)])))
+
+
+def untracked(club: Club, session: Session) -> int:
+    """Return the number of films whose throws are still to come into the table."""
+    open_states = (State.WAITING, State.RUNNING)
+    return sum(film.is_whole and film.state in open_states for film in club.films(session))
+
+
+def _sheets(club: Club, throws: Sequence[tuple[Throw, ThrowMeasures | None]]) -> list[ThrowSheet]:
+    athletes = {one.id: one for one in club.athletes()}
+    stones = {one.id: one.name for one in club.stones()}
+    hands: Hands = {
+        one.name: "left" if one.hand is Hand.LEFT else "right" for one in athletes.values()
+    }
+    targets = club.named_targets()
+    found: list[ThrowSheet] = []
+    for throw, measures in throws:
+        if measures is not None:
+            athlete = athletes.get(throw.athlete_id or 0)
+            note = ThrowNote(
+                athlete="" if athlete is None else athlete.name,
+                stone=stones.get(throw.stone_id or 0, ""),
+                called=with_places(throw.called, targets),
+                note=throw.note,
+            )
+            found.append(sheet_of(measures, {measures.throw: note}, hands))
+    return found
+
+
+POINTS = dict(zip((0.30, *sorted(RING_RADII)[1:]), (5, 4, 3, 2), strict=True))
+"""Points of a stone that rests within a distance of its target [m]: a foot, and the rings."""
+ELSEWHERE = 1
+"""Points of a stone that rests farther from its target."""
+HIT = 4
+"""Points of a hit that a coach entered as made."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Score:
+    """Throws of an athlete in an evening's drills.
+
+    Parameters
+    ----------
+    points : in all, of `throws` that count
+    miss : mean distance from the target [m], and `best` the smallest one; None without draws
+    """
+
+    athlete: str
+    throws: int
+    points: int
+    miss: float | None
+    best: float | None
+
+
+def missed_by(sheet: ThrowSheet) -> float | None:
+    """Return the distance from the called target [m]; None where it had none, or no rest."""
+    return None if sheet.miss is None else hypot(*(one.value for one in sheet.miss))
+
+
+def points_of(sheet: ThrowSheet, made: bool | None) -> int | None:
+    """Return the points of a throw; None where it does not count.
+
+    Parameters
+    ----------
+    made : what a coach entered, which counts for hits
+    """
+    if sheet.call is None:
+        return None
+    if not sheet.call.rests:
+        return None if made is None else HIT * made
+    off = missed_by(sheet)
+    if off is None:
+        return None
+    return next((points for radius, points in POINTS.items() if off <= radius), ELSEWHERE)
+
+
+def leaderboard(throws: Iterable[tuple[ThrowSheet, bool | None]]) -> list[Score]:
+    """Return the scores of all athletes, the best first.
+
+    Parameters
+    ----------
+    throws : each with what a coach entered as *made*
+    """
+    points: dict[str, list[int]] = {}
+    misses: dict[str, list[float]] = {}
+    for sheet, made in throws:
+        found, off = points_of(sheet, made), missed_by(sheet)
+        if found is not None and sheet.athlete:
+            points.setdefault(sheet.athlete, []).append(found)
+            misses.setdefault(sheet.athlete, []).extend([] if off is None else [off])
+    scores = [
+        Score(
+            athlete=name,
+            throws=len(own),
+            points=sum(own),
+            miss=sum(misses[name]) / len(misses[name]) if misses[name] else None,
+            best=min(misses[name], default=None),
+        )
+        for name, own in points.items()
+    ]
+    return sorted(scores, key=lambda one: (-one.points, inf if one.miss is None else one.miss))

@@ -1,0 +1,119 @@
+"""Measurements that no stone sliding alone explains: jumps of velocity, and places off any path.
+
+Where the smoothed path does not fit, the velocity may have jumped: the stone hit something that is
+not seen. Where no jump explains it either, something beside the stone was measured in its place, or
+an old picture of it that a codec left behind.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from curling_env.typing import Flags, Floats
+from friction_estimation.tracking import numbers
+from friction_estimation.tracking.smoothing.smoother import Smoothing, SmoothPath
+
+_TRIED = 16
+"""Most times of a jump that are tried at first."""
+_TURNS = 3
+"""Rounds in which the time of a jump is sought, each about four times as finely."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Misfit:
+    """A stretch in which the measurements of a stone are off its path.
+
+    Parameters
+    ----------
+    first, last : first and last time [s]
+    by : the most that they are off [m]
+    """
+
+    first: float
+    last: float
+    by: float
+
+    @property
+    def words(self) -> str:
+        return (
+            f"from {self.first:.1f} to {self.last:.1f} s its places are up to {self.by:.2f} m off "
+            "the path of a sliding stone: something beside it may have been taken for it"
+        )
+
+
+def smoothed_with_jump(
+    smoothed: Smoothing, released: float = -np.inf
+) -> tuple[SmoothPath, float | None]:
+    """The smoothed path, with a jump of its velocity where that makes it far likelier.
+
+    Parameters
+    ----------
+    smoothed : smooths the measurements with jumps at some times
+    released : the jump is later [s]
+
+    Returns
+    -------
+    the path, and the time of the jump [s]; None without one
+    """
+    plain = smoothed()
+    t = plain.t[plain.weight > 0]
+    bad = t[_is_off(plain)[plain.weight > 0]]
+    moments = ((t[1:-2] + t[2:-1]) / 2)[t[1:-2] > released]
+    if len(bad):
+        moments = moments[np.abs(moments[:, None] - bad).min(axis=1) < numbers.MISFIT_AROUND * 2]
+    if not len(bad) or not len(moments):
+        return plain, None
+    tried = moments[:: -(-len(moments) // _TRIED)]
+    reach = float(np.diff(tried).max(initial=0.0))
+    best, when = plain, tried[0]
+    for _ in range(_TURNS):
+        for moment in tried.tolist():
+            found = smoothed(moment)
+            if found.unlikelihood < best.unlikelihood:
+                best, when = found, moment
+        tried = when + reach * np.linspace(-1.0, 1.0, 8)
+        reach /= 4
+    gain = plain.unlikelihood - best.unlikelihood
+    left = _is_off(best) & (np.abs(best.t - when) < numbers.MISFIT_AROUND)
+    if gain < np.log(len(moments)) - numbers.HIT or left.any():
+        return plain, None
+    return best, float(when)
+
+
+def misfits(path: SmoothPath) -> list[Misfit]:
+    """Stretches in which the measurements are off a path by more than a stone's ever are."""
+    at = np.flatnonzero(_is_off(path))
+    if not len(at):
+        return []
+    t = path.t[at]
+    parts = np.split(at, np.flatnonzero(np.diff(t) > 2 * numbers.MISFIT_AROUND) + 1)
+    return [
+        Misfit(
+            first=float(path.t[part[0]]),
+            last=float(path.t[part[-1]]),
+            by=float(path.off[part].max()),
+        )
+        for part in parts
+    ]
+
+
+def deceleration(path: SmoothPath) -> Floats:
+    """Mean deceleration of a path around each of its times, (n,) [m/s²]."""
+    speed = np.hypot(*path.velocity.T)
+    low, high = (
+        np.clip(path.t + way * numbers.DECELERATION_AROUND, path.t[0], path.t[-1])
+        for way in (-1, 1)
+    )
+    lost = np.interp(low, path.t, speed) - np.interp(high, path.t, speed)
+    return lost / np.maximum(high - low, numbers.DECELERATION_AROUND)
+
+
+def _is_off(path: SmoothPath) -> Flags:
+    """Return where measurements are far off a path, by its other measurements, (n,)."""
+    seen = path.weight > 0
+    near = np.abs(path.t[:, None] - path.t[seen]) <= numbers.MISFIT_AROUND
+    square = near @ path.off[seen] ** 2 / np.maximum(near.sum(axis=1), 1)
+    usual = np.median(square[seen])
+    return square > max(numbers.MISFIT_TIMES**2 * usual, numbers.LEAST_MISFIT**2)
