@@ -17,7 +17,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.discovery.data.references import Calibration, calibrations_of, corrected
 from friction_estimation.discovery.data.session import Session, open_session, refuse_too_many_cells
 from friction_estimation.discovery.evidence.confounding import Alternative, alternatives
-from friction_estimation.discovery.evidence.earlier_paths import with_earlier_paths
 from friction_estimation.discovery.evidence.events import exceptional_throws
 from friction_estimation.discovery.evidence.hold_out import (
     ForecastGap,
@@ -29,6 +28,7 @@ from friction_estimation.discovery.evidence.intervals import (
     common_errors,
     map_errors,
     standard_errors,
+    with_earlier_paths,
 )
 from friction_estimation.discovery.evidence.unknown.explanation import fit_beside
 from friction_estimation.discovery.model.baseline import base_model
@@ -39,7 +39,6 @@ from friction_estimation.discovery.naming import Named, name_effects
 from friction_estimation.discovery.search.maps import renew_map
 from friction_estimation.discovery.search.patches import place_sides
 from friction_estimation.discovery.search.residuals import Misfit
-from friction_estimation.discovery.search.score_test import score_candidates
 from friction_estimation.discovery.search.selection import (
     Selection,
     SelectionRound,
@@ -49,6 +48,7 @@ from friction_estimation.discovery.search.selection import (
     misfit_of,
     refine,
     refit,
+    score_candidates,
     select,
 )
 from friction_estimation.discovery.tuning import (

@@ -86,14 +86,17 @@ def name_effects(
     after = misfit_of(named)
     if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
         named, after = _with_lasting_noise(named, after)
-    structure = _structure(named, whole)
+    # The own frictions of all throws: those of training alone are few.
+    structure = friction_structure(fit_to(named, whole))
+    scatters = named.model.spread > LARGEST_SPREAD
+    follows = structure[1] < LARGEST_P_BETWEEN_THROWS
     found = Named(
         fit=named,
         effects=effects,
         unproved=unproved,
         after=after,
         structure=structure,
-        unknown=_is_open(named, after, structure),
+        unknown=not after.white or scatters or follows,
     )
     has_map = any(effect.label == MAP_CARD.name for effect in effects)
     if not found.unknown and not has_map:
@@ -208,21 +211,6 @@ def _with_lasting_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, M
     return named, after
 
 
-def _structure(named: SessionFit, whole: Session) -> Structure:
-    """Return the structure of the own frictions of all throws: those of training alone are few."""
-    return friction_structure(fit_to(named, whole))
-
-
-def _is_open(named: SessionFit, after: Misfit, structure: Structure) -> bool:
-    """Return whether something is left, within throws or between them."""
-    return not after.white or _scatters(named) or structure[1] < LARGEST_P_BETWEEN_THROWS
-
-
-def _scatters(named: SessionFit) -> bool:
-    """Return whether the throws' own frictions differ by more than those on one ice do."""
-    return named.model.spread > LARGEST_SPREAD
-
-
 def _proved(
     fitted: SessionFit,
     own: set[str],
@@ -240,7 +228,7 @@ def _proved(
     unproved: list[str] = []
     while True:
         labels = [t.label for t in fitted.model.terms if t.label not in own]
-        effects = [weigh_evidence(fitted, label, unseen, whole) for label in labels]
+        effects = weigh_evidence(fitted, labels, unseen, whole)
         failed = [e for e in effects if len(effects) * e.p > LARGEST_P]
         if not failed:
             return fitted, effects, unproved

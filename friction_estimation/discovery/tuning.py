@@ -29,8 +29,6 @@ OUTLIER_DEVIATIONS = 4.5
 150 000."""
 LEAST_ROWS = 20
 """Rows below which a series is left as it is."""
-AT_LIMIT = 1e-6
-"""Part of the range of a parameter within which its value counts as the limit."""
 LEAST_NOISE = (2e-4, 2e-4)
 """Smallest noise of a coordinate and of the heading [m, rad]: simulated tracks are rounded, and no
 other is perfect."""
@@ -180,8 +178,6 @@ CLEARLY_SEEN = 5.0
 PATCH_CELL = (0.25, 1.0)
 """Width and length of the cells of the search for a patch [m]: stones rarely run closer than this
 side by side."""
-MOST_CELLS_ACROSS = 48
-"""Most cells across the ice that stones crossed; of wider ice they are wider."""
 LONGEST_PATCH = 16.0
 """Longest rectangle that is tried [m]: a longer one is the sheet, not a patch."""
 SIDE_SHIFTS = tuple(
@@ -270,9 +266,9 @@ MAP_SHAPES = (
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-MAP_SHARE = 0.9999
+MAP_SHARE = 0.999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
-MOST_MAP_PATTERNS = 120
+MOST_MAP_PATTERNS = 90
 """Most patterns of a field."""
 BETTER_MAP = 1.0
 """Fall of −2 ln likelihood from which on a map of another length is taken."""

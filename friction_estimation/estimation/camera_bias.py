@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.discovery.evidence.mixture import mixture
+from friction_estimation.discovery.evidence.intervals import mixture
 from friction_estimation.discovery.model.fit import SessionFit
 from friction_estimation.discovery.search.ripple import RippleSearch
 from friction_estimation.discovery.tuning import LEAST_THROWS

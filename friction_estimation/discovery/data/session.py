@@ -7,7 +7,7 @@ differ are kept.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 
@@ -342,7 +342,6 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     if not on_sheet and off_sheet:
         raise InputError(f"no throw lies on the sheet: {off_sheet[0]}")
     slides, reasons = free_slides(on_sheet, contacts)
-    order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
     claims = [s.track.sigma_xy[s.rows] for s in slides if s.track.sigma_xy.size]
     claimed = float(np.nanmedian(np.concatenate(claims))) if claims else 0.0
     if claimed > 0.0 and _jitter_over_claims(slides) > SMOOTHED_JITTER:
@@ -352,16 +351,38 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
     claimed_turn = float(np.median(known_turns)) if claimed and len(known_turns) else 0.0
     spacing = SMOOTHED_SPACING if claimed else 0.0
     pairs, blind = _with_heading([(slide, _thinned(slide, spacing)) for slide in slides])
+    order_of = _orders(tracks)
+    return replace(
+        _laid_out(pairs, order_of),
+        sigma=np.column_stack(
+            [
+                _relative([_rows_of(s.track.sigma_xy, rows) for s, rows in pairs]),
+                _relative([_rows_of(s.track.sigma_theta, rows) for s, rows in pairs]),
+            ]
+        ),
+        claimed=claimed,
+        claimed_turn=claimed_turn,
+        left_out=(*off_sheet, *reasons, *blind),
+        measurements=measurement_effects() if scene is None else measurement_effects_through(scene),
+        wear_tracks=WearTracks.of(
+            (order_of[track.throw], smoothed_path(track.t, track.xy)) for track in on_sheet
+        ),
+    ).with_usual_spins()
+
+
+def _orders(tracks: Sequence[Trajectory]) -> dict[int, int]:
+    """For each throw, how many were played before it."""
+    return {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
+
+
+def _rows_of(column: Floats, rows: Indices) -> Floats:
+    """Rows of a column of a track; NaN where it has none."""
+    return column[rows] if column.size else np.full(len(rows), np.nan)
+
+
+def _laid_out(pairs: Sequence[tuple[FreeSlide, Indices]], order_of: Mapping[int, int]) -> Session:
+    """The session of rows of slides, all of them with the same noise."""
     counts = [len(rows) for _, rows in pairs]
-    sigma = [
-        _relative(
-            [column[rows] if column.size else np.full(len(rows), np.nan) for column, rows in c]
-        )
-        for c in (
-            [(s.track.sigma_xy, rows) for s, rows in pairs],
-            [(s.track.sigma_theta, rows) for s, rows in pairs],
-        )
-    ]
     return Session(
         throws=np.array([s.track.throw for s, _ in pairs], dtype=np.intp),
         orders=np.array([order_of[s.track.throw] for s, _ in pairs], dtype=np.intp),
@@ -372,17 +393,10 @@ def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Se
         xy=np.concatenate([s.track.xy[rows] for s, rows in pairs]),
         theta=np.concatenate([s.track.theta[rows] for s, rows in pairs]),
         swept=np.concatenate([s.track.swept[rows] for s, rows in pairs]),
-        sigma=np.column_stack(sigma),
+        sigma=np.ones((sum(counts), 2)),
         usual_spins=np.full(len(pairs), USUAL_SPIN),
-        claimed=claimed,
-        claimed_turn=claimed_turn,
         starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
-        left_out=(*off_sheet, *reasons, *blind),
-        measurements=measurement_effects() if scene is None else measurement_effects_through(scene),
-        wear_tracks=WearTracks.of(
-            (order_of[track.throw], smoothed_path(track.t, track.xy)) for track in on_sheet
-        ),
-    ).with_usual_spins()
+    )
 
 
 def _session_of_gates(tracks: Sequence[Trajectory]) -> Session:
@@ -401,23 +415,11 @@ def _session_of_gates(tracks: Sequence[Trajectory]) -> Session:
         )
     slides, reasons = gate_slides(tracks)
     errors = gate_errors(slides)
-    order_of = {throw: k for k, throw in enumerate(sorted({track.throw for track in tracks}))}
-    counts = [len(slide.rows) for slide in slides]
     noise = np.concatenate([row_noise(slide.track)[slide.rows] for slide in slides])
-    rows = len(noise)
-    return Session(
-        throws=np.array([s.track.throw for s in slides], dtype=np.intp),
-        orders=np.array([order_of[s.track.throw] for s in slides], dtype=np.intp),
-        stones=np.array([s.track.stone for s in slides], dtype=np.intp),
-        clocks=np.array([s.track.clock + s.t[0] for s in slides]),
-        rests=np.zeros(len(slides), dtype=bool),
-        times=np.concatenate([s.t - s.t[0] for s in slides]),
-        xy=np.concatenate([s.xy for s in slides]),
-        theta=np.full(rows, np.nan),
-        swept=np.concatenate([s.track.swept[s.rows] for s in slides]),
-        sigma=np.column_stack([noise / errors.noise, np.ones(rows)]),
-        usual_spins=np.full(len(slides), USUAL_SPIN),
-        starts=np.concatenate([[0], np.cumsum(counts)]).astype(np.intp),
+    return replace(
+        _laid_out([(slide, slide.rows) for slide in slides], _orders(tracks)),
+        theta=np.full(len(noise), np.nan),
+        sigma=np.column_stack([noise / errors.noise, np.ones(len(noise))]),
         left_out=tuple(reasons),
         measurements=(),
         gates=errors,

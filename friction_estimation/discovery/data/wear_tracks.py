@@ -87,10 +87,6 @@ class WearTracks:
             self._layers[size] = layers
         return fresh, self._layers[size]
 
-    def tracks_before(self, stones: int, sheet: Sheet) -> WornTracks:
-        """Return the tracks of the first stones."""
-        return WornTracks(sheet, self.tracks(sheet)[1][stones])
-
 
 def smoothed_path(t: Floats, xy: Floats) -> Floats:
     """Return the path of a stone, (n, 2), from positions with noise.

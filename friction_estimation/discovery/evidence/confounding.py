@@ -18,8 +18,7 @@ from friction_estimation.discovery.evidence.trial_throws import (
 from friction_estimation.discovery.model.candidates import candidates, effect_of
 from friction_estimation.discovery.model.fit import SessionFit, fit
 from friction_estimation.discovery.model.model import predict
-from friction_estimation.discovery.search.score_test import score_candidates
-from friction_estimation.discovery.search.selection import refit, try_term
+from friction_estimation.discovery.search.selection import refit, score_candidates, try_term
 from friction_estimation.discovery.tuning import LEAST_GAIN, RIVAL_GAIN
 
 

@@ -14,8 +14,8 @@ import numpy as np
 from curling_env.physics.state import State
 from curling_env.typing import Flags, Floats, Indices
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import gram_matrix
 from friction_estimation.discovery.model.fit import SessionFit, fit
+from friction_estimation.discovery.model.linearisation import gram_matrix
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.tuning import (

@@ -9,19 +9,104 @@ the central 95 % of the mixture over 1.96.
 
 The sides of a patch that run along the sheet are placed and not fitted (`place_sides`). Other
 places that fit as well are averaged over in the same way.
+
+Where wear follows the paths of stones, a throw is compared with what earlier ones left. Their paths
+are measured, and their errors are common to all throws that came after: no noise of single throws
+holds them. They are drawn some times as the noise of the tracks would make them, and the parameters
+that fit best are found again each time, as in multiple imputation.
 """
 
 from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy.stats import norm
 
 from curling_env.ice_form import LevelError
 from curling_env.typing import Floats
-from friction_estimation.discovery.evidence.mixture import mixture
+from friction_estimation.discovery.data.outliers import slow_basis
+from friction_estimation.discovery.data.session import Session
+from friction_estimation.discovery.data.wear_tracks import SMOOTHED_PERIODS, WearTracks
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.model import GLOBALS
+from friction_estimation.discovery.model.minimum import minimum_of
+from friction_estimation.discovery.model.model import GLOBALS, predict
+from friction_estimation.discovery.model.noise import SessionNoise
+from friction_estimation.discovery.model.response import MEASURED
 from friction_estimation.discovery.search.patches import scan_side, sides_along
+from friction_estimation.discovery.tuning import (
+    LEAST_THROWS_FOR_SPREAD,
+    SPREADS,
+    USUAL_SPREAD,
+)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class Mixture:
+    """The posterior of the shared parameters.
+
+    Parameters
+    ----------
+    spreads, weights : (s,) spreads of ln μ between throws, and the weight of each; they sum to one
+    steps : (s, P) mean at each spread, from the fitted values
+    covariances : (s, P, P)
+    """
+
+    spreads: Floats
+    weights: Floats
+    steps: Floats
+    covariances: Floats
+
+
+@lru_cache(maxsize=4)
+def mixture(fitted: SessionFit) -> Mixture:
+    """The posterior of the shared parameters of a fit."""
+    spreads = integrated_spreads(fitted)
+    linear = fitted.linear
+    each = [linear.each(spread) for spread in spreads.tolist()]
+    found = minimum_of(np.array([grams.sum(axis=0) for grams, _ in each]) + linear.prior)
+    levels = found.level + np.array([log_terms.sum() for _, log_terms in each])
+    return Mixture(
+        spreads=spreads,
+        weights=weights_of(levels, spreads),
+        steps=found.step,
+        covariances=found.covariance + (0.0 if fitted.by_paths is None else fitted.by_paths),
+    )
+
+
+def integrated_spreads(fitted: SessionFit) -> Floats:
+    """Spreads over which the posterior of a fit is integrated."""
+    if fitted.only_spread is not None:
+        return np.array([fitted.only_spread])
+    return np.array([USUAL_SPREAD]) if has_few_throws(fitted) else SPREADS
+
+
+def has_few_throws(fitted: SessionFit) -> bool:
+    """Return whether a session has too few throws to tell how far they differ."""
+    return len(fitted.session) < LEAST_THROWS_FOR_SPREAD
+
+
+def weights_of(levels: Floats, spreads: Floats) -> Floats:
+    """Weights of spreads, which sum to one along the first axis.
+
+    Parameters
+    ----------
+    levels : (s, ...) −2 ln of the likelihood at each spread
+    spreads : (s,) spreads; all are equally likely beforehand
+    """
+    shape = (-1,) + (1,) * (levels.ndim - 1)
+    weights = np.exp(-0.5 * (levels - levels.min(axis=0))) * widths(spreads).reshape(shape)
+    return weights / weights.sum(axis=0)
+
+
+def widths(spreads: Floats) -> Floats:
+    """The part of the axis of spreads that each spread stands for, (s,)."""
+    if len(spreads) == 1:
+        return np.ones(1)
+    middles = np.concatenate([[0.0], 0.5 * (spreads[1:] + spreads[:-1]), [spreads[-1]]])
+    return np.diff(middles)
+
 
 NEARLY_ONE = 1e-9
 """Added to the diagonal of a correlation, which rounding may have left without a root."""
@@ -151,3 +236,51 @@ def with_sides(
             if name[0] == label:
                 out[name] = float(np.hypot(out[name], np.sqrt(moved)))
     return out
+
+
+DRAWS = 8
+"""Draws of the paths: they tell a standard deviation to a quarter."""
+
+
+def with_earlier_paths(fitted: SessionFit, rng: np.random.Generator) -> SessionFit:
+    """A fit that knows what errors of earlier paths do to its parameters.
+
+    Parameters
+    ----------
+    fitted : fit, with wear along paths or without
+    rng : source of the errors
+    """
+    model, session = fitted.model, fitted.session
+    if not any(term.follows_paths for term in model.terms):
+        return fitted
+    at = fitted.states, fitted.ln_factors
+    steps: list[Floats] = []
+    for _ in range(DRAWS):
+        moved = replace(session, wear_tracks=_moved(session, fitted.noise, rng))
+        shift = predict(model, moved, *at) - predict(model, session, *at)
+        linear = fitted.linear_in(model, fitted.columns, shift[:, MEASURED])
+        linear = replace(linear, ln_factors=np.zeros(len(session)))
+        total = linear.total(fitted.only_spread)
+        total[:, -1] -= linear.prior[:, -1]  # nothing but the shift moves the parameters
+        steps.append(minimum_of(total).step)
+    return replace(fitted, by_paths=np.mean([np.outer(s, s) for s in steps], axis=0))
+
+
+def _moved(session: Session, noise: SessionNoise, rng: np.random.Generator) -> WearTracks:
+    """Return the paths of a session as its throws might have been measured on other days.
+
+    Those of excluded throws stay: nothing is known of their noise.
+    """
+    tracks = session.wear_tracks
+    throws = {order: i for i, order in enumerate(session.orders.tolist())}
+    paths: list[Floats] = []
+    for order, path in zip(tracks.orders.tolist(), tracks.paths, strict=True):
+        if order in throws:
+            rows = session.rows(throws[order])
+            t, xy = session.times[rows], session.xy[rows]
+            basis = slow_basis(t, SMOOTHED_PERIODS[0])
+            errors = basis @ np.linalg.lstsq(basis, noise.drawn(t, rng))[0]
+            nearest = [int(np.hypot(*(xy - point).T).argmin()) for point in path]
+            path = path + errors[nearest]
+        paths.append(path)
+    return WearTracks(orders=tracks.orders, paths=tuple(paths))

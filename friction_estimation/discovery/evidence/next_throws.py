@@ -23,8 +23,8 @@ from friction_estimation.design.greedy import (
     covariance_after,
     variance_removed,
 )
-from friction_estimation.discovery.evidence.left_out import broad_prior
-from friction_estimation.discovery.evidence.mixture import mixture
+from friction_estimation.discovery.evidence.intervals import mixture
+from friction_estimation.discovery.evidence.significance import broad_prior
 from friction_estimation.discovery.evidence.trial_throws import (
     TrialThrow,
     hog_to_hog,

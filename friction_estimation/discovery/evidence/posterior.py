@@ -13,10 +13,9 @@ import numpy as np
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.mixture import mixture
-from friction_estimation.discovery.model.elimination import release_roots, release_steps
+from friction_estimation.discovery.evidence.intervals import mixture
 from friction_estimation.discovery.model.fit import SessionFit
-from friction_estimation.discovery.model.linearisation import FROZEN
+from friction_estimation.discovery.model.linearisation import FROZEN, release_roots, release_steps
 from friction_estimation.discovery.model.model import GLOBALS, Model
 from friction_estimation.discovery.model.noise import SessionNoise
 from friction_estimation.discovery.model.whitening import whiten_session

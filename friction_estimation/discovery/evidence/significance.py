@@ -1,8 +1,10 @@
 """Significance: whether throws prove an effect, and whether their own frictions differ by chance.
 
 Frames of a throw are not independent, throws are. Every throw is scored under a fit that has not
-seen it, with and without the effect: by its density, in which all that is uncertain in the fit is
-integrated out. Student's t says whether the differences are above zero by chance.
+seen it, with and without the effect: by its density, in which the throw's release and friction and
+all shared parameters are integrated out. Around a fit everything is quadratic, so that a throw is
+excluded by subtracting its Gram matrix. Student's t says whether the differences are above zero by
+chance.
 An effect between throws (wear, drift, a stone) shows once per throw, in the throw's own friction.
 It is tested by Student's t of the correlation with what the frictions follow most. What one stone
 does within its throws shows in these few alone; it is tested in the same way, by what every throw
@@ -11,6 +13,7 @@ shows of it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -19,18 +22,48 @@ from scipy.stats import t as student_t
 from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.evidence.left_out import (
-    left_out_scores,
-    unseen_scores,
-)
 from friction_estimation.discovery.model.candidates import Term, neutral_values
-from friction_estimation.discovery.model.fit import SessionFit, fit_to
+from friction_estimation.discovery.model.fit import SessionFit, fit, fit_to
+from friction_estimation.discovery.model.minimum import minimum_of
+from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.search.selection import refit
 from friction_estimation.discovery.tuning import (
     LARGEST_IMPROVEMENT,
     LARGEST_P_BETWEEN_THROWS,
     LEAST_SPREAD,
 )
+
+WIDEST = 1e3
+"""Standard deviation of that prior for a parameter without bounds, in its unit."""
+
+
+def broad_prior(model: Model) -> Floats:
+    """Gram matrix of a broad prior around the fitted values, (P + 1, P + 1).
+
+    Its standard deviations are those of even chances between a parameter's bounds; without bounds,
+    it says next to nothing.
+    """
+    low, high = model.bounds
+    deviations = np.minimum((high - low) / np.sqrt(12.0), WIDEST)
+    return np.diag(np.append(deviations**-2.0, 0.0))
+
+
+def left_out_scores(fitted: SessionFit) -> Floats:
+    """−2 ln of the density of every throw under the fit to all the others, (k,).
+
+    It is up to a constant of each throw.
+    """
+    grams, log_terms = fitted.linear.each()
+    whole = grams.sum(axis=0) + fitted.linear.prior + broad_prior(fitted.model)
+    return minimum_of(whole).level - minimum_of(whole - grams).level + log_terms
+
+
+def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
+    """The same of throws that a fit has not seen, each for itself, (k,)."""
+    seen = fit(fitted.model, session, fitted.noise, shared=False)
+    grams, log_terms = seen.linear.each(fitted.model.spread)
+    whole = fitted.linear.total() + broad_prior(fitted.model)
+    return minimum_of(whole + grams).level - minimum_of(whole).level + log_terms
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -53,43 +86,53 @@ class EffectEvidence:
 
 def weigh_evidence(
     fitted: SessionFit,
-    label: str,
+    labels: Sequence[str],
     held_out: Session | None,
     whole: Session,
-) -> EffectEvidence:
-    """Take an effect out again and see which throws fit worse without it.
+) -> list[EffectEvidence]:
+    """Take each of some effects out again and see which throws fit worse without it.
 
     Parameters
     ----------
-    fitted : fit with the effect
-    label : label of its term
+    fitted : fit with the effects
+    labels : labels of their terms
     held_out : throws that no fit has seen, which count too, if there are some
     whole : all throws, for effects between throws and of one stone
     """
+    throws = fitted.session.throws
+    if held_out is not None:
+        throws = np.concatenate([throws, held_out.throws])
+    order, scores = np.argsort(throws), _scores(fitted, held_out)
+    found: list[EffectEvidence] = []
+    for label in labels:
+        without = _fit_without(fitted, label)
+        improvements = (_scores(without, held_out) - scores)[order]
+        term = fitted.model.term(label)
+        if term.between_throws:
+            p = _chosen(_p_between_throws(fit_to(without, whole)))
+        elif term.stone is not None:
+            p = _chosen(_p_of_stones(fit_to(without, whole), term))
+        else:
+            p = p_of_mean(improvements)
+        gain = without.deviance - fitted.deviance
+        found.append(EffectEvidence(label=label, gain=gain, p=p, improvements=improvements))
+    return found
+
+
+def _scores(fitted: SessionFit, held_out: Session | None) -> Floats:
+    """−2 ln of the density of every throw under the fit to all others, then of throws held out."""
+    own = left_out_scores(fitted)
+    return own if held_out is None else np.append(own, unseen_scores(fitted, held_out))
+
+
+def _fit_without(fitted: SessionFit, label: str) -> SessionFit:
+    """The fit without an effect."""
     term = fitted.model.term(label)
     model = fitted.model.without(label)
     if model.systematic_error and not term.card.is_physical:
         # The systematic error would replace it in every throw; selection has weighed the two.
         model = replace(model, systematic_error=replace(model.systematic_error, held=True))
-    without = refit(fitted, model)
-    improvements = left_out_scores(without) - left_out_scores(fitted)
-    throws = fitted.session.throws
-    if held_out is not None and len(held_out):
-        more = unseen_scores(without, held_out) - unseen_scores(fitted, held_out)
-        improvements = np.concatenate([improvements, more])
-        throws = np.concatenate([throws, held_out.throws])
-    if term.between_throws:
-        p = _chosen(_p_between_throws(fit_to(without, whole)))
-    elif term.stone is not None:
-        p = _chosen(_p_of_stones(fit_to(without, whole), term))
-    else:
-        p = p_of_mean(improvements)
-    return EffectEvidence(
-        label=label,
-        gain=without.deviance - fitted.deviance,
-        p=p,
-        improvements=improvements[np.argsort(throws)],
-    )
+    return refit(fitted, model)
 
 
 def p_of_mean(improvements: Floats) -> float:

@@ -18,8 +18,8 @@ from friction_estimation.discovery.model.candidates import (
     known_effects,
     neutral_values,
 )
+from friction_estimation.discovery.model.gaussian_field import systematic_error_of
 from friction_estimation.discovery.model.model import Model
-from friction_estimation.discovery.model.systematic_error import systematic_error_of
 from friction_estimation.discovery.tuning import USUAL_FRICTION
 
 FEWEST_ROWS = 5

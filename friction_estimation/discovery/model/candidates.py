@@ -19,7 +19,7 @@ from friction_estimation.discovery.data.measurement import measurement_effects
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.friction_field import CARD as MAP_CARD
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.tuning import AT_LIMIT, SIDE_SIGMA, STILL_BELIEVED
+from friction_estimation.discovery.tuning import SIDE_SIGMA, STILL_BELIEVED
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -91,7 +91,7 @@ class Term:
     def at_a_limit(self) -> bool:
         """Return whether a strength exceeds that of any ice: it has taken over something else."""
         return any(
-            abs(self.values[p.name] - limit) <= AT_LIMIT * (p.high - p.low)
+            bool(np.isclose(self.values[p.name], limit))
             for p in self.card.parameters
             if p.neutral is not None and p.name in self.free
             for limit in (p.low, p.high)

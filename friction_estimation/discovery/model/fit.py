@@ -15,7 +15,7 @@ amplitude of the systematic error is found likewise, with its coefficients integ
 
 from __future__ import annotations
 
-from collections.abc import Generator
+from collections.abc import Generator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import lru_cache
@@ -28,8 +28,7 @@ from curling_env.physics.state import State
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term
-from friction_estimation.discovery.model.elimination import release_steps
-from friction_estimation.discovery.model.linearisation import Linearisation
+from friction_estimation.discovery.model.linearisation import Linearisation, release_steps
 from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.model import Model, predict
 from friction_estimation.discovery.model.noise import SessionNoise
@@ -194,7 +193,7 @@ def linearise(
     found = sensitivities_by_throw(model, session, states, ln_factors)
     residual = (session.observed - found.predicted[:, MEASURED])[:, :, None]
     columns = (
-        np.concatenate([found.of_throw(rows, i), residual[rows]], axis=2)
+        found.of_throw(rows, i, residual[rows])
         for i, rows in enumerate(map(session.rows, range(len(session))))
     )
     linear = Linearisation.of(session, noise, model, states, ln_factors, columns)
@@ -210,6 +209,7 @@ def fit(
     ln_factors: Floats | None = None,
     iterations: int = 12,
     shared: bool = True,
+    goal: float = np.inf,
 ) -> SessionFit:
     """Fit the shared parameters of a model, the spread of its throws and their releases.
 
@@ -222,11 +222,13 @@ def fit(
         default
     iterations : most steps
     shared : whether the shared parameters are fitted; else only releases and factors are
+    goal : deviance that the fit must reach to be of use; it ends where its steps will not
     """
     states = session.first_states.copy() if states is None else states.copy()
     ln_factors = np.zeros(len(session)) if ln_factors is None else ln_factors.copy()
     present: Point | None = None
     damping = 1.0
+    falls: list[float] = []
     for _ in range(iterations):
         # Stones of a step too far may fly off until the numbers overflow; it is refused.
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
@@ -241,10 +243,11 @@ def fit(
             if damping < 0.02 or here - present.deviance < CONVERGED:
                 break
         else:
-            arrived = present is not None and present.deviance - here < CONVERGED and damping == 1.0
+            falls.append(present.deviance - here if present is not None else np.inf)
+            arrived = falls[-1] < CONVERGED and damping == 1.0
             damping = min(1.0, 3.0 * damping)
             present = Point(states, linear, here)
-            if arrived:
+            if arrived or here - _still_to_fall(falls) > goal:
                 break
         model, states, ln_factors = _step(present, session, damping, shared)
     assert present is not None
@@ -262,7 +265,9 @@ def fit(
     )
 
 
-def refit(fitted: SessionFit, model: Model, *, iterations: int = 12) -> SessionFit:
+def refit(
+    fitted: SessionFit, model: Model, *, iterations: int = 12, goal: float = np.inf
+) -> SessionFit:
     """Fit another model to the same session, from the releases and ln factors of a fit."""
     return fit(
         model,
@@ -271,6 +276,7 @@ def refit(fitted: SessionFit, model: Model, *, iterations: int = 12) -> SessionF
         states=fitted.states,
         ln_factors=fitted.ln_factors,
         iterations=iterations,
+        goal=goal,
     )
 
 
@@ -307,6 +313,12 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
                 states[k] = fitted.states[known[slide]]
                 ln_factors[k] = fitted.ln_factors[known[slide]]
     return states, ln_factors
+
+
+def _still_to_fall(falls: Sequence[float]) -> float:
+    """Fall of the deviance still to come if the last two falls begin a geometric series."""
+    before, last = ([np.inf, np.inf, *falls])[-2:]
+    return last**2 / (before - last) if last < before < np.inf else np.inf
 
 
 def _most_likely_spread(linear: Linearisation) -> float:

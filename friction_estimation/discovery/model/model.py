@@ -18,7 +18,6 @@ from curling_env.typing import Floats, Indices
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.data.unknown_pushes import no_pushes
 from friction_estimation.discovery.data.wear_tracks import wear_refinement
-from friction_estimation.discovery.model.camera_ripple import CameraRipple
 from friction_estimation.discovery.model.candidates import Belief, Term
 from friction_estimation.discovery.model.forward import (
     ThrowInputs,
@@ -26,7 +25,11 @@ from friction_estimation.discovery.model.forward import (
     slide_session,
 )
 from friction_estimation.discovery.model.friction_field import FrictionField
-from friction_estimation.discovery.model.gaussian_field import CameraField, GaussianField
+from friction_estimation.discovery.model.gaussian_field import (
+    CameraField,
+    CameraRipple,
+    GaussianField,
+)
 
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of

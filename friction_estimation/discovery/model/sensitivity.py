@@ -119,15 +119,15 @@ class Sensitivities:
     map_place: int = 0
     paths: LinearisedPaths | None = None
 
-    def of_throw(self, rows: slice, i: int) -> Floats:
-        """Columns for the rows of the i-th throw, as of `sensitivities`."""
+    def of_throw(self, rows: slice, i: int, *further: Floats) -> Floats:
+        """Columns for the rows of the i-th throw, as of `sensitivities`, and further ones."""
         own = {place: part[rows] for place, part in self.differences.items()}
         if self.paths is not None and self.patterns is not None:
             at = self.paths.instants_of_throw(i)
             own[self.map_place] = self.paths.responses_of_throw(
                 i, self.paths.friction[at], self.patterns[at]
             )
-        return np.concatenate([own[place] for place in sorted(own)], axis=2)
+        return np.concatenate([*(own[place] for place in sorted(own)), *further], axis=2)
 
 
 def sensitivities(

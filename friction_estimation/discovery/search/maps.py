@@ -50,8 +50,9 @@ def renew_map(fitted: SessionFit) -> SessionFit:
         return fitted
     # It begins as the present map: the releases belong to that, and flat ice is far from it.
     begin = Term(card=CARD, map_field=field.near(present.ln_mu))
-    other = refit(fitted, bare.with_terms(begin))
-    return other if other.deviance < fitted.deviance - BETTER_MAP else fitted
+    goal = fitted.deviance - BETTER_MAP
+    other = refit(fitted, bare.with_terms(begin), goal=goal)
+    return other if other.deviance < goal else fitted
 
 
 @lru_cache(maxsize=2)

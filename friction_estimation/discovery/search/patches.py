@@ -25,7 +25,6 @@ from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.sensitivity import friction_along
 from friction_estimation.discovery.tuning import (
     LONGEST_PATCH,
-    MOST_CELLS_ACROSS,
     NARROWEST_PATCH,
     PATCH_CELL,
     SIDE_SHIFTS,
@@ -73,9 +72,8 @@ class Grid(NamedTuple):
 def grid_over(xy: Floats, size: tuple[float, float]) -> Grid:
     """The grid of cells of a size over points (n, 2)."""
     low, span = xy.min(axis=0), np.ptp(xy, axis=0)
-    width = max(size[0], float(span[0]) / MOST_CELLS_ACROSS)
-    shape = np.maximum(1, np.ceil(span / (width, size[1]))).astype(int)
-    return Grid((float(low[0]), float(low[1])), (width, size[1]), (int(shape[0]), int(shape[1])))
+    shape = np.maximum(1, np.ceil(span / size)).astype(int)
+    return Grid((float(low[0]), float(low[1])), size, (int(shape[0]), int(shape[1])))
 
 
 def find_patches(fitted: SessionFit) -> list[Term]:
@@ -89,7 +87,9 @@ def find_patches(fitted: SessionFit) -> list[Term]:
     cards = [card for card in known if card.search.area is not None and card.name not in present]
     if not cards or fitted.session.gates is not None:
         return []
-    grid = grid_over(fitted.predicted[:, :2], PATCH_CELL)
+    sheet = fitted.model.ice.sheet
+    edge = np.array([sheet.width, sheet.length]) / 2
+    grid = grid_over(np.clip(fitted.session.xy, -edge, edge), PATCH_CELL)
     rectangle = find_rectangle(fitted, grid)
     return [] if rectangle is None else [_term_within(card, rectangle) for card in cards]
 

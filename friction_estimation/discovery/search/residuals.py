@@ -8,8 +8,8 @@ import numpy as np
 
 from curling_env.typing import Floats
 from friction_estimation.discovery.data.session import Session
-from friction_estimation.discovery.model.elimination import gram_matrix
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.linearisation import gram_matrix
 from friction_estimation.discovery.model.minimum import project_out
 from friction_estimation.discovery.tuning import (
     NOT_WHITE,

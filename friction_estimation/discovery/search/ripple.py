@@ -17,9 +17,9 @@ import numpy as np
 from curling_env.physics.effects import catalogue
 from curling_env.physics.state import State
 from curling_env.typing import Floats
-from friction_estimation.discovery.model.camera_ripple import CameraRipple, ripple_over
 from friction_estimation.discovery.model.candidates import Term, neutral_values
 from friction_estimation.discovery.model.fit import SessionFit
+from friction_estimation.discovery.model.gaussian_field import CameraRipple, ripple_over
 from friction_estimation.discovery.model.linearisation import Linearisation
 from friction_estimation.discovery.model.minimum import minimum_of, projected
 from friction_estimation.discovery.model.model import Model

@@ -1,21 +1,30 @@
-"""The choice of effects: added one by one, refined, and dropped where they no longer pay."""
+"""The choice of effects: added one by one, refined, and dropped where they no longer pay.
+
+All candidates are scored at once, linearised around the present fit: each is a few columns of
+sensitivities. With releases, friction and the model's own parameters projected out, they show how
+much each candidate would gain and how small an effect the data could have shown.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
+import numpy as np
+
 from curling_env.typing import Progress, no_progress
 from friction_estimation.discovery.data.session import Session
 from friction_estimation.discovery.model.candidates import Term, candidates
 from friction_estimation.discovery.model.fit import SessionFit, fit, refit, releases_near
+from friction_estimation.discovery.model.minimum import projected
 from friction_estimation.discovery.model.model import Model
 from friction_estimation.discovery.model.noise import SessionNoise, estimate_noise, outlying_rows
+from friction_estimation.discovery.model.sensitivity import friction_along
 from friction_estimation.discovery.search.maps import find_map, renew_map
 from friction_estimation.discovery.search.patches import find_patches, place_sides
 from friction_estimation.discovery.search.residuals import Misfit, misfit_of
-from friction_estimation.discovery.search.score_test import CandidateScore, score_candidates
 from friction_estimation.discovery.tuning import (
+    CLEARLY_SEEN,
     GAIN_PER_PARAMETER,
     LEAST_GAIN,
     LEAST_LINEAR_GAIN,
@@ -24,6 +33,45 @@ from friction_estimation.discovery.tuning import (
     MOST_EFFECTS,
     MOST_TRIALS,
 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class CandidateScore:
+    """The score of one candidate around the present fit.
+
+    Parameters
+    ----------
+    term : candidate at its neutral values
+    gain : fall of −2 ln likelihood if everything stays linear
+    smallest : for each parameter the smallest value that these data would have shown clearly
+    """
+
+    term: Term
+    gain: float
+    smallest: dict[str, float]
+
+
+def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[CandidateScore]:
+    """The scores of candidates around a fit, the most promising first."""
+    if not terms:
+        return []
+    linear = fitted.linear_with(*terms)
+    own = np.arange(len(fitted.model.vector))
+    others = np.arange(len(own), len(linear.model.vector))
+    base = linear.least(own)
+    information = projected(linear.total(), others, own)
+    scores: list[CandidateScore] = []
+    position = 0
+    for term in terms:
+        place = np.arange(position, position + len(term.free))
+        position += len(term.free)
+        covariance = np.linalg.pinv(information[np.ix_(place, place)])
+        sigma = np.sqrt(np.maximum(np.diag(covariance), 0.0))
+        smallest = {n: CLEARLY_SEEN * float(s) for n, s in zip(term.free, sigma, strict=True)}
+        gain = base - linear.least(np.concatenate([own, others[place]]))
+        scores.append(CandidateScore(term=term, gain=float(gain), smallest=smallest))
+    return sorted(scores, key=lambda score: -score.gain)
+
 
 FIRST_NOISE = SessionNoise(
     white=(0.005, 0.005, 0.02), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1)
@@ -145,15 +193,16 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
     other = term.card.search.other_start
     if other is not None and fitted.deviance - trial.deviance < LEAST_LINEAR_GAIN:
         begin = term.with_values(**other).freed(*later)
-        again = refit(fitted, fitted.model.with_terms(begin))
+        again = refit(fitted, fitted.model.with_terms(begin), goal=trial.deviance)
         if again.deviance < trial.deviance:
             trial, cost = again, cost + len(later)
     elif later and fitted.deviance - trial.deviance > LEAST_LINEAR_GAIN:
         own = trial.model.term(term.label).freed(*later)
-        shaped = refit(trial, trial.model.without(term.label).with_terms(own))
         # Sides that were searched for are paid for: fitted, they have an error.
         needed = 0.0 if searched else GAIN_PER_PARAMETER * len(later) * 0.5
-        if trial.deviance - shaped.deviance > needed:
+        goal = trial.deviance - needed
+        shaped = refit(trial, trial.model.without(term.label).with_terms(own), goal=goal)
+        if shaped.deviance < goal:
             trial = shaped
             cost += 0 if searched else len(later)
     gain = fitted.deviance - trial.deviance
@@ -166,7 +215,8 @@ def _on_own_cells(worn: SessionFit) -> SessionFit:
     A stone wears a track as wide as its running band. In wider cells the ice beside it wears too,
     and so does an ice that was simulated with such cells.
     """
-    other = refit(worn, replace(worn.model, own_cells_wear=not worn.model.own_cells_wear))
+    model = replace(worn.model, own_cells_wear=not worn.model.own_cells_wear)
+    other = refit(worn, model, goal=worn.deviance)
     return other if other.deviance < worn.deviance else worn
 
 
@@ -237,13 +287,21 @@ def refine(fitted: SessionFit) -> SessionFit:
             if not later:
                 continue
             finer = term.with_values(**begin).freed(*later)
-            model = fitted.model.without(label).with_terms(finer)
-            trial = refit(fitted, model, iterations=20)
+            model = _at_its_level(fitted, fitted.model.without(label).with_terms(finer))
             needed = LEAST_GAIN + GAIN_PER_PARAMETER * (len(finer.free) - len(term.free) - 1)
-            if fitted.deviance - trial.deviance > needed and trial.deviance < best.deviance:
-                best = trial
+            goal = min(fitted.deviance - needed, best.deviance)
+            trial = refit(fitted, model, iterations=20, goal=goal)
+            best = trial if trial.deviance < goal else best
         fitted = best
     return fitted
+
+
+def _at_its_level(fitted: SessionFit, model: Model) -> Model:
+    """Another model with the level of friction that slows the stones of a fit as much."""
+    paths = fitted.paths
+    other = friction_along(model, fitted.session, fitted.ln_factors, paths)
+    mine, its = (float(np.hypot(*each[:, :2].T).sum()) for each in (paths.friction, other))
+    return replace(model, ln_mu=model.ln_mu + float(np.log(mine / its)))
 
 
 def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
@@ -259,9 +317,9 @@ def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
         for term in fitted.model.terms:
             if term.label in kept or len(fitted.model.terms) - len(kept) < 2:
                 continue
-            without = _without(fitted, term)
-            loss = without.deviance - fitted.deviance
             needed = LEAST_GAIN + GAIN_PER_PARAMETER * (len(term.free) - 1)
+            without = _without(fitted, term, fitted.deviance + needed)
+            loss = without.deviance - fitted.deviance
             if loss < needed and (poorest is None or loss < poorest[0]):
                 poorest = (loss, without)
         if poorest is None:
@@ -269,14 +327,16 @@ def prune(fitted: SessionFit, kept: set[str]) -> SessionFit:
         fitted = poorest[1]
 
 
-def _without(fitted: SessionFit, term: Term) -> SessionFit:
-    """Return the fit without a term.
+def _without(fitted: SessionFit, term: Term, goal: float) -> SessionFit:
+    """Return the fit without a term, which is of use if it reaches a goal.
 
     A patch that was found beside a map is what the map had left of it: without the map it is sought
     again.
     """
-    best = refit(fitted, fitted.model.without(term.label))
-    return best if term.map_field is None else with_patches_sought_again(best)
+    bare = fitted.model.without(term.label)
+    if term.map_field is None:
+        return refit(fitted, bare, goal=goal)
+    return with_patches_sought_again(refit(fitted, bare))
 
 
 def with_patches_sought_again(fitted: SessionFit) -> SessionFit:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from curling_env.physics.effects.card import Push
-from friction_estimation.discovery.evidence.mixture import has_few_throws
+from friction_estimation.discovery.evidence.intervals import has_few_throws
 from friction_estimation.discovery.evidence.significance import p_of_mean
 from friction_estimation.discovery.evidence.unknown.nearby import (
     Combination,
@@ -328,8 +328,9 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     pushes : the pushes
     """
     calm, made = fitted, Combination()
+    followed = {push.variable for push in pushes}
     for _ in range(MOST_ROUNDS):
-        around, before = nearby(calm, ()), calm.predicted
+        around, before = nearby(calm, (), followed=followed), calm.predicted
         made = Combination()
         for push in pushes:
             if push in around.pushes:
@@ -343,7 +344,7 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
             break
     if has_few_throws(fitted):
         made = replace(made, spread=USUAL_SPREAD)
-    again = nearby(calm, ())
+    again = nearby(calm, (), followed=followed)
     own = 7 + len(calm.model.vector)
     linear = calm.linear_in(calm.model, calm.columns, calm.residuals)
     grams = linear.grams.copy()

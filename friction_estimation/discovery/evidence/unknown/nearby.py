@@ -11,7 +11,7 @@ term must pay for itself beside that.
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import NamedTuple
@@ -338,7 +338,13 @@ def _first(entry: tuple[float, Combination]) -> float:
     return entry[0]
 
 
-def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Term] = ()) -> Nearby:
+def nearby(
+    fitted: SessionFit,
+    optional: Sequence[str],
+    candidates: Sequence[Term] = (),
+    *,
+    followed: Collection[str] | None = None,
+) -> Nearby:
     """All models near a fit.
 
     Parameters
@@ -346,6 +352,7 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
     fitted : the fit
     optional : labels of its terms that a model may lack
     candidates : terms at their neutral values that a model may have
+    followed : variables that pushes may follow, empty for constant ones; all by default
     """
     session = fitted.session
     model = fitted.model.with_terms(*candidates)
@@ -356,6 +363,8 @@ def nearby(fitted: SessionFit, optional: Sequence[str], candidates: Sequence[Ter
     residuals = fitted.residuals
     variable = variables(paths, paths.at_instants(np.nan_to_num(residuals)))
     functions = {"": np.ones((len(paths.path), 1)), **variable}
+    if followed is not None:
+        functions = {name: each for name, each in functions.items() if name in followed}
     if session.pushes is not None:
         # Pushes are counted from none, and not from those that the fit already has.
         residuals = residuals + response_to(paths, session.pushes)

@@ -31,7 +31,7 @@ from friction_estimation.discovery.data.wear_tracks import (
     smoothed_path,
     wear_refinement,
 )
-from friction_estimation.discovery.evidence.earlier_paths import with_earlier_paths
+from friction_estimation.discovery.evidence.intervals import with_earlier_paths
 
 ALONG = -0.012
 LABEL = "pebble_wear[along_path]"

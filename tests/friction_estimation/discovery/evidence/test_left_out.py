@@ -18,8 +18,8 @@ from friction_estimation.discovery import (
     sensitivities,
     unseen_scores,
 )
-from friction_estimation.discovery.evidence.left_out import broad_prior
 from friction_estimation.discovery.evidence.posterior import throw_constants
+from friction_estimation.discovery.evidence.significance import broad_prior
 from friction_estimation.discovery.tuning import COUPLING_SIGMA, RELEASE_SIGMA
 
 WHITE = SessionNoise(white=(0.004, 0.004, 0.02), fading=(0.0, 0.0, 0.0), memory=(0.1, 0.1, 0.1))

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from friction_estimation.discovery.evidence.mixture import weights_of, widths
+from friction_estimation.discovery.evidence.intervals import weights_of, widths
 from friction_estimation.discovery.model.minimum import minimum_of
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.discovery import base_model
-from friction_estimation.discovery.model.elimination import eliminate_factor, eliminate_states
+from friction_estimation.discovery.model.linearisation import eliminate_factor, eliminate_states
 from friction_estimation.discovery.model.minimum import minimum_of
 from friction_estimation.discovery.model.quadratic import bounded_step, profile_spread
 from friction_estimation.discovery.tuning import LEAST_SPREAD, RELEASE_SIGMA

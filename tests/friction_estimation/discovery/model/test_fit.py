@@ -20,6 +20,7 @@ from friction_estimation.discovery import (
     refit,
     standard_errors,
 )
+from friction_estimation.discovery.model.linearisation import Linearisation
 
 from ..conftest import effect
 
@@ -125,3 +126,26 @@ def test_a_step_after_which_the_numbers_overflow_is_refused(make_session, monkey
     assert len(calls) > 1
     assert np.isfinite(found.deviance)
     assert np.isfinite(found.predicted).all()
+
+
+def test_a_fit_that_cannot_reach_its_goal_ends_early(make_session, monkeypatch):
+    session = open_session(make_session([effect("curl", strength=0.006)], throws=8))
+    lacking = fit_with_noise(base_model(None, session), session)
+    with_curl = Term(card=catalogue()["curl"], values=neutral_values(catalogue()["curl"]))
+    model = lacking.model.with_terms(replace(with_curl, free=with_curl.card.first))
+    taken: list[float] = []
+    counted = Linearisation.deviance
+
+    def deviance(linear: Linearisation) -> float:
+        taken.append(counted(linear))
+        return taken[-1]
+
+    monkeypatch.setattr(Linearisation, "deviance", deviance)
+    whole = refit(lacking, model)
+    steps = len(taken)
+    reached = refit(lacking, model, goal=whole.deviance + 1.0)
+    assert reached.deviance == whole.deviance
+    assert len(taken) == 2 * steps
+    missed = refit(lacking, model, goal=whole.deviance - 1e4)
+    assert len(taken) < 3 * steps
+    assert missed.deviance >= whole.deviance

@@ -24,7 +24,7 @@ from friction_estimation.discovery.search.patches import (
     scan_side,
     sides_along,
 )
-from friction_estimation.discovery.tuning import MOST_CELLS_ACROSS, NARROWEST_PATCH
+from friction_estimation.discovery.tuning import NARROWEST_PATCH
 
 from ..conftest import effect
 
@@ -63,13 +63,6 @@ def test_a_cell_holds_the_points_between_its_sides(rng):
     for (x, y), (left, right, near, far) in zip(xy, sides, strict=True):
         assert left <= x <= right
         assert near <= y <= far
-
-
-def test_of_wide_ice_the_cells_are_wider():
-    xy = np.array([[-2.2, 0.0], [2.2, 10.0]])
-    grid = grid_over(xy, (0.01, 0.5))
-    assert grid.shape[0] == MOST_CELLS_ACROSS
-    assert grid.size == (pytest.approx(4.4 / MOST_CELLS_ACROSS), 0.5)
 
 
 def test_a_rectangle_goes_on_beside_the_outermost_stones_and_ends_with_the_sheet():

@@ -1,5 +1,7 @@
 from __future__ import annotations
 
+import pytest
+
 from friction_estimation.discovery import (
     base_model,
     candidates,
@@ -9,7 +11,7 @@ from friction_estimation.discovery import (
     refit,
     score_candidates,
 )
-from friction_estimation.discovery.search.selection import with_patches_sought_again
+from friction_estimation.discovery.search.selection import refine, with_patches_sought_again
 
 from ..conftest import effect
 
@@ -37,3 +39,16 @@ def test_the_patch_is_found_where_it_is(make_session):
     placed = again.model.term(found.label).values
     assert abs(placed["y_min"] + 4.0) < 0.5
     assert abs(placed["factor"] - 1.2) < 0.02
+
+
+def test_a_finer_law_of_friction_is_reached_from_the_power_law(make_session):
+    """At the same parameters its level is far from that of the power law."""
+    law = effect("speed_dependent_friction", exponent=1.0, speed_offset=0.9, share=0.6)
+    session = open_session(make_session([law], throws=10))
+    (power,) = [t for t in candidates(session) if t.label == "speed_dependent_friction"]
+    plain = fit_with_noise(base_model(None, session).with_terms(power), session)
+    finer = refine(plain)
+    assert finer.deviance < plain.deviance - 1000.0
+    found = finer.model.term("speed_dependent_friction").values
+    assert found["speed_offset"] == pytest.approx(0.9, abs=0.1)
+    assert found["share"] == pytest.approx(0.6, abs=0.05)
