@@ -185,7 +185,8 @@ def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats
     seconds = between(track.t, first, second)
     speed = MAX_SPEED
     if sooner(MAX_SPEED) > 0:
-        speed = float(brentq(sooner, 0.1, MAX_SPEED, xtol=1e-10))
+        root: Any = brentq(sooner, 0.1, MAX_SPEED, xtol=1e-10)
+        speed = float(root)
     path = _path(ice, track, direction, speed, order)
     times = passing_times(path, direction, along, beyond=np.nan)
     kept = predicted = sigma = None
