@@ -463,44 +463,56 @@ def table() -> None:
 
 
 def release() -> None:
-    """Copy complete rows and all curves, and configurations and weights of the first trainings."""
+    """Copy complete rows, and curves, configurations and weights of their trainings; those of other
+    rows stay.
+    """
     folder = Path(RELEASED)
     (folder / "weights").mkdir(parents=True, exist_ok=True)
-    configurations: dict[str, Any] = {}
+    configurations: dict[str, Any] = json.loads((folder / "configurations.json").read_text())
     complete = [path for path in sorted(FOLDER.glob("*.json")) if not shortcomings(read_row(path))]
-    for path in complete:
-        shutil.copy(path, folder / path.name)
-    for path in sorted(FOLDER.glob("*/*/0/config.json")):
-        name, task = path.parts[-4:-2]
-        if FOLDER / f"{name}.json" not in complete:
-            continue
-        configurations.setdefault(name, {})[task] = json.loads(path.read_text())
-        if name in (*TRAINED, "bc"):
-            shutil.copy(path.with_name("model.zip"), folder / "weights" / f"{name}-{task}.zip")
+    found = _released_curves(folder)
+    for row in complete:
+        shutil.copy(row, folder / row.name)
+        for path in sorted(FOLDER.glob(f"{row.stem}/*/0/config.json")):
+            task = path.parts[-3]
+            configurations.setdefault(row.stem, {})[task] = json.loads(path.read_text())
+            weights = folder / "weights" / f"{row.stem}-{task}.zip"
+            if row.stem == "bc" or row.stem in TRAINED:
+                shutil.copy(path.with_name("model.zip"), weights)
+        for path in sorted(FOLDER.glob(f"{row.stem}/*/*/curve.csv")):
+            points = np.loadtxt(path, delimiter=",", ndmin=2)
+            few = points[:: -max(len(points) // KEPT_POINTS, 1)][::-1]
+            found[row.stem, path.parts[-3], path.parts[-2]] = few
     write_json(folder / "configurations.json", configurations)
     with (folder / "curves.csv").open("w", newline="") as file:
         writer = csv.writer(file, lineterminator="\n")
         writer.writerow(["algorithm", "task", "seed", "steps", "reward"])
-        for path in sorted(FOLDER.glob("*/*/*/curve.csv")):
-            for point in _points(path):
-                writer.writerow([*path.parts[-4:-1], int(point[0]), point[1]])
-    curves(folder / "curves.png")
+        for key, points in sorted(found.items()):
+            writer.writerows((*key, int(step), reward) for step, reward in points.tolist())
+    draw_curves(found, folder / "curves.png")
 
 
-def _points(path: Path) -> Any:
-    points = np.loadtxt(path, delimiter=",", ndmin=2)
-    return points[:: -max(len(points) // KEPT_POINTS, 1)][::-1]
+Curves = dict[tuple[str, str, str], Any]
+"""Rewards in training by algorithm, task and seed: rows of deliveries and mean reward."""
 
 
-def curves(path: Path) -> None:
+def _released_curves(folder: Path) -> Curves:
+    found: dict[tuple[str, str, str], list[tuple[float, float]]] = {}
+    with (folder / "curves.csv").open(newline="") as file:
+        for algorithm, task, seed, steps, reward in list(csv.reader(file))[1:]:
+            found.setdefault((algorithm, task, seed), []).append((float(steps), float(reward)))
+    return {key: np.array(points) for key, points in found.items()}
+
+
+def draw_curves(found: Curves, path: Path) -> None:
     """Draw the rewards in training: the interquartile mean of the seeds, and their range."""
     from matplotlib.figure import Figure
 
-    tasks = [task for task in TASKS if list(FOLDER.glob(f"*/{task}/*/curve.csv"))]
+    tasks = [task for task in TASKS if any(task == key[1] for key in found)]
     figure = Figure(figsize=(11, 5.2), layout="constrained")
     for axes, task in zip(figure.subplots(2, 4).flat, tasks, strict=False):
         for colour, name in enumerate(TRAINED):
-            runs = [_points(one) for one in sorted(FOLDER.glob(f"{name}/{task}/*/curve.csv"))]
+            runs = [points for key, points in sorted(found.items()) if key[:2] == (name, task)]
             if runs:
                 many = min(map(len, runs))
                 steps, rewards = (np.array([one[-many:, k] for one in runs]) for k in (0, 1))

@@ -33,7 +33,7 @@ from curling_env.typing import Image
 QUALITY = 82
 FILM_SIZE, FILM_QUALITY = (800, 450), 50
 SPEED, HELD = 7.0, 2000
-"""Factor by which a film is faster than life, and duration of its last picture [ms]."""
+"""Playback speed over real time, and duration of the last picture [ms]."""
 
 
 def keen_and_heavy() -> Ice:

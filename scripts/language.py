@@ -1,8 +1,8 @@
 """Check of the wording: docstrings, comments, messages, pages and commit subjects.
 
-``python scripts/language.py`` counts each pattern of ``language.toml`` in everything that git
-tracks, and each word that ``docs/glossary.md`` replaces, and fails if a count exceeds its limit.
-``--list NAME`` prints the places of a pattern. ``--commit-message FILE`` checks a message.
+``python scripts/language.py`` lists the places of each pattern of ``language.toml`` in everything
+that git tracks, and of each word that ``docs/glossary.md`` replaces, and fails if there are any.
+``--commit-message FILE`` checks a message.
 """
 
 from __future__ import annotations
@@ -26,7 +26,6 @@ NOT_IMPERATIVE = frozenset(
     {"What", "Whether", "How", "Where", "When", "Who", "Whose", "Which", "Why", "That"}
     | {"So", "As", "A", "An", "The", "Results"}
 )
-FLAGS = re.IGNORECASE | re.MULTILINE
 WORD_LISTS = ("docs/glossary.md", "scripts/language.py", "tests/scripts/test_language.py")
 
 
@@ -44,13 +43,18 @@ class Place:
 
 def long_helps(file: str, source: str) -> Iterator[Place]:
     """Yield option helps longer than one line."""
-    if "help=" not in source:
+    if "help" not in source and "option(" not in source:
         return
     for node in ast.walk(ast.parse(source)):
         match node:
-            case ast.keyword(arg="help", value=ast.Constant(value=str(text))):
-                if len(text) > LONGEST_HELP:
-                    yield Place(file=file, line=node.value.lineno, text=text)
+            case (
+                ast.keyword(arg="help", value=ast.Constant(value=str(text)) as value)
+                | ast.Call(
+                    func=ast.Name(id="option" | "output_to"),
+                    args=[_, ast.Constant(value=str(text)) as value, *_],
+                )
+            ) if len(text) > LONGEST_HELP:
+                yield Place(file=file, line=value.lineno, text=text)
 
 
 def replaced_words(glossary: str) -> dict[str, str]:
@@ -65,23 +69,37 @@ def replaced_words(glossary: str) -> dict[str, str]:
 
 def broken(rules: list[dict[str, Any]], root: Path = ROOT) -> dict[str, list[Place]]:
     """Return the violations of each rule, by its name."""
+    # Lower case and patterns that begin with a letter: Python searches these ten times faster.
     patterns = {
-        rule["name"]: re.compile(rule["pattern"], FLAGS) for rule in rules if "pattern" in rule
+        rule["name"]: re.compile(rule["pattern"], re.MULTILINE)
+        for rule in rules
+        if "pattern" in rule
     }
-    any_pattern = re.compile("|".join(rf"(?:{rule.pattern})" for rule in patterns.values()), FLAGS)
     places: dict[str, list[Place]] = {rule["name"]: [] for rule in rules}
     for file in tracked(root):
         source = (root / file).read_text(encoding="utf-8")
-        lines = source.splitlines()
-        for number in sorted(
-            {source.count("\n", 0, hit.start()) for hit in any_pattern.finditer(source)}
-        ):
-            for name, pattern in patterns.items():
-                hits = len(pattern.findall(lines[number]))
-                places[name] += [Place(file=file, line=number + 1, text=lines[number])] * hits
+        lower, lines = source.lower(), source.split("\n")
+        for name, pattern in patterns.items():
+            for hit in pattern.finditer(lower):
+                begin = hit.start()
+                if not (begin and lower[begin - 1 : begin + 1].isalnum()):
+                    line = lower.count("\n", 0, begin)
+                    places[name].append(Place(file=file, line=line + 1, text=lines[line]))
         if file.endswith(".py"):
             places["long help"] += long_helps(file, source)
+    for rule in rules:
+        places[rule["name"]] = [
+            place for place in places[rule["name"]] if not is_allowed(place, rule)
+        ]
     return places
+
+
+def is_allowed(place: Place, rule: dict[str, Any]) -> bool:
+    """Return whether a rule lists a place as an exception."""
+    return any(
+        place.file.startswith(exception["file"]) and exception["text"] in place.text
+        for exception in rule.get("allowed", ())
+    )
 
 
 def tracked(root: Path) -> list[str]:
@@ -112,9 +130,8 @@ def subject_faults(message: str) -> list[str]:
 
 
 def main(arguments: list[str] | None = None) -> int:
-    """Run the check; return 1 if a count exceeds its limit."""
+    """Run the check; return 1 if there is a violation."""
     parser = argparse.ArgumentParser(description=(__doc__ or "").split("\n")[0])
-    parser.add_argument("--list", metavar="NAME", help="print where one pattern is")
     parser.add_argument("--commit-message", type=Path, metavar="FILE", help="check a message")
     options = parser.parse_args(arguments)
     if options.commit_message:
@@ -126,21 +143,12 @@ def main(arguments: list[str] | None = None) -> int:
     either = "|".join(re.escape(word) for word in sorted(words, key=len, reverse=True))
     for rule in rules:
         if rule["name"] == "glossary":
-            rule["pattern"] = rf"\b({either})\b"
+            rule["pattern"] = rf"({either})\b"
     places = broken(rules)
-    if options.list:
-        print(*places[options.list], sep="\n")
-        return 0
-    worse = 0
     for rule in rules:
-        name, most, count = rule["name"], rule["at_most"], len(places[rule["name"]])
-        if count > most:
-            worse = 1
-            print(f"{name}: {count} places, {most} recorded; write instead: {rule['instead']}")
-            print(f"  list them: python scripts/language.py --list '{name}'")
-        elif count < most:
-            print(f"{name}: {count} places; lower at_most from {most} in scripts/language.toml")
-    return worse
+        for place in places[rule["name"]]:
+            print(f"{place}\n  {rule['name']}; write instead: {rule['instead']}")
+    return int(any(places.values()))
 
 
 if __name__ == "__main__":

@@ -38,7 +38,7 @@ class JsonFile:
     ----------
     title : its title
     forms : what its document may be; each line has one of them in a file of JSON lines
-    format : its numbered format; None where a file does not say it
+    format : its numbered format; None if a file does not state it
     listed : the most documents of a list; None where there is one document
     """
 

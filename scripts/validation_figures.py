@@ -73,7 +73,9 @@ def draw_rows(path: Path) -> None:
     ax.set_yticklabels([f"{row.name}  ({row.published})" for row in rows], fontsize=8)
     ax.set_ylim(len(rows) - 0.4, -0.6)
     ax.set_xlim(-FARTHEST, FARTHEST)
-    ax.set_xlabel("distance from what is published, in its own uncertainty", color=INK, fontsize=9)
+    ax.set_xlabel(
+        "difference from the published value, in units of its uncertainty", color=INK, fontsize=9
+    )
     ax.legend(frameon=False, fontsize=8, ncols=4, loc="lower center", bbox_to_anchor=(0.3, 1.0))
     save_figure(figure, path)
 

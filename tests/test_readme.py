@@ -36,9 +36,9 @@ def test_from_film_to_throw(films, tmp_path, monkeypatch, capsys):
     code = re.search(r"```python\n(from agents.*?)```", README, re.DOTALL).group(1)
     monkeypatch.chdir(tmp_path)
     exec(compile(code, "README.md", "exec"), {})
-    said = capsys.readouterr().out
-    x, y = map(float, re.search(r"rest at \[\s*(\S+)\s+(\S+)\s*\]", said).groups())
-    assert np.hypot(x, y - 17.37) < 0.05, said
+    output = capsys.readouterr().out
+    x, y = map(float, re.search(r"rest at \[\s*(\S+)\s+(\S+)\s*\]", output).groups())
+    assert np.hypot(x, y - 17.37) < 0.05, output
 
 
 def test_every_command_it_names_exists(curling):

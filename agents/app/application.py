@@ -14,11 +14,10 @@ from starlette.routing import Mount, Route
 from starlette.staticfiles import StaticFiles
 
 from agents.app.club import Club
-from agents.app.gate import READING, Gate
+from agents.app.gate import READING, Door, Gate, Sharing
 from agents.app.pages import go_to, page, session_of
 from agents.app.screens import SCREENS
 from agents.app.screens.share import SHARING
-from agents.app.sharing import Door, Sharing
 from agents.app.views.progress import job_in_words
 from agents.app.work.causes import ComingError
 from agents.app.work.jobs import OPEN
@@ -54,10 +53,10 @@ def application(
     app = Starlette(
         routes=routes,
         exception_handlers={
-            HTTPException: _say_what_is_not_there,
-            ComingError: _show_it_coming,
-            CurlingError: _say_what_is_wrong,
-            Exception: _own_up,
+            HTTPException: _refuse,
+            ComingError: _show_progress,
+            CurlingError: _refuse,
+            Exception: _internal_error,
         },
     )
     app.state.club, app.state.work, app.state.screens = club, work, SCREENS
@@ -71,17 +70,14 @@ def _home(request: Request) -> Response:
     return go_to(request, SCREENS[0].name)
 
 
-async def _say_what_is_not_there(request: Request, error: Exception) -> Response:
-    assert isinstance(error, HTTPException)
-    return _problem(request, error.detail, error.status_code)
-
-
-async def _say_what_is_wrong(request: Request, error: Exception) -> Response:
+async def _refuse(request: Request, error: Exception) -> Response:
+    if isinstance(error, HTTPException):
+        return _problem(request, error.detail, error.status_code)
     problem = error.problem if isinstance(error, InputError) else str(error)
     return _problem(request, problem, 422)
 
 
-async def _show_it_coming(request: Request, error: Exception) -> Response:
+async def _show_progress(request: Request, error: Exception) -> Response:
     """Show the progress of the requested work; a script asks again until it is done."""
     assert isinstance(error, ComingError)
     is_open = any(job.state in OPEN for job in error.jobs)
@@ -100,7 +96,7 @@ async def _show_it_coming(request: Request, error: Exception) -> Response:
     )
 
 
-async def _own_up(request: Request, error: Exception) -> Response:
+async def _internal_error(request: Request, error: Exception) -> Response:
     """Report an internal error as such, and keep serving."""
     if os.environ.get(TRACEBACK):
         traceback.print_exception(error)

@@ -8,8 +8,11 @@ something also brings the token that is in every form.
 
 from __future__ import annotations
 
+import asyncio
 import hashlib
 import hmac
+from contextlib import AsyncExitStack
+from typing import NamedTuple
 from urllib.parse import parse_qs
 
 from starlette.datastructures import Headers, MutableHeaders
@@ -17,7 +20,9 @@ from starlette.exceptions import HTTPException
 from starlette.responses import PlainTextResponse
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 
-from agents.app.sharing import Sharing
+from agents.app.club import Club
+from curling_env.infrastructure.local_server import network_address
+from curling_env.infrastructure.web_server import listening, serving
 from curling_env.units import shown_in
 
 TOKEN_FIELD, TOKEN_HEADER = "csrf", "X-CSRF-Token"
@@ -27,18 +32,10 @@ MAX_PIECE = 8 * 2**20
 """Longest piece of a film that is sent with PUT [bytes]."""
 MAX_DIGITS = 15
 """Of a number in an address; the database has no larger ones."""
-POLICY = "; ".join(
-    [
-        "default-src 'none'",
-        "script-src 'self'",
-        "style-src 'self'",
-        "img-src 'self' data:",
-        "media-src 'self'",
-        "connect-src 'self'",
-        "form-action 'self'",
-        "base-uri 'none'",
-        "frame-ancestors 'none'",
-    ]
+POLICY = (
+    "default-src 'none'; script-src 'self'; style-src 'self'; img-src 'self' data:; "
+    "media-src 'self'; connect-src 'self'; form-action 'self'; base-uri 'none'; "
+    "frame-ancestors 'none'"
 )
 """Content security policy: nothing inline, nothing from anywhere else."""
 HEADERS = {
@@ -175,3 +172,66 @@ def _with_headers(send: Send) -> Send:
         await send(message)
 
     return sending
+
+
+class Door(NamedTuple):
+    """A secret that opens the app by some names.
+
+    Parameters
+    ----------
+    secret : the first part of every address
+    hosts : names, without a port, by which browsers call this machine
+    may_write : False for links that only show
+    is_own : True for this machine's browsers, which may share the app
+    """
+
+    secret: str
+    hosts: frozenset[str]
+    may_write: bool = True
+    is_own: bool = False
+
+
+class Sharing:
+    """The doors of the app; opens it to the network and closes it again.
+
+    Parameters
+    ----------
+    club : whose secrets the addresses have
+    own : the door of this machine's browsers
+    """
+
+    def __init__(self, club: Club, own: Door) -> None:
+        self.club, self.doors = club, [own]
+        self._open = AsyncExitStack()
+        self._changing = asyncio.Lock()
+        self.app: ASGIApp | None = None
+        self.addresses: dict[bool, str] = {}
+        """Addresses in the network, by whether they may write; empty while it is not shared."""
+
+    async def switch(self, on: bool, port: int) -> None:
+        """Share the app, or end that; those who have it open are shut out at once.
+
+        Parameters
+        ----------
+        port : where it is served on this machine, and then in the network too
+
+        Raises
+        ------
+        OutputError : there is no network to share it in
+        InputError : the port is taken there
+        """
+        async with self._changing:
+            if on == bool(self.addresses):
+                return
+            if not on:
+                self.doors[:] = [door for door in self.doors if door.is_own]
+                self.addresses = {}
+                await self._open.aclose()
+                return
+            assert self.app is not None
+            host = network_address()
+            await self._open.enter_async_context(serving(self.app, listening(host, port)))
+            for may_write, name in ((True, "network"), (False, "network, reading")):
+                secret = self.club.secret(name)
+                self.doors.append(Door(secret, frozenset({host}), may_write))
+                self.addresses[may_write] = f"http://{host}:{port}/{secret}/"

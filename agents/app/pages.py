@@ -2,15 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 from urllib.parse import parse_qsl
 
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
-from starlette.responses import HTMLResponse, RedirectResponse
-from starlette.routing import BaseRoute
+from starlette.responses import HTMLResponse, RedirectResponse, Response
+from starlette.routing import BaseRoute, Route
 
 from agents.app.club import Club, Session
 from agents.app.gate import token_for
@@ -135,7 +135,7 @@ def number_in(text: str, what: str) -> int:
     return int(text)
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Screen:
     """One of the pages that the navigation leads to.
 
@@ -143,9 +143,17 @@ class Screen:
     ----------
     name : first part of its addresses: ``/NAME`` for the latest session and ``/NAME/SESSION``
     title : what the navigation calls it
-    routes : its addresses
+    show : answers these two
+    more : further addresses
     """
 
     name: str
     title: str
-    routes: Sequence[BaseRoute]
+    show: Callable[[Request], Response]
+    more: Sequence[BaseRoute] = ()
+
+    @property
+    def routes(self) -> list[BaseRoute]:
+        """Its addresses."""
+        both = (f"/{self.name}", f"/{self.name}/{{session:int}}")
+        return [*(Route(path, self.show) for path in both), *self.more]

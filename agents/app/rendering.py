@@ -8,6 +8,7 @@ from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from agents.coaching.calls import shown_call
 from curling_env.units import Units, brooms, chosen_units, length, short_length
 
 METRIC = re.compile(
@@ -48,5 +49,6 @@ def _environment() -> Environment:
         "metres": length,
         "brooms": brooms,
         "in_units": in_units,
+        "call": shown_call,
     }
     return found

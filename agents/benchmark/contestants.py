@@ -67,7 +67,7 @@ def contestant(given: Any) -> Contestant:
         return _trained(given)
     if not (callable(given) or hasattr(given, "predict")):
         raise InputError(
-            f"who is measured must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
+            f"a policy must be one of {', '.join(_names())}, a model's file (.npz, .zip), "
             f"module:object, or a function of observations, got {str(given)[:60]!r}"
         )
     return _policy(given)

@@ -220,14 +220,20 @@ def call_error(text: str) -> str:
     return ""
 
 
-def with_units(text: str) -> str:
-    """Write the chosen units behind the lengths of a call that have none; metres need none."""
-    if chosen_units() is Units.METRES:
-        return text
+def typed_call(text: str) -> str:
+    """Return a call as it was typed, with the chosen unit behind the lengths that have none."""
+    return text if chosen_units() is Units.METRES else _with_unit(text, "ft")
 
+
+def shown_call(text: str) -> str:
+    """Return a stored call, whose lengths without a unit are metres, to be shown beside feet."""
+    return text if chosen_units() is Units.METRES else _with_unit(text, "m")
+
+
+def _with_unit(text: str, unit: str) -> str:
     def written(found: re.Match[str]) -> str:
         has_units = re.search(rf"\d\s*{_UNIT}(?![a-z])", found[0], re.IGNORECASE)
-        return found[0] if has_units else re.sub(_NUMBER, r"\g<0>ft", found[0])
+        return found[0] if has_units else re.sub(_NUMBER, rf"\g<0>{unit}", found[0])
 
     for pattern in (_BROOM, _ICE, _PAIR, _SIDED):
         text = pattern.sub(written, text.replace("\u2212", "-"))

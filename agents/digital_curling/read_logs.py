@@ -165,7 +165,7 @@ def _end(sections: list[_Section], first: Team, path: str | Path, faults: list[s
         team = _team(section, path)
         if team is not (first if k % 2 == 0 else first.other):
             raise InputError(
-                f"stone {k + 1} is of the team that delivered before it",
+                f"stone {k + 1} has the team of the stone before it; expected alternating teams",
                 source=path,
                 where=f"line {section.line}",
             )

@@ -6,8 +6,8 @@ reward that it would earn there.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Protocol
+from abc import ABC, abstractmethod
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -47,64 +47,38 @@ class JudgedThrows:
     miss: Floats
 
 
-class Objective(Protocol):
-    """Objective of a throw at a position."""
+@dataclass(frozen=True, kw_only=True)
+class Objective(ABC):
+    """Objective of a throw at a position.
 
-    @property
-    def name(self) -> str:
-        """Name in a word or two, for people and files."""
-        ...
+    Parameters
+    ----------
+    target : (2,) intended end of the delivered stone, or its aim, sheet frame [m]
+    direction : end that is played to
+    stones : (k, 2) centres of the resting stones, sheet frame [m]
+    own : (k,) ownership of each stone by the thrower's team; None if unknown
+    delivery : start of the throws, and their maximum speed
+    name : name in a word or two, for people and files
+    aim_margin : maximum distance of the aim from the target [m]
+    max_weight : maximum weight to try, relative to a draw to the target
+    comes_to_rest : true if throws that come to rest at the target are candidates
+    miss_means : meaning of a miss in words; None if it does not show the quality of a throw
+    success_means : meaning of a success, in words
+    """
 
-    @property
-    def target(self) -> Floats:
-        """Intended end of the delivered stone, or its aim, (2,) sheet frame [m]."""
-        ...
+    target: Floats
+    direction: Direction
+    stones: Floats
+    own: Flags | None = None
+    delivery: Delivery = FROM_HOG_LINE
+    name: str
+    aim_margin: float
+    max_weight: float = 1.1
+    comes_to_rest: bool = True
+    miss_means: str | None = None
+    success_means: str
 
-    @property
-    def direction(self) -> Direction:
-        """End that is played to."""
-        ...
-
-    @property
-    def delivery(self) -> Delivery:
-        """Start of the throws, and their maximum speed."""
-        ...
-
-    @property
-    def stones(self) -> Floats:
-        """Centres of the resting stones, (k, 2) sheet frame [m]."""
-        ...
-
-    @property
-    def own(self) -> Flags | None:
-        """Ownership of each stone by the thrower's team, (k,); None if unknown."""
-        ...
-
-    @property
-    def miss_means(self) -> str | None:
-        """Meaning of a miss in words; None if it does not show the quality of a throw."""
-        ...
-
-    @property
-    def success_means(self) -> str:
-        """Meaning of a success, in words."""
-        ...
-
-    @property
-    def aim_margin(self) -> float:
-        """Maximum distance of the aim from the target [m]."""
-        ...
-
-    @property
-    def max_weight(self) -> float:
-        """Maximum weight to try, relative to a draw to the target."""
-        ...
-
-    @property
-    def comes_to_rest(self) -> bool:
-        """True if throws that come to rest at the target are candidates."""
-        ...
-
+    @abstractmethod
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Judge throws by the final positions of all stones.
 
@@ -113,24 +87,16 @@ class Objective(Protocol):
         ended : outcomes of n throws
         radius : radius of a stone [m]
         """
-        ...
 
 
 @dataclass(frozen=True, kw_only=True)
-class RestAtTarget:
+class RestAtTarget(Objective):
     """Objective that the stone rests at a place: the nearer, the better."""
 
-    target: Floats
-    direction: Direction
-    stones: Floats
-    own: Flags | None = None
-    delivery: Delivery = FROM_HOG_LINE
     name: str = "rest"
     aim_margin: float = 0.8
-    max_weight: float = 1.1
-    comes_to_rest: bool = True
     miss_means: str | None = "from the target to the stone's place of rest"
-    success_means: str = "it rests within the radius of the 4-foot ring around the target"
+    success_means: str = SUCCESS_MEANS["draw"]
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Judge by minus the miss; a success, as for a draw, is within the radius of the 4-foot
@@ -141,59 +107,19 @@ class RestAtTarget:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TaskDone:
-    """Objective that a task of the environment is done.
+class TaskDone(Objective):
+    """Objective that a task of the environment is done; `task_done` makes one.
 
     Parameters
     ----------
     task : the task
     mark : (2,) the task's mark, sheet frame [m]; the position of the task's stone, if it has one
     given : index of the task's stone; None if the task has none
-    radius : radius of a stone [m]
     """
 
     task: Task
     mark: Floats
-    direction: Direction
-    stones: Floats
-    own: Flags | None = None
     given: int | None = None
-    radius: float = 0.145
-    delivery: Delivery = FROM_HOG_LINE
-
-    @property
-    def name(self) -> str:
-        return self.task.name.replace("_", " ")
-
-    @property
-    def target(self) -> Floats:
-        mark = to_delivery(self.mark, self.direction)
-        return np.asarray(to_sheet(self.task.target(mark, self.radius), self.direction))
-
-    @property
-    def comes_to_rest(self) -> bool:
-        """True if it is aimed at a place and not, like a takeout, at a stone."""
-        return self.given is None or bool(_distance(self.target, self.mark) > self.radius)
-
-    @property
-    def miss_means(self) -> str | None:
-        # The distance that a stone runs after a takeout is no measure of the takeout.
-        if not self.comes_to_rest:
-            return None
-        place = "the target" if self.given is None else "the place against the stone"
-        return f"from {place} to the thrown stone's place of rest"
-
-    @property
-    def success_means(self) -> str:
-        return SUCCESS_MEANS.get(self.task.name, f"the task {self.name} is done")
-
-    @property
-    def aim_margin(self) -> float:
-        return 0.6 if self.comes_to_rest else 2.4 * self.radius
-
-    @property
-    def max_weight(self) -> float:
-        return 1.1 if self.comes_to_rest else 2.0
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Judge by the task's reward and success in `CurlingSheet-v0`."""
@@ -218,34 +144,68 @@ class TaskDone:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MostPoints:
-    """Objective of the most points: the score, if this is the last stone.
-
-    Parameters
-    ----------
-    own : (k,) true for resting stones of the thrower's team
+class MostPoints(Objective):
+    """Objective of the most points, for a position whose teams are known: the score, if this is the
+    last stone.
     """
 
-    target: Floats
-    direction: Direction
-    stones: Floats
-    own: Flags = field(default_factory=lambda: np.zeros(0, dtype=np.bool_))
-    delivery: Delivery = FROM_HOG_LINE
     name: str = "score"
     aim_margin: float = 2.2
     max_weight: float = 1.8
-    comes_to_rest: bool = True
-    miss_means: str | None = None
     success_means: str = "the thrower's team scores"
 
     def judge(self, ended: Rollouts, radius: float) -> JudgedThrows:
         """Judge by the points of the thrower's team, negative if the opponents score."""
+        assert self.own is not None
         thrown = np.where(ended.in_play[:, None], ended.xy, np.nan)
         places = np.concatenate([ended.stones, thrown[:, None]], axis=1)
         own, reach = np.append(self.own, True), Lines(stone_radius=radius).reach
         points = points_of(to_delivery(places, self.direction), own, reach)
         miss = _distance(ended.xy, self.target)
         return JudgedThrows(value=points.astype(np.float64), success=points > 0, miss=miss)
+
+
+def task_done(
+    task: Task,
+    mark: Floats,
+    direction: Direction,
+    stones: Floats,
+    *,
+    own: Flags | None,
+    given: int | None,
+    radius: float,
+    delivery: Delivery,
+) -> TaskDone:
+    """Return the objective of a task.
+
+    Parameters
+    ----------
+    task, mark, given : see `TaskDone`
+    direction, stones, own, delivery : see `Objective`
+    radius : radius of a stone [m]
+    """
+    aim = task.target(to_delivery(mark, direction), radius)
+    target = np.asarray(to_sheet(aim, direction))
+    # A takeout is aimed at a stone, and how far a stone runs after it is no measure of it.
+    rests = given is None or bool(_distance(target, mark) > radius)
+    name = task.name.replace("_", " ")
+    place = "the target" if given is None else "the place against the stone"
+    return TaskDone(
+        task=task,
+        mark=mark,
+        given=given,
+        target=target,
+        direction=direction,
+        stones=stones,
+        own=own,
+        delivery=delivery,
+        name=name,
+        aim_margin=0.6 if rests else 2.4 * radius,
+        max_weight=1.1 if rests else 2.0,
+        comes_to_rest=rests,
+        miss_means=f"from {place} to the thrown stone's place of rest" if rests else None,
+        success_means=SUCCESS_MEANS.get(task.name, f"the task {name} is done"),
+    )
 
 
 def _distance(places: Floats, target: Floats) -> Floats:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
-from agents.planning.objective import MostPoints, Objective, TaskDone
+from agents.planning.objective import MostPoints, Objective, task_done
 from agents.planning.target_search import check_target
 from agents.planning.tuning import SPINS
 from curling_env.envs.options import brief, floats_from
@@ -27,14 +27,10 @@ def place_from(name: str, given: ArrayLike) -> Floats:
     ------
     InputError : anything else
     """
-    try:
-        place = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        place = np.empty(0)
+    wanted = f"{name} must be (x, y) in metres, in the sheet frame"
+    place = floats_from(wanted, given)
     if place.shape != (2,):
-        raise InputError(
-            f"{name} must be (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(given)}")
     return place
 
 
@@ -45,16 +41,12 @@ def places_from(name: str, given: ArrayLike) -> Floats:
     ------
     InputError : anything else
     """
-    try:
-        places = np.asarray(given, dtype=np.float64)
-    except (TypeError, ValueError):
-        places = np.empty((1, 1))
+    wanted = f"{name} must be places (x, y) in metres, in the sheet frame"
+    places = floats_from(wanted, given)
     if places.size == 0:
         return np.empty((0, 2))
     if places.ndim != 2 or places.shape[1] != 2:
-        raise InputError(
-            f"{name} must be places (x, y) in metres, in the sheet frame, got {str(given)[:60]!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(given)}")
     return places
 
 
@@ -105,11 +97,11 @@ def objective_for(
         mark = stones[given]
     if mark is None:
         mark = np.asarray(to_sheet(known.easiest_goal, direction))
-    objective = TaskDone(
-        task=known,
-        mark=mark,
-        direction=direction,
-        stones=stones,
+    objective = task_done(
+        known,
+        mark,
+        direction,
+        stones,
         own=teams,
         given=given,
         radius=ice.stone.radius,

@@ -44,7 +44,7 @@ NOT_SEPARATED = (
     "intent: teams that value positions otherwise than the search seem to throw worse, and less "
     "so in depth than across",
     "speed of hits: the stones hardly show it",
-    "grades: whoever grades more strictly in a game makes its players seem worse",
+    "grades: a stricter grader makes the players of a game seem worse",
 )
 """Influences that the table cannot separate from hands."""
 

@@ -32,8 +32,8 @@ def lacks_curl(ice: Ice) -> bool:
 
 def missing_effect_remarks(ice: Ice) -> list[str]:
     """Return remarks on effects that an ice lacks although its tracks show them."""
-    said = [UNKNOWN] if is_marked_unknown(ice) else []
-    return said + ([NO_CURL] if lacks_curl(ice) else [])
+    remarks = [UNKNOWN] if is_marked_unknown(ice) else []
+    return remarks + ([NO_CURL] if lacks_curl(ice) else [])
 
 
 def believed_effects(ice: Ice) -> dict[str, tuple[str, ...]]:

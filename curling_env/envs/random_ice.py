@@ -145,12 +145,12 @@ class RandomIces:
         if self.knows == "mean":
             mean = known_mu.mean(axis=(1, 2), keepdims=True)
             known_mu = np.broadcast_to(mean, known_mu.shape)
-        base, slope = self._told_effects[direction]
+        base, slope = self._known_effects[direction]
         effects = base + slope * (drawn.ices.factors[:, None] - 1.0)
         return features_of_maps(self.family.base, known_mu, effects, direction)
 
     @cached_property
-    def _told_effects(self) -> dict[Direction, tuple[Floats, Floats]]:
+    def _known_effects(self) -> dict[Direction, tuple[Floats, Floats]]:
         """Numbers of the effects on the base, and their growth with the strength of the curl."""
         found: dict[Direction, tuple[Floats, Floats]] = {}
         for end in Direction:

@@ -73,11 +73,11 @@ def slides_in_turn(ice: Ice, releases: Iterable[Release], *, fps: float) -> Iter
     InputError : a release that cannot be thrown; the error names the throw
     """
     in_use = IceInUse(ice)
-    asked_anew = in_use.remembers and fps != PATH_FPS
+    runs_twice = in_use.remembers and fps != PATH_FPS
     for release in releases:
         with placed(where=f"throw {release.throw}"):
             run = slide(in_use.now, release, fps=fps, throw=release.throw)
-            ran = slide(in_use.now, release, fps=PATH_FPS) if asked_anew else run
+            ran = slide(in_use.now, release, fps=PATH_FPS) if runs_twice else run
         if ran.trajectory is not None:
             in_use.ran(ran.trajectory.xy)
         yield run

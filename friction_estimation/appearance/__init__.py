@@ -16,7 +16,7 @@ from friction_estimation.appearance.crops import (
 from friction_estimation.appearance.fit import (
     Appearance,
     PictureChannels,
-    ShapeDoubt,
+    ShapeUncertainty,
     StoneFit,
     channels_of,
 )
@@ -37,7 +37,7 @@ __all__ = [
     "PictureChannels",
     "PixelWindow",
     "PosedStone",
-    "ShapeDoubt",
+    "ShapeUncertainty",
     "StoneFit",
     "StoneModel",
     "adapt_appearance",

@@ -16,9 +16,9 @@ from scipy.interpolate import PchipInterpolator
 
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop
-from friction_estimation.appearance.fit import Appearance, ShapeDoubt
+from friction_estimation.appearance.fit import Appearance, ShapeUncertainty
 from friction_estimation.appearance.prior import ShapePrior
-from friction_estimation.appearance.profile import ProfileFit, fit_profile, shape_doubt
+from friction_estimation.appearance.profile import ProfileFit, fit_profile, shape_uncertainty
 from friction_estimation.appearance.tuning import (
     PLACED_ROUNDS,
     RAISED,
@@ -28,9 +28,9 @@ from friction_estimation.appearance.tuning import (
 )
 
 
-def sight_doubt(
+def sight_uncertainty(
     crops: Sequence[Crop], fit: ProfileFit, prior: ShapePrior, *, typical: bool
-) -> ShapeDoubt:
+) -> ShapeUncertainty:
     """Return the misplacement of the stone by shapes that fit nearly as well.
 
     Parameters
@@ -41,13 +41,15 @@ def sight_doubt(
     typical : whether the middle of the prior is a real stone's; if not, the mean over shapes is no
         better than the most likely one, and what others say counts as an error only
     """
-    doubt = shape_doubt(crops, fit)
+    uncertainty = shape_uncertainty(crops, fit)
     rise, sigma = likely_rise(crops, fit.look, prior)
     if not typical:
         rise, sigma = 0.0, float(np.hypot(sigma, rise))
     toward = np.array([_toward_camera(crop) for crop in crops])
     return replace(
-        doubt, sigma=np.maximum(doubt.sigma, sigma * np.abs(toward)), shift=rise * toward
+        uncertainty,
+        sigma=np.maximum(uncertainty.sigma, sigma * np.abs(toward)),
+        shift=rise * toward,
     )
 
 
@@ -59,7 +61,7 @@ def likely_rise(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> t
 
     Parameters
     ----------
-    crops, look, prior : see `sight_doubt`
+    crops, look, prior : see `sight_uncertainty`
     """
     crops = crops[:: max(1, len(crops) // RAISED)]
     found: dict[float, float] = {}

@@ -39,7 +39,7 @@ from friction_estimation.film.frame import Frame
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
-class ShapeDoubt:
+class ShapeUncertainty:
     """Misplacement of a stone by an error of its learnt look, alike in all frames.
 
     Parameters
@@ -62,7 +62,7 @@ class ShapeDoubt:
         """Return the correction to add to places (n, 2) [m]."""
         return self._along(self.shift, xy)
 
-    def mixed_with(self, other: ShapeDoubt, share: float) -> ShapeDoubt:
+    def mixed_with(self, other: ShapeUncertainty, share: float) -> ShapeUncertainty:
         """Return the uncertainty if another look, fitted to the same crops, may be the right one.
 
         Parameters
@@ -75,7 +75,7 @@ class ShapeDoubt:
         bend = np.vander(along / max(float(np.ptp(along)), 1e-3), 3)
         apart = bend @ np.linalg.lstsq(bend, apart, rcond=1e-6)[0]
         variance = (1 - share) * self.sigma**2 + share * other.sigma**2
-        return ShapeDoubt(
+        return ShapeUncertainty(
             places=self.places,
             sigma=np.sqrt(variance + share * (1 - share) * apart**2),
             shift=self.shift + share * apart,
@@ -97,15 +97,15 @@ class Appearance:
     colours : (5, 3) brightness and two colour differences of foot, side, bevel, top and handle
     noise : (3,) standard deviation of a residual in each channel, as found on this film
     has_handle : whether a handle was found; without one there is no heading
-    doubt : how far what is not known of the look may misplace the stone; None where it was not
-        learnt from a film
+    uncertainty : error of the stone's place by an unknown shape; None if the appearance was not
+        learned from a film
     """
 
     model: StoneModel
     colours: Floats
     noise: Floats
     has_handle: bool
-    doubt: ShapeDoubt | None = None
+    uncertainty: ShapeUncertainty | None = None
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)

@@ -13,7 +13,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import expit
 
-from friction_estimation.appearance.ambiguity import sight_doubt
+from friction_estimation.appearance.ambiguity import sight_uncertainty
 from friction_estimation.appearance.colours import body_colour, colours_of
 from friction_estimation.appearance.crops import (
     Crop,
@@ -56,7 +56,7 @@ def learn_appearance(
     noise: float,
     *,
     trimmed: bool = True,
-    doubted: bool = True,
+    try_others: bool = True,
 ) -> Appearance:
     """The look that explains all crops together.
 
@@ -66,7 +66,7 @@ def learn_appearance(
     model : the scene's radius and height, and typical values for the rest
     noise : standard deviation of a pixel [grey levels]
     trimmed : whether pixels that the stone does not reach are dropped from the crops
-    doubted : whether other looks are tried, and how far they misplace the stone
+    try_others : also fit other appearances, for their error of the place
     """
     sigma = np.maximum([3 * noise, 2 * noise, 2 * noise], MIN_NOISE)
     body = body_colour(crops, model)
@@ -89,7 +89,7 @@ def learn_appearance(
     prior = ShapePrior(typical=model)
     for every, rounds in REFINEMENTS:
         look = _refined(ordered, max(every, least), look, prior, rounds)
-    if not doubted:
+    if not try_others:
         return look
     again = _handle_sought_again(ordered, max(REFINED_AGAIN[0], spare), look, prior)
     if again is not None:
@@ -150,14 +150,16 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(expit(0.5 * ahead))
     if share < UNLIKELY_KIND:
-        return replace(rival.look, doubt=sight_doubt(others, rival, alike, typical=True))
-    doubt = sight_doubt(crops, fit, prior, typical=False)
+        return replace(
+            rival.look, uncertainty=sight_uncertainty(others, rival, alike, typical=True)
+        )
+    uncertainty = sight_uncertainty(crops, fit, prior, typical=False)
     if share > 1 - UNLIKELY_KIND:
-        return replace(look, doubt=doubt)
-    other = sight_doubt(others, rival, alike, typical=True)
+        return replace(look, uncertainty=uncertainty)
+    other = sight_uncertainty(others, rival, alike, typical=True)
     if share > 0.5:
-        return replace(look, doubt=doubt.mixed_with(other, 1 - share))
-    return replace(rival.look, doubt=other.mixed_with(doubt, share))
+        return replace(look, uncertainty=uncertainty.mixed_with(other, 1 - share))
+    return replace(rival.look, uncertainty=other.mixed_with(uncertainty, share))
 
 
 def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ProfileFit:

@@ -10,7 +10,7 @@ import numpy as np
 from curling_env.typing import Floats
 from friction_estimation.appearance.crops import Crop, total_misfit
 from friction_estimation.appearance.derivatives import picture_derivatives
-from friction_estimation.appearance.fit import Appearance, ShapeDoubt
+from friction_estimation.appearance.fit import Appearance, ShapeUncertainty
 from friction_estimation.appearance.kernels.fit_kernels import normal_equations
 from friction_estimation.appearance.prior import FreeShape, ShapePrior
 from friction_estimation.appearance.shape import PARTS
@@ -191,7 +191,7 @@ def _after_step(
     return replace(look, model=look.model.with_shape(moved), colours=colours)
 
 
-def shape_doubt(crops: Sequence[Crop], fit: ProfileFit) -> ShapeDoubt:
+def shape_uncertainty(crops: Sequence[Crop], fit: ProfileFit) -> ShapeUncertainty:
     """Return the misplacement of the stone in each crop by the uncertainty of shape and colours.
 
     Parameters
@@ -203,7 +203,7 @@ def shape_doubt(crops: Sequence[Crop], fit: ProfileFit) -> ShapeDoubt:
     covariance = np.linalg.inv(TRUE_WEIGHT * result + fit.equations.prior)
     sigma = np.sqrt(np.einsum("nip,pq,niq->ni", along[:, :2], covariance, along[:, :2]))
     places = np.array([crop.pose[:2] for crop in crops])
-    return ShapeDoubt(places=places, sigma=sigma, shift=np.zeros_like(places))
+    return ShapeUncertainty(places=places, sigma=sigma, shift=np.zeros_like(places))
 
 
 def _objective(crops: Sequence[Crop], look: Appearance, free: FreeShape) -> float:

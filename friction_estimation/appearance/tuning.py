@@ -102,7 +102,7 @@ REFINEMENTS = ((3, 8), (2, 8), (1, 20))
 """Stages of the fit: the step between the crops that are used, and the maximum number of rounds.
 Noise and headings are found again from all crops after each."""
 REFINED_WITH = 15
-"""Of twice as many crops or more, about this many are used in the last stage."""
+"""Approximate number of crops in the last stage, if there are twice that number or more."""
 REFINED_AGAIN = (3, 5)
 """The same for the look whose handle is sought again."""
 OTHER_HANDLE = 0.85

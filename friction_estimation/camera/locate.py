@@ -128,7 +128,7 @@ def camera_from_photo(
         height=height,
     )
     small, large = photo.solver(PHOTO_SIDE), photo.solver(WORKING_SIDE)
-    best = photo.likeliest(small)
+    best = photo.most_likely(small)
     # Paint that a small picture shows to a pixel is seen more closely in a larger one.
     whole = small.whole(best.refined, size)
     closer = large.followed(large.reduced_camera(whole.camera))
@@ -194,7 +194,7 @@ class _Photo:
             size=(grey.shape[1], grey.shape[0]),
         )
 
-    def likeliest(self, solver: PaintSolver) -> SolvedCamera:
+    def most_likely(self, solver: PaintSolver) -> SolvedCamera:
         """Return the best of several searches that all the paint agrees with.
 
         Raises
@@ -204,7 +204,7 @@ class _Photo:
         two = self.two(solver.scale)
         search = RoughSearch(solver.fit.grey, two, self.height)
         wide = [metres * two.px_per_metre for metres in PHOTO_SEARCHES]
-        best = solver.likeliest((search.best(seed), wide) for seed in range(PHOTO_TRIALS))
+        best = solver.most_likely((search.best(seed), wide) for seed in range(PHOTO_TRIALS))
         if best is None:
             raise InputError("no rings and hog line are found near what was clicked")
         if best.wrong:

@@ -160,7 +160,7 @@ def marked_camera(scene: Scene, size: tuple[int, int]) -> RefinedCamera:
 
 
 def _by_marks(scene: Scene, lens: Lens, free: FreeLens) -> tuple[float, RefinedCamera] | None:
-    """The likeliest camera by a scene's points and by what cameras are like.
+    """The most likely camera by a scene's points and the prior of cameras.
 
     Returns
     -------

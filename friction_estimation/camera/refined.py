@@ -63,7 +63,7 @@ class RefinedCamera:
         return [name for name, miss in self.misses_px.items() if miss > TOLERANCE_PX]
 
     @property
-    def height_doubt(self) -> float:
+    def height_uncertainty(self) -> float:
         """Standard error of the log height from pictures of stones; 0 without such a height."""
         if self.farther is None:
             return 0.0

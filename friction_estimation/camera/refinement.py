@@ -7,7 +7,7 @@ with. Clicked points, known parts of a lens and rough marks only differ in where
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import cv2
@@ -24,7 +24,11 @@ from friction_estimation.camera.markings import (
     markings_of,
 )
 from friction_estimation.camera.paint_fit import PaintFit
-from friction_estimation.camera.pose import cameras_from_points, trial_lenses
+from friction_estimation.camera.pose import (
+    NOTHING_MEASURED,
+    cameras_from_points,
+    trial_lenses,
+)
 from friction_estimation.camera.refined import (
     RefinedCamera,
     height_prior,
@@ -41,6 +45,7 @@ from friction_estimation.camera.tuning import (
     NARROW_SEARCHES_PX,
     SAME_MISFIT,
     SEARCHED_SIDE,
+    SPREAD_SIGMAS,
     WIDE_SEARCHES_PX,
     WORKING_SIDE,
 )
@@ -92,11 +97,11 @@ class PaintSolver:
     scale: Floats
     size: tuple[int, int]
 
-    def likeliest(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
-        """The likeliest of the cameras to which starts lead; None where none meets the paint.
+    def most_likely(self, starts: Iterable[tuple[Camera, Sequence[float]]]) -> SolvedCamera | None:
+        """The most likely camera to which the starts lead; None if none agrees with the paint.
 
         Marks in the wrong place may favour starts that lead astray, so that they are followed until
-        the likeliest camera that agrees with all of the paint is found twice.
+        the most likely camera that agrees with all of the paint is found twice.
 
         Parameters
         ----------
@@ -165,11 +170,8 @@ def refine(
     small = solver.reduced_camera(camera)
     share = min(1.0, max(small.size) / SEARCHED_SIDE)
     starts = _starts(small, solver.fit)
-    found = solver.likeliest(
-        (start, [share * radius for radius in searches])
-        for searches in WIDE_SEARCHES_PX
-        for start in starts
-    )
+    searches = [share * radius for radius in WIDE_SEARCHES_PX]
+    found = solver.most_likely((start, searches) for start in starts)
     return _agreeing(camera, solver, found)
 
 
@@ -312,8 +314,8 @@ def _agreeing(before: Camera, solver: PaintSolver, found: SolvedCamera | None) -
     return solver.whole(found.refined, before.size)
 
 
-def _starts(camera: Camera, fit: PaintFit) -> list[Camera]:
-    """Cameras to begin with, those that meet the points best first."""
+def _starts(camera: Camera, fit: PaintFit) -> Iterator[Camera]:
+    """Cameras to begin with: those that meet the points best, and others that marks leave open."""
     starts = [
         one
         for lens in trial_lenses(camera.lens, focal=fit.lens.focal, bends=fit.lens.bends)
@@ -321,4 +323,26 @@ def _starts(camera: Camera, fit: PaintFit) -> list[Camera]:
     ]
     starts.sort(key=lambda one: one[0])
     near = [found for rms_px, found in starts if rms_px < MAX_MISFIT * max(camera.size)]
-    return near[:MAX_STARTS]
+    yield from near[:MAX_STARTS]
+    for first in near[:1]:
+        step, lens = _loosest(first, fit)
+        yield from (first.moved(sigmas * step, lens) for sigmas in SPREAD_SIGMAS)
+
+
+def _loosest(camera: Camera, fit: PaintFit) -> tuple[Floats, FreeLens]:
+    """The step of a camera, one standard error of the marks, that moves the paint most.
+
+    Returns
+    -------
+    the step, and the parts of the lens that it moves
+    """
+    lens = replace(fit.lens, minor=False, axis=False)
+    covariance = fit.fit(camera, NOTHING_MEASURED, lens, 1.0).covariance
+    values, vectors = np.linalg.eigh(covariance)
+    ways = vectors * np.sqrt(np.maximum(values, 0.0))
+    points = np.column_stack([fit.markings.xy, np.zeros(len(fit.markings.xy))])
+    points = points[camera.sees(points)]
+    there, small = camera.project(points), 1e-2
+    moved = [(camera.moved(small * way, lens).project(points) - there).ravel() for way in ways.T]
+    effect = np.nan_to_num(np.stack(moved, axis=1))
+    return ways @ np.linalg.svd(effect, full_matrices=False)[2][0], lens

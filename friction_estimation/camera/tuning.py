@@ -77,8 +77,10 @@ OUTLIER_AT = 3.0
 """Residuals of this many times their scale count a quarter (Geman-McClure weights)."""
 NARROW_SEARCHES_PX = (4.0, 3.0, 2.0, 2.0, 2.0)
 """Search radius of each round once the camera is nearly right."""
-WIDE_SEARCHES_PX = ((16.0, 10.0, 6.0), (24.0, 14.0, 8.0, 6.0))
-"""Search radius of the rounds before, and of those where the first do not lead to the paint."""
+WIDE_SEARCHES_PX = (16.0, 10.0, 6.0)
+"""Search radius of the rounds before."""
+SPREAD_SIGMAS = (2.0, -2.0, 4.0, -4.0, 6.0, -6.0)
+"""Steps to other starts, along what marks leave open most [standard errors of the marks]."""
 SEARCHED_SIDE = 1280
 """Longer side of the pictures for which that is right; in smaller ones it is smaller [px]."""
 WORKING_SIDE = 1920

@@ -16,14 +16,14 @@ from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.candidates import card_of, way_of
 from friction_estimation.discovery.tuning import CLEARLY_CHANGED, LEAST_THROWS
 
-NO_HEADING = "No heading was measured, so nothing can be said of curl and of spin."
+NO_HEADING = "No heading was measured, so curl and spin remain unknown."
 ONE_WAY = (
-    "All throws went one way: a slope along the sheet cannot be told from friction until some come "
-    "back."
+    "All throws went one way: a slope along the sheet cannot be distinguished from friction until "
+    "some come back."
 )
 ONE_SPIN = (
-    "All stones turned the same way: curl cannot be told from a slope across the sheet until some "
-    "turn the other way."
+    "All stones turned the same way: curl cannot be distinguished from a slope across the sheet "
+    "until some turn the other way."
 )
 NO_SCENE = (
     "The lens was judged without the camera's scene: all lengths, and every size with them, may "

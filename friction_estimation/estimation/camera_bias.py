@@ -52,7 +52,7 @@ class CameraBias:
         if search.outcome == "none":
             return f"no bias of the camera; one of {1000 * search.seen_from:.1f} mm would show"
         return (
-            "a bias of the camera cannot be told from the ice: that needs "
+            "a bias of the camera cannot be distinguished from the ice: expected "
             f"{LEAST_THROWS} throws or more, both ways or at speeds further apart"
         )
 

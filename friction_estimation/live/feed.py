@@ -122,7 +122,7 @@ def open_feed(source: str) -> Feed:
     if not source.isdecimal():
         return Stream(source)
     if len(source) > 3:
-        raise InputError("is no number of a camera; the first is 0", source=f"camera {source[:20]}")
+        raise InputError("expected a camera index from 0 to 999", source=f"camera {source[:20]}")
     return Webcam(int(source))
 
 
@@ -154,18 +154,20 @@ class Stream:
             )
         except FFmpegError as error:
             raise InputError(
-                "gives no picture; is the address right, and does it send?", source=self._address
+                "sends no picture; expected the address of a running stream", source=self._address
             ) from error
         videos = film.streams.video
         codec: Any = videos[0].codec_context if videos else None  # None too where it is unknown
         if codec is None or not codec.width:
             film.close()
-            raise InputError("sends no picture that can be decoded", source=self._address)
+            raise InputError(
+                "sends no decodable picture; expected a video stream", source=self._address
+            )
         if codec.width * codec.height > limits.MAX_FRAME_PIXELS:
             film.close()
             raise InputError(
                 f"sends pictures of {codec.width} × {codec.height} pixels; "
-                f"{limits.MAX_FRAME_PIXELS // 10**6} million are read",
+                f"expected at most {limits.MAX_FRAME_PIXELS // 10**6} million",
                 source=self._address,
             )
         codec.options = {"max_pixels": str(limits.MAX_FRAME_PIXELS * 5 // 4)}
@@ -244,7 +246,8 @@ class Webcam:
         if None in seen:
             self._capture.release()
             raise InputError(
-                "gives no picture; is it connected, and free?", source=f"camera {number}"
+                "sends no picture; expected a connected camera that no other program uses",
+                source=f"camera {number}",
             )
         (first, frame), (second, _) = ((k[1], k[2]) for k in seen if k is not None)
         self._stamped = second > first > 0
@@ -308,7 +311,7 @@ class Webcam:
         self._capture.release()
 
     def _set(self, coder: Any) -> None:
-        """Set the encoder; every film needs the same settings, because its header tells them."""
+        """Set the encoder; every film needs the same settings, because its header states them."""
         coder.width, coder.height = self.size
         coder.pix_fmt, coder.time_base, coder.framerate = "yuv420p", MPEG4_TICK, round(self.fps)
         coder.bit_rate, coder.options = 80_000_000, FINEST_MPEG4

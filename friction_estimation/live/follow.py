@@ -267,7 +267,7 @@ def _estimate(
         found = estimate_ice(tracks, uniform=report is None)
     except CurlingError as error:
         too_short = isinstance(error, TrackTooShortError)
-        words = "the throws so far are too short to show it" if too_short else str(error)
+        words = "the throws are too short to show it yet" if too_short else str(error)
         return IceSoFar(throws=throws, words=words)
     if report is not None:
         write_report(found, report, stills, reload=reload_seconds, provenance=origin, units=units)

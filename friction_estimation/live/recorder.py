@@ -1,4 +1,4 @@
-"""Cuts a stream into films, from when something moves on the ice until all has been still."""
+"""Division of a stream into films, each from the first motion on the ice until all is still."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ class Recorder:
         return self.finish() if quiet or long else None
 
     def finish(self) -> Clip | None:
-        """End the film that is being recorded; None where nothing has moved in it."""
+        """End the film that is being recorded; None if nothing has moved in it."""
         if self._last_motion == -np.inf:
             return None
         first = self._kept[0]

@@ -127,7 +127,7 @@ def _next(report: dict[str, Any]) -> str:
     ]
     if not rows:
         return ""
-    head = ["", "throw", "removes of what is not known"]
+    head = ["", "throw", "removes of the uncertainty"]
     return (
         f"<h2>The next throws that would teach most</h2>{table(head, rows, kind=STACKED)}"
         "<p class=faint>Each in addition to those above it. Handles are a right-hander's.</p>"
@@ -171,7 +171,9 @@ def _open_questions(report: dict[str, Any]) -> list[str]:
     for effect in report["effects"]:
         proxies = ", ".join(readable(name) for name in effect["evidence"].get("proxies", []))
         if proxies:
-            items.append(f"Proxies that mend part of the unknown, none of them proved: {proxies}.")
+            items.append(
+                f"Proxies that explain part of the unknown, none of them proved: {proxies}."
+            )
     why = report["undecidable"]["why"]
     return [*items, f"{why[0].upper()}{why[1:]}"]
 

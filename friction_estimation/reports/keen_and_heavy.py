@@ -67,7 +67,7 @@ class Zone:
     def words(self) -> str:
         """Description of it, such as ``heavy, 2.1 % more friction``."""
         if self.relative is None:
-            return "nobody has thrown there"
+            return "no throw has passed there"
         if not self.stands_out:
             return "like the rest of the sheet"
         more = "more" if self.relative > 0 else "less"
@@ -131,7 +131,7 @@ def in_a_sentence(ice: Ice) -> str:
     whole = "; ".join(said) if said else "No part of the sheet stands out"
     unseen = sum(z.relative is None for z in parts)
     if unseen:
-        whole += f". Nobody has thrown on {unseen} of its {len(parts)} parts"
+        whole += f". No throw has passed {unseen} of its {len(parts)} parts"
     return f"{whole}."
 
 

@@ -59,11 +59,11 @@ class NextThrow(Struct, kw_only=True):
 
     @property
     def lesson(self) -> str:
-        """What it teaches most, in words."""
+        """Parameter that it measures best, in words."""
         if not self.teaches:
             return ""
         name, share = max(self.teaches.items(), key=lambda item: item[1])
-        return f"it removes {100 * share:.0f} % of what is not known of {readable(name)}"
+        return f"it removes {100 * share:.0f} % of the uncertainty of {readable(name)}"
 
 
 class Findings(Struct, kw_only=True):

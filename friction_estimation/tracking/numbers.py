@@ -23,7 +23,7 @@ JUMP_SIGMA = 1.0
 FASTEST = 5.0
 """Highest speed of a stone [m/s]."""
 
-LEAST_PACE = 0.05
+LEAST_SPEED = 0.05
 """A slower stone counts as resting in the association [m/s]."""
 
 # --- priors of the association --------------------------------------------------------------------
@@ -86,10 +86,10 @@ LINK_FITS = 5
 """Detections by which a path is led to a contact."""
 LINK_GATE = 20.0
 """A detection that misses a stone by more is not its own [squared standard errors]."""
-COLLISION_TRANSFER, COLLISION_DOUBT = 0.93, 0.3
+COLLISION_TRANSFER, COLLISION_SIGMA = 0.93, 0.3
 """Fraction of the approach speed transferred in a collision, and standard error of either velocity
 after it as a fraction of the speed."""
-REST_DOUBT = 0.05
+REST_SPEED_SIGMA = 0.05
 """Error of the place of a stone that seems to have stopped, per time [m/s]."""
 CONTACT_GATE = 0.1
 """Addition to the gate of a fit around a contact [m]."""
@@ -129,7 +129,7 @@ WALKING_SIGMA = 0.02
 UNUSUAL, HIT_RANGE, HALT_RANGE = 0.1, 1.0, 0.4
 """Share of stones that hit others or are hit, and of people who change their speed; ranges of the
 mean deceleration then [m/s²]."""
-WALKING_PACE, WALKING_PACE_SIGMA = 1.3, 0.35
+WALKING_SPEED, WALKING_SPEED_SIGMA = 1.3, 0.35
 """Mean and standard deviation of the speed of people who walk [m/s]."""
 PUSHED = 0.3
 """Gain of speed that no stone has that slides alone [m/s]."""
@@ -143,7 +143,7 @@ SHORT_SECONDS = 28.0
 LOOK_STEP = 0.4
 """Time between two looks at a long film, where key frames come so often [s]."""
 MAX_KEY_GAP = 1.05
-"""Where key frames are further apart, frames between them are decoded too [s]."""
+"""Longest gap between key frames without decoding frames in between [s]."""
 FINE_LINES = 800
 """Pictures are looked at in halves, quarters, ... until they have fewer lines."""
 
@@ -370,6 +370,6 @@ SUDDEN_LOSS = 0.35
 """A jump of the velocity that takes more speed is reported [m/s]..."""
 OUT_OF_HAND = 10.0
 """... from this way along the sheet on, where no hand is at the stone [m]."""
-SLOWING_AROUND, MOST_SLOWING = 1.2, 0.2
+DECELERATION_AROUND, MOST_DECELERATION = 1.2, 0.2
 """A stone that loses more speed in the first of these, before and after [s], than by the second
 [m/s²] does not slide on."""

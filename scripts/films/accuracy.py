@@ -6,11 +6,9 @@ NAME.scene.json and NAME.truth.json. Only the scoring reads the truth.
 
 from __future__ import annotations
 
-import json
 import shutil
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import av
 import cv2
@@ -22,7 +20,7 @@ from curling_env.infrastructure.files.table import read_table
 from curling_env.typing import Floats
 from films.render import COARSE, stream_of
 from friction_estimation import estimate_ice
-from friction_estimation.camera.scene import Scene, load_scene
+from friction_estimation.camera.scene import Scene, load_scene, save_scene
 from friction_estimation.tracking import track_film
 
 OUT_OF_HAND = 1.0
@@ -134,16 +132,17 @@ def coarse_copy(film: Path, folder: Path, lines: int) -> Path:
     lines : height of the copy's picture
     """
     camera = film.stem.rpartition("-")[0]
-    factors = _copied(film, folder / film.name, lines)
-    scene = json.loads((film.parent / f"{camera}.scene.json").read_text())
-    (folder / f"{camera}.scene.json").write_text(json.dumps(_scaled(scene, *factors)))
+    size, copied = _copied(film, folder / film.name, lines)
+    scene = load_scene(film.with_name(f"{camera}.scene.json"))
+    scene = replace(scene, picture_size=size, image_size=size).for_size(copied)
+    save_scene(scene, folder / f"{camera}.scene.json")
     for truth in (f"{camera}.truth.json", f"{film.stem}.truth.csv"):
         shutil.copyfile(film.parent / truth, folder / truth)
     return folder / film.name
 
 
-def _copied(film: Path, copy: Path, lines: int) -> tuple[float, float]:
-    """Write the copy of a film, and return the scale of its picture's width and height."""
+def _copied(film: Path, copy: Path, lines: int) -> tuple[tuple[int, int], tuple[int, int]]:
+    """Write the copy of a film, and return width and height of its pictures and of the copy's."""
     with av.open(str(film)) as source, av.open(str(copy), "w") as target:
         seen = source.streams.video[0]
         height = lines // 2 * 2
@@ -156,23 +155,4 @@ def _copied(film: Path, copy: Path, lines: int) -> tuple[float, float]:
             shown = av.VideoFrame.from_ndarray(small.astype(np.uint8), format="bgr24")
             target.mux(stream.encode(shown))
         target.mux(stream.encode(None))
-        return width / seen.width, height / seen.height
-
-
-def _scaled(scene: dict[str, Any], wider: float, higher: float) -> dict[str, Any]:
-    """Return the scene of a film in another size; pixels are counted from the middle of the
-    first.
-    """
-
-    def at(px: list[float]) -> list[float]:
-        return [(px[0] + 0.5) * wider - 0.5, (px[1] + 0.5) * higher - 0.5]
-
-    scene = dict(scene)
-    if "corners_px" in scene:
-        scene["corners_px"] = {name: at(px) for name, px in scene["corners_px"].items()}
-    if "points" in scene:
-        scene["points"] = [point | {"px": at(point["px"])} for point in scene["points"]]
-    (fx, _, u), (_, fy, v), last = scene["camera_matrix"]
-    u, v = at([u, v])
-    scene["camera_matrix"] = [[fx * wider, 0.0, u], [0.0, fy * higher, v], last]
-    return scene
+        return (seen.width, seen.height), (width, height)

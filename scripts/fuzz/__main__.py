@@ -47,15 +47,15 @@ SHRINKING = 20.0
 
 def main() -> int:
     options = argparse.ArgumentParser(prog="fuzz", description=__doc__)
-    options.add_argument("--minutes", type=float, default=1e9, help="end after this time")
-    options.add_argument("--inputs", type=int, default=10**9, help="end after this number")
-    options.add_argument("--seed", type=int, default=None, help="fixed: the same inputs again")
-    options.add_argument("--light", action="store_true", help="without what takes seconds a run")
+    options.add_argument("--minutes", type=float, default=1e9, help="maximum time [min]")
+    options.add_argument("--inputs", type=int, default=10**9, help="maximum number of inputs")
+    options.add_argument("--seed", type=int, default=None, help="repeat the inputs of this seed")
+    options.add_argument("--light", action="store_true", help="exclude slow targets")
     options.add_argument("--only", default="", help="part of a target's name")
     options.add_argument("--kinds", nargs="*", default=[], choices=KINDS, help="kinds of faults")
-    options.add_argument("--keep", type=Path, default=Path("../runs/fuzz"), help="for the report")
+    options.add_argument("--keep", type=Path, default=Path("../runs/fuzz"), help="folder")
     chosen = options.parse_args()
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # what was made is cleared away
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # temporary files are removed
     if chosen.seed is None:
         chosen.seed = random.SystemRandom().randrange(2**32)
     found = Fuzzer(chosen).run()
@@ -130,16 +130,16 @@ class Fuzzer:
         good = make_good_files(folder, light=light)
         sides = wire.sides()
         self.given = readers() | {
-            f"{side} {k}": lambda path, said=said: said.give(path.read_bytes())
+            f"{side} {k}": lambda path, sent=sent: sent.give(path.read_bytes())
             for side, messages in sides.items()
-            for k, said in enumerate(messages)
+            for k, sent in enumerate(messages)
         }
         club = app.make_club(self.place / "club", good["t.csv"], good["throws.csv"])
         asked = app.requests()
         self.given |= dict.fromkeys(
             (f"app {k}" for k in range(len(asked))), lambda path: app.answered(club, path)
         )
-        messages = {side: [said.message for said in of] for side, of in sides.items()}
+        messages = {side: [sent.message for sent in of] for side, of in sides.items()}
         only = self.chosen.only
         messages = {side: of for side, of in (messages | {"app": asked}).items() if only in side}
         targets = [k for k in make_targets(good, light=light) if only in k.name]

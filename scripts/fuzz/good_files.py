@@ -106,11 +106,11 @@ def _curling(folder: Path, line: str) -> None:
     from curling_env.commands.cli import main
 
     words = [word.replace("@", f"{folder}/") for word in line.split()]
-    said = io.StringIO()
-    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(said):
+    errors = io.StringIO()
+    with contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(errors):
         status = main(words)
     if status:
-        raise RuntimeError(f"{line}: {said.getvalue()}")
+        raise RuntimeError(f"{line}: {errors.getvalue()}")
 
 
 def _ices_and_throws(folder: Path) -> None:

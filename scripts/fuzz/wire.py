@@ -49,14 +49,14 @@ DRAW = ShotMessage(velocity=Point(0.13, 2.39), rotation="ccw")
 NAMES = {"team0": "home", "team1": "away"}
 
 
-class Said(NamedTuple):
+class Message(NamedTuple):
     """Message and its recipient; each process sends one message."""
 
     message: bytes
     give: Callable[[bytes], object]
 
 
-def sides() -> dict[str, list[Said]]:
+def sides() -> dict[str, list[Message]]:
     """Return the messages to each side."""
     return {
         "client of version 3": client_of_version_3(),
@@ -83,19 +83,19 @@ def played(rules: str) -> Iterator[HostedGame]:
 # --- version 3 ------------------------------------------------------------------------------------
 
 
-def client_of_version_3() -> list[Said]:
+def client_of_version_3() -> list[Message]:
     """Return messages of a server to a client."""
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
-    said: list[dict[str, Any]] = [
+    messages: list[dict[str, Any]] = [
         hosting.greeting,
         {"cmd": "is_ready", "team": "team0", "game": hosting.setting.announcement},
         {"cmd": "new_game", "name": NAMES},
         *(game.update for game in played("digital_curling")),
         {"cmd": "game_over"},
     ]
-    client, found = Client(DrawPlayer()), list[Said]()
-    for line in map(write_line, said):
-        found.append(Said(line, partial(_answer, copy.deepcopy(client))))
+    client, found = Client(DrawPlayer()), list[Message]()
+    for line in map(write_line, messages):
+        found.append(Message(line, partial(_answer, copy.deepcopy(client))))
         client.answer(from_server(line))
     return found
 
@@ -107,7 +107,7 @@ def _answer(client: Client, line: bytes) -> None:
         write_line(reply)
 
 
-def host_of_version_3() -> list[Said]:
+def host_of_version_3() -> list[Message]:
     """Return messages of clients to a host: names, readiness and moves."""
     hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
     ready = [{"cmd": "dc_ok", "name": "home"}, {"cmd": "ready_ok", "player_order": [3, 1, 0, 2]}]
@@ -124,9 +124,9 @@ def host_of_version_3() -> list[Said]:
             game.shoot(move, 1.0)
 
     return [
-        Said(lines[0], lambda line: asyncio.run(_get_ready(hosting, [line, lines[1]]))),
-        Said(lines[1], lambda line: asyncio.run(_get_ready(hosting, [lines[0], line]))),
-        *(Said(write_line(move), play) for move in [*moves, moves[0], moves[0]]),
+        Message(lines[0], lambda line: asyncio.run(_get_ready(hosting, [line, lines[1]]))),
+        Message(lines[1], lambda line: asyncio.run(_get_ready(hosting, [lines[0], line]))),
+        *(Message(write_line(move), play) for move in [*moves, moves[0], moves[0]]),
     ]
 
 
@@ -169,12 +169,12 @@ class _Served(Connection4):
         return io.BytesIO(self.stream if data is None else b"null")
 
 
-def client_of_version_4() -> list[Said]:
+def client_of_version_4() -> list[Message]:
     """Events that a server sends to a client: of fours and of mixed doubles."""
     place = Place4(
         url="http://127.0.0.1:9", match_id="x", team="team0", user="anna", password="secret"
     )
-    found: list[Said] = []
+    found: list[Message] = []
     for rules in (FOURS, DOUBLES):
         client, reader = Client(DrawPlayer(), rule_name=rules), Reader4()
         hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1))
@@ -186,7 +186,7 @@ def client_of_version_4() -> list[Said]:
             state = state_of(game.update, game.names, **more)
             event = b"event: latest_state_update\r\ndata: " + json.dumps(state).encode() + b"\n\n"
             take = partial(_take, copy.deepcopy(client), copy.deepcopy(reader), place)
-            found.append(Said(event, take))
+            found.append(Message(event, take))
             _take(client, reader, place, event)
     return found
 
@@ -198,12 +198,12 @@ def _take(client: Client, reader: Reader4, place: Place4, stream: bytes) -> None
         answer_state(connection, client, reader, state, is_latest)
 
 
-def host_of_version_4() -> list[Said]:
+def host_of_version_4() -> list[Message]:
     """Requests to a host in the middle of a game."""
     token = base64.b64encode(b"anna:correct horse").decode()
     team = msgspec.json.encode(Team4("home"))
     shot = msgspec.json.encode(shot_of(DRAW))
-    found: list[Said] = []
+    found: list[Message] = []
     for rules in (FOURS, DOUBLES):
         hosting = Hosting(HostSetting(ice=load_ice("fcv1"), ends=1, rule_name=rules))
         game = next(played(rules))
@@ -221,7 +221,7 @@ def host_of_version_4() -> list[Said]:
         )
         headers = {"Host": "127.0.0.1", "Authorization": f"Basic {token}"}
         found += [
-            Said(request(method, path, headers, body), partial(_ask, hosting, game))
+            Message(request(method, path, headers, body), partial(_ask, hosting, game))
             for method, path, body in asked
         ]
     return found
@@ -240,7 +240,7 @@ def _ask(hosting: Hosting, game: HostedGame, message: bytes) -> None:
         hosting.game = game
         match = Match4(hosting, set(Team))
         match.users["anna"] = game.to_throw
-        waiting = asyncio.create_task(match.decision(game.to_throw, 5.0))
+        waiting = asyncio.create_task(match.shot.of(game.to_throw, 5.0))
         await asyncio.sleep(0)
         status = await answer(application(match, PASSWORDS), message)
         await asyncio.sleep(0)

@@ -199,7 +199,7 @@ def speed() -> dict[str, float]:
 
 
 def live() -> dict[str, float]:
-    """Delays of live tracking of three draws in 1080p50, which are sent at the speed of life."""
+    """Delays of live tracking of three draws in 1080p50, sent in real time."""
     after, missing = delays(make_directory(FILMS / "live"))
     return {"after": float(np.median(after)), "missing": missing}
 

@@ -22,7 +22,6 @@ from measures.hidden_ice import (
     draw_hidden_ice,
     mixed_practice,
     noisy_track,
-    run_stone,
 )
 
 KNOWLEDGE = ("uniform", "map", "map and effects", "truth")
@@ -146,7 +145,7 @@ def misses(hidden: HiddenIce, assumed: Ice, planned: Plan, errors: Floats) -> Fl
             x=throw.x,
         ).release(planned.direction)
         if planned.objective.comes_to_rest:
-            off = run_stone(hidden, made)[-1, 1:3] - planned.target
+            off = hidden.path(made)[-1, :2] - planned.target
             found.append(min(float(np.hypot(*off)), MAX_MISS))
         else:
             found.append(_distance_beside(hidden, assumed, made, planned))
@@ -159,10 +158,10 @@ def _distance_beside(hidden: HiddenIce, assumed: Ice, release: Release, planned:
     For a throw that stops before it, the whole distance to the stone.
     """
     height = float(planned.target[1]) * planned.direction
-    path = run_stone(hidden, release)
-    along = planned.direction * path[:, 2]
+    path = hidden.path(release)
+    along = planned.direction * path[:, 1]
     if along[-1] < height:
-        return float(np.hypot(*(path[-1, 1:3] - planned.target)))
+        return float(np.hypot(*(path[-1, :2] - planned.target)))
     line = slide(
         assumed,
         planned.best.throw.release(planned.direction),
@@ -170,5 +169,5 @@ def _distance_beside(hidden: HiddenIce, assumed: Ice, release: Release, planned:
         fps=50,
     ).trajectory
     assert line is not None  # a rate was given
-    x = np.interp(height, along, path[:, 1])
+    x = np.interp(height, along, path[:, 0])
     return float(abs(x - np.interp(height, planned.direction * line.xy[:, 1], line.xy[:, 0])))

@@ -26,7 +26,7 @@ from measures.engines import (
     off_server,
     random_shots,
 )
-from measures.hidden_ice import HiddenIce, run_stone
+from measures.hidden_ice import draw_hidden_ice
 
 MEASURES = (
     *("laws", "recorded", "rests", "reference", "engines", "vector_ends"),
@@ -181,11 +181,11 @@ def _draws(rng: np.random.Generator) -> list[Release]:
 
 def speed() -> dict[str, float]:
     """Compare throws of the batch, per second, with those of a plain loop of fixed steps."""
-    ice = HiddenIce(mu=0.0082, waves=np.array([[0.04, 1.0, 0.3, 0.0]]), exponent=0.25, curl=0.0082)
+    ice = draw_hidden_ice(np.random.default_rng(0))
     draw = Throw(speed=2.09, angle=0.05, spin=-1.5).release()
 
     def plain(release: Release = draw) -> int:
-        run_stone(ice, release)
+        ice.path(release)
         return 1
 
     loop = benchmarks.rate(plain)

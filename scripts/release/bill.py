@@ -164,8 +164,8 @@ def bundled_in(distribution: metadata.Distribution) -> list[dict[str, str]]:
         if match := BUNDLED.search(str(file)):
             own = SELF_DESCRIBED.search(Path(str(file.locate())).read_bytes())
             name, version = match[1], match[3] or match[2] or ""
-            said = own[1].decode("ascii", "replace") if own else ""
-            found[name, version] = {"name": name, "version": version, "stated": said}
+            stated = own[1].decode("ascii", "replace") if own else ""
+            found[name, version] = {"name": name, "version": version, "stated": stated}
     return [found[key] for key in sorted(found)]
 
 

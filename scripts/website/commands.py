@@ -58,6 +58,6 @@ def _contents(helps: dict[str, str]) -> str:
 
 def _summary(text: str) -> str:
     """Return the first sentence below the usage."""
-    said = text.split("\n\n", 2)[1]
-    sentence = " ".join(line.strip() for line in said.splitlines())
+    summary = text.split("\n\n", 2)[1]
+    sentence = " ".join(line.strip() for line in summary.splitlines())
     return sentence.split(". ")[0].rstrip(".") + "."

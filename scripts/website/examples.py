@@ -55,12 +55,12 @@ def examples(page: str) -> Iterator[Example]:
         if language.startswith("{"):
             continue
         remark = _REMARK.search(page[: found.start()].rstrip() + "\n")
-        said = {remark[1]: remark[2]} if remark else {}
+        options = {remark[1]: remark[2]} if remark else {}
         named = _NAMED.match(text) if language == "python" else None
         yield Example(
             line=page.count("\n", 0, found.start()) + 2,
             language=language,
             text=text,
-            file=said.get("file", named[1] if named else ""),
-            not_run=said.get("not run", ""),
+            file=options.get("file", named[1] if named else ""),
+            not_run=options.get("not run", ""),
         )

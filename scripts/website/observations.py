@@ -61,9 +61,9 @@ def rows(names: tuple[str, ...]) -> Iterator[tuple[int, int, str, str]]:
 def _meaning(name: str) -> tuple[re.Pattern[str], str]:
     for pattern, meaning in MEANINGS.items():
         if found := re.fullmatch(pattern, name):
-            said = meaning(found) if callable(meaning) else meaning
+            text = meaning(found) if callable(meaning) else meaning
             kind = pattern if "(?P<effect>" not in pattern else re.escape(name)
-            return re.compile(kind), said
+            return re.compile(kind), text
     raise KeyError(f"no meaning for {name!r} of an observation")
 
 
@@ -73,11 +73,11 @@ def _parameter(found: re.Match[str]) -> str:
     from curling_env.physics.effects import catalogue
 
     effect, parameter = found["effect"], found["parameter"]
-    said = next(p for p in catalogue()[effect].parameters if p.name == parameter)
+    card = next(p for p in catalogue()[effect].parameters if p.name == parameter)
     scales = {(c.name, p.name): scale for c, p, scale in observed_parameters()}
     scale = scales[effect, parameter]
-    unit = "" if said.unit == "1" else f" {said.unit}"
-    return f"[{effect}](../effects/{effect}.md): {said.meaning}; {scale:g}{unit} counts 1"
+    unit = "" if card.unit == "1" else f" {card.unit}"
+    return f"[{effect}](../effects/{effect}.md): {card.meaning}; {scale:g}{unit} counts 1"
 
 
 def _of_stone(_: re.Match[str]) -> str:

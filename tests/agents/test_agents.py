@@ -21,8 +21,8 @@ def test_importing_the_package_imports_no_learning_library() -> None:
     code = (
         f"import sys, agents; agents.plan_throw; print([m for m in {heavy!r} if m in sys.modules])"
     )
-    said = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert said.stdout.strip() == "[]"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
 
 
 def test_every_public_name_is_there_and_documented() -> None:

@@ -69,7 +69,7 @@ def test_one_error_and_many_have_the_same_distribution():
 
 
 @pytest.mark.parametrize(
-    ("given", "said"),
+    ("given", "message"),
     [
         ({"tails": 2.0}, "tails must be above 2"),
         ({"tails": math.nan}, "tails"),
@@ -78,6 +78,6 @@ def test_one_error_and_many_have_the_same_distribution():
         ({"sigma_angle": -1.0}, "sigma_angle"),
     ],
 )
-def test_an_invalid_distribution_is_refused(given, said):
-    with pytest.raises(InputError, match=said):
+def test_an_invalid_distribution_is_refused(given, message):
+    with pytest.raises(InputError, match=message):
         Skill(name="own", **(SIGMA | given))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import shutil
 from pathlib import Path
 
 import baselines
@@ -64,6 +65,14 @@ DOCS = Path(__file__).parents[2] / baselines.RELEASED
 @pytest.mark.parametrize("path", sorted(DOCS.glob("[!c]*.json")), ids=lambda path: path.stem)
 def test_released_rows_are_complete(path):
     assert shortcomings(read_row(path)) == []
+
+
+def test_a_release_keeps_the_rows_that_were_not_run_again(small):
+    folder = small / baselines.RELEASED
+    shutil.copytree(DOCS, folder)
+    baselines.release()
+    for name in ("curves.csv", "configurations.json", "ppo.json"):
+        assert (folder / name).read_bytes() == (DOCS / name).read_bytes()
 
 
 @pytest.mark.parametrize(("name", "task"), [("sac", "guard"), ("ppo", "draw-blind")])

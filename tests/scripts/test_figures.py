@@ -72,13 +72,13 @@ def test_the_quick_set_of_each_group_takes_ten_minutes_of_two_cores_at_most():
 
 
 @pytest.mark.parametrize(
-    ("recorded", "status", "said"),
+    ("recorded", "status", "output"),
     [(2.05, 0, "2 same"), (2.5, 0, "better"), (1.5, 1, "worse")],
 )
-def test_changed_figures_are_listed_and_worse_ones_fail(project, capsys, recorded, status, said):
+def test_changed_figures_are_listed_and_worse_ones_fail(project, capsys, recorded, status, output):
     project(area=recorded)
     assert check("app") == status
-    assert said in capsys.readouterr().out
+    assert output in capsys.readouterr().out
 
 
 def test_a_command_that_fails_or_lacks_a_figure_fails_with_its_reason(project, capsys):
@@ -98,9 +98,9 @@ def test_figures_with_missing_files_are_skipped_and_reported(project, capsys):
     rows[1] |= {"command": rows[1]["command"] + " again", "needs": ""}
     figures.FIGURES.write_text(json.dumps(rows))
     assert check() == 0
-    said = capsys.readouterr().out
-    assert "not measured: figures that need films" in said
-    assert "1 figures: 1 same" in said
+    output = capsys.readouterr().out
+    assert "not measured: figures that need films" in output
+    assert "1 figures: 1 same" in output
     (figures.ROOT / "films").mkdir()
     assert check() == 0
     assert "2 figures: 2 same" in capsys.readouterr().out

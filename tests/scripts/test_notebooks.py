@@ -40,11 +40,11 @@ def test_the_cheapest_one_runs_and_finds_the_hidden_effect(monkeypatch, tmp_path
         kernel_name="python3",
         resources={"metadata": {"path": str(tmp_path)}},
     )
-    said = "".join(
+    text = "".join(
         output.get("text", "")
         for cell in client.execute().cells
         for output in cell.get("outputs", ())
     )
-    assert "The model lacks a slope of the ice" in said
-    assert "slope.y = 3.0" in said
-    assert "Nothing is missing" in said
+    assert "The model lacks a slope of the ice" in text
+    assert "slope.y = 3.0" in text
+    assert "Nothing is missing" in text

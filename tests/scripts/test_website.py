@@ -40,7 +40,7 @@ def test_dates_and_percentages_in_tables_are_not_broken():
 
 
 def test_a_docstring_becomes_fields():
-    said = field_list(
+    fields = field_list(
         [
             "Find *it* in `a_place`.",
             "",
@@ -59,7 +59,7 @@ def test_a_docstring_becomes_fields():
             "InputError : nothing there",
         ]
     )
-    assert [line for line in said if line] == [
+    assert [line for line in fields if line] == [
         r"Find \*it\* in `a_place`.",
         r":param x,\ y: place [m], sheet frame",
         r":param \*\*more: of the kind a\_b",

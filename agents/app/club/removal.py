@@ -8,14 +8,13 @@ from __future__ import annotations
 
 import datetime
 import shutil
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Literal
 
 from agents.app.club.club import PLAYABLE, Club
 from agents.app.club.database import row_of, rows_of
+from agents.app.club.films import DRAFT
 from agents.app.club.records import Film, Session
 from agents.app.club.session_files import finish_files, part_path
 
@@ -110,20 +109,14 @@ def delete_for_good(club: Club, kind: Kind, number: int) -> None:
 
 
 def _delete_files(club: Club, session: Session, film: Film) -> None:
-    """A film's file, if it was sent here, its copy, and what was found in it."""
-    part = part_path(club, session, film)
-    copy = club.path(f"{PLAYABLE}/film-{film.id}.mp4")
-    for path in (part, part.with_suffix(".json"), copy, *_own_file(club, session, film)):
+    """Delete what was found in a film, its copy, and the film if it was sent here."""
+    part, path = part_path(club, session, film), club.path(film.file)
+    paths = [part, part.with_suffix(".json"), club.path(f"{PLAYABLE}/film-{film.id}.mp4")]
+    if path.is_relative_to(club.folder_of(session)):  # a film elsewhere is the user's
+        paths += [path, path.with_name(path.name + DRAFT)]
+    for one in paths:
         with suppress(OSError):
-            path.unlink(missing_ok=True)
-
-
-def _own_file(club: Club, session: Session, film: Film) -> Iterator[Path]:
-    """Yield the file of a film in its session's folder; a file elsewhere belongs to the user."""
-    path = club.path(film.file)
-    if path.is_relative_to(club.folder_of(session)):
-        yield path
-        yield path.with_name(path.name + ".part")
+            one.unlink(missing_ok=True)
 
 
 def _mark(club: Club, kind: Kind, number: int, when: str | None) -> None:

@@ -7,21 +7,15 @@ from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 from starlette.routing import Route
 
-from agents.app.club.records import State
 from agents.app.pages import Screen, club_of, page, session_of
 from agents.app.views.hands import hands_of
 from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
-from agents.app.work.jobs import REPORT, latest, submit
+from agents.app.work.jobs import REPORT, requested
 from agents.app.work.report import report_path
 
-POLICY = "; ".join(
-    [
-        "default-src 'none'",
-        "style-src 'unsafe-inline'",
-        "img-src data:",
-        "media-src data:",
-        "frame-ancestors 'none'",
-    ]
+POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; media-src data:; "
+    "frame-ancestors 'none'"
 )
 """Content security policy of a report: it holds all that it shows."""
 
@@ -62,10 +56,7 @@ def report(request: Request) -> Response:
         raise HTTPException(404, "There is no such athlete.")
     path = report_path(club, session, athlete)
     if not path.exists():
-        job = latest(club, REPORT, session, str(number))
-        if job is None or job.state is State.DONE:
-            job = submit(club, REPORT, session, str(number))
-        raise ComingError([job])
+        raise ComingError([requested(club, REPORT, session, str(number))])
     kind = "attachment" if "save" in request.query_params else "inline"
     return FileResponse(
         path,
@@ -76,12 +67,5 @@ def report(request: Request) -> Response:
     )
 
 
-SCREEN = Screen(
-    name="athletes",
-    title="Athletes",
-    routes=[
-        Route("/athletes", show),
-        Route("/athletes/{session:int}", show),
-        Route("/athletes/{session:int}/{athlete:int}/report", report),
-    ],
-)
+REPORT_ADDRESS = Route("/athletes/{session:int}/{athlete:int}/report", report)
+SCREEN = Screen("athletes", "Athletes", show, [REPORT_ADDRESS])

@@ -8,17 +8,18 @@ import numpy as np
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from agents.app.club import Club, Session
 from agents.app.pages import Screen, club_of, number_in, page, session_of
 from agents.app.sheet.choices import centre_of_session
+from agents.app.sheet.forms import rounded
 from agents.app.sheet.ice_sheet import compared_in_words
 from agents.app.work.causes import believed_ice, causes_of, earlier_sessions
 from agents.coaching import Pattern, ThrowCauses
 from agents.coaching.in_words import CAUSE_WORDS, offset, part_in_words
 from agents.coaching.misses.causes import CAUSES, INTERVAL, Cause
 from curling_env.sheet import Direction, to_sheet
+from curling_env.typing import Floats
 
 LEADS = {
     **{cause: f"Most was lost by the {cause}" for cause in ("weight", "line", "rotation")},
@@ -146,7 +147,10 @@ def _pattern(pattern: Pattern | None) -> dict[str, Any] | None:
 
 def _picture(one: ThrowCauses) -> dict[str, Any]:
     """The way from the target to the rest, cause by cause, sheet frame."""
-    direction = Direction.AWAY
+
+    def on_sheet(place: Floats) -> list[float]:
+        return rounded(to_sheet(place, Direction.AWAY))
+
     place = one.target.copy()
     steps: list[dict[str, Any]] = []
     for cause in CAUSES:
@@ -154,25 +158,11 @@ def _picture(one: ThrowCauses) -> dict[str, Any]:
         if part is None:
             continue
         after = place + np.array([part.right.value, part.past.value])
-        ends = [to_sheet(place, direction), to_sheet(after, direction)]
-        steps.append(
-            {
-                "kind": f"cause {cause}",
-                "x": [round(float(end[0]), 3) for end in ends],
-                "y": [round(float(end[1]), 3) for end in ends],
-            }
-        )
+        x, y = zip(on_sheet(place), on_sheet(after), strict=True)
+        steps.append({"kind": f"cause {cause}", "x": x, "y": y})
         place = after
-    target, rest = (to_sheet(xy, direction) for xy in (one.target, one.rest))
-    return {
-        "steps": steps,
-        "target": {"x": round(float(target[0]), 3), "y": round(float(target[1]), 3)},
-        "rest": {"x": round(float(rest[0]), 3), "y": round(float(rest[1]), 3)},
-    }
+    target, rest = (dict(zip("xy", on_sheet(k), strict=True)) for k in (one.target, one.rest))
+    return {"steps": steps, "target": target, "rest": rest}
 
 
-SCREEN = Screen(
-    name="hand-or-ice",
-    title="Hand or ice?",
-    routes=[Route("/hand-or-ice", show), Route("/hand-or-ice/{session:int}", show)],
-)
+SCREEN = Screen("hand-or-ice", "Hand or ice?", show)

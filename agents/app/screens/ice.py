@@ -5,7 +5,6 @@ from __future__ import annotations
 from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from agents.app.club import Club, Session
 from agents.app.club.club import digest_of_file
@@ -15,6 +14,7 @@ from agents.app.screens.practice import CONDITIONS
 from agents.app.sheet.choices import centre_of_session, findings_of, ice_of, season_of
 from agents.app.sheet.ice_sheet import LANE_NAMES, MOSTLY_SEEN, EarlierIce, ice_document
 from agents.app.sheet.measured_ice import change_of_weight, curl_map
+from agents.app.work.causes import earlier_sessions
 from agents.app.work.jobs import running
 from curling_env.errors import InputError
 
@@ -83,10 +83,7 @@ def show(request: Request) -> Response:
 def _earlier(club: Club, session: Session) -> list[EarlierIce]:
     """The ices of earlier sessions on the same sheet, the latest first."""
     found: list[EarlierIce] = []
-    for other in club.sessions():
-        is_before = (other.day, other.id) < (session.day, session.id)
-        if not is_before or other.sheet != session.sheet or len(found) == MOST_EARLIER:
-            continue
+    for other in earlier_sessions(club, session)[:MOST_EARLIER]:
         try:
             ice = ice_of(club, other)
         except InputError:
@@ -97,8 +94,4 @@ def _earlier(club: Club, session: Session) -> list[EarlierIce]:
     return found
 
 
-SCREEN = Screen(
-    name="ice",
-    title="Ice",
-    routes=[Route("/ice", show), Route("/ice/{session:int}", show)],
-)
+SCREEN = Screen("ice", "Ice", show)

@@ -343,10 +343,10 @@ def _end_work(request: Request, number: int, kind: str) -> None:
 
 
 SCREEN = Screen(
-    name="practice",
-    title="Practice",
-    routes=[
-        Route("/practice", show),
+    "practice",
+    "Practice",
+    show,
+    [
         Route("/practice", begin, methods=["POST"]),
         Route("/practice/films/{film:int}", receive_piece, methods=["PUT"]),
         Route("/practice/work/{job:int}/again", work_again, methods=["POST"]),
@@ -354,7 +354,6 @@ SCREEN = Screen(
         Route("/practice/films/{film:int}/again", again, methods=["POST"]),
         Route("/practice/work/{job:int}/cancel", cancel, methods=["POST"]),
         Route("/practice/rename", rename, methods=["POST"]),
-        Route("/practice/{session:int}", show),
         Route("/practice/{session:int}/films", announce_film, methods=["POST"]),
         Route("/practice/{session:int}/events", watch),
         *(Route(f"/practice/{{session:int}}/{deed}", do, methods=["POST"]) for deed in DEEDS),

@@ -13,7 +13,7 @@ from agents.app.screens.throws import entry_of, reading_of
 from agents.app.views.progress import state_of
 from agents.app.views.throws import ELSEWHERE, HIT, POINTS, leaderboard, sheets_of
 from agents.app.work.jobs import running
-from agents.coaching.calls import with_units
+from agents.coaching.calls import shown_call, typed_call
 from curling_env.errors import InputError
 
 LONGEST = 300
@@ -50,6 +50,7 @@ def show(request: Request) -> Response:
         ),
         drills=drills,
         chosen=chosen,
+        drill=shown_call(session.drill),
         rules=(POINTS, ELSEWHERE, HIT),
     )
 
@@ -59,7 +60,7 @@ async def plan(request: Request) -> Response:
     club, session, form = club_of(request), session_of(request), await form_of(request)
     assert session is not None  # the address names one
     names = [" ".join(name.split()) for name in form.get("lineup", "").split(",")]
-    lineup, drill = ", ".join(filter(None, names)), with_units(form.get("drill", ""))
+    lineup, drill = ", ".join(filter(None, names)), typed_call(form.get("drill", ""))
     if max(len(lineup), len(drill)) > LONGEST:
         raise InputError(f"at most {LONGEST} letters are kept")
     with club.database.writing() as connection:
@@ -69,12 +70,5 @@ async def plan(request: Request) -> Response:
     return go_to(request, f"rink/{session.id}")
 
 
-SCREEN = Screen(
-    name="rink",
-    title="At the rink",
-    routes=[
-        Route("/rink", show),
-        Route("/rink/{session:int}", show),
-        Route("/rink/{session:int}", plan, methods=["POST"]),
-    ],
-)
+PLAN = Route("/rink/{session:int}", plan, methods=["POST"])
+SCREEN = Screen("rink", "At the rink", show, [PLAN])

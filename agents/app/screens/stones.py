@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from starlette.requests import Request
 from starlette.responses import Response
-from starlette.routing import Route
 
 from agents.app.pages import Screen, club_of, page, session_of
 from agents.app.work.causes import believed_ice, causes_of
@@ -44,8 +43,4 @@ def show(request: Request) -> Response:
     )
 
 
-SCREEN = Screen(
-    name="stones",
-    title="Stones",
-    routes=[Route("/stones", show), Route("/stones/{session:int}", show)],
-)
+SCREEN = Screen("stones", "Stones", show)

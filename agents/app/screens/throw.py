@@ -168,11 +168,10 @@ def _answering(
 
 
 SCREEN = Screen(
-    name="throw",
-    title="Throw",
-    routes=[
-        Route("/throw", show),
-        Route("/throw/{session:int}", show),
+    "throw",
+    "Throw",
+    show,
+    [
         Route("/throw/{kind}/{number:int}/forget", forget, methods=["POST"]),
         *(
             Route(f"/throw/{name}", _answering(answer), methods=["POST"])

@@ -16,7 +16,7 @@ from starlette.routing import Route
 from agents.app.club import Club, Session, Throw
 from agents.app.club.club import changed, named_row
 from agents.app.club.films import has_other_marks
-from agents.app.club.records import Hand, State
+from agents.app.club.records import Hand
 from agents.app.club.session_files import SWEPT, finish_files, note_change
 from agents.app.club.targets import with_places
 from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of
@@ -25,9 +25,9 @@ from agents.app.views.progress import in_words
 from agents.app.views.throws import COLUMNS, sheets_of, throw_numbers
 from agents.app.work.causes import ComingError
 from agents.app.work.film_copy import copy_of
-from agents.app.work.jobs import COPY, MEASURE, latest, running, submit
+from agents.app.work.jobs import COPY, MEASURE, requested, running, submit
 from agents.coaching import ThrowSheet, read_call
-from agents.coaching.calls import call_error, with_units
+from agents.coaching.calls import call_error, shown_call, typed_call
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
@@ -59,8 +59,13 @@ def show(request: Request) -> Response:
     sheets = {sheet.throw: sheet for sheet in sheets_of(club, session)}
     chosen = request.query_params.get("athlete", "")
     rows = [
-        {"throw": one, "sheet": sheets[one.number], "numbers": throw_numbers(sheets[one.number])}
-        for one in throws
+        {
+            "throw": one,
+            "sheet": sheets[one.number],
+            "numbers": throw_numbers(sheets[one.number]),
+            "entry": entry,
+        }
+        for one, entry in zip(throws, entries_of(club, throws), strict=True)
         if one.number in sheets and chosen in ("", sheets[one.number].athlete)
     ]
     athletes = sorted({sheet.athlete for sheet in sheets.values() if sheet.athlete})
@@ -69,7 +74,7 @@ def show(request: Request) -> Response:
         request,
         "throws.html",
         session=session,
-        rows=[{**row, "entry": _entry(row["throw"], row["sheet"])} for row in rows],
+        rows=rows,
         columns=COLUMNS,
         athletes=athletes,
         chosen=chosen,
@@ -123,12 +128,13 @@ def show_throw(request: Request) -> Response:
 
 def read(request: Request) -> Response:
     """Answer how a call is read, while it is typed."""
-    return JSONResponse(reading_of(club_of(request), request.query_params.get("text", "")[:400]))
+    text = typed_call(request.query_params.get("text", "")[:400])
+    return JSONResponse(reading_of(club_of(request), text))
 
 
 def reading_of(club: Club, called: str) -> dict[str, Any]:
     """A call in words and where it is to rest; or the word that is not known."""
-    text = with_places(with_units(called), club.named_targets())
+    text = with_places(called, club.named_targets())
     call = read_call(text)
     if call is None:
         return {"words": "", "problem": call_error(text) if text.strip() else "", "target": None}
@@ -191,10 +197,7 @@ def make_playable(request: Request) -> Response:
     session = None if film is None else club.session(film.session_id)
     if film is None or session is None:
         raise HTTPException(404, "There is no such film.")
-    job = latest(club, COPY, session, str(film.id))
-    if job is None or job.state is State.DONE:
-        job = submit(club, COPY, session, str(film.id))
-    return JSONResponse({"job": job.id})
+    return JSONResponse({"job": requested(club, COPY, session, str(film.id)).id})
 
 
 async def enter(request: Request) -> Response:
@@ -208,7 +211,7 @@ async def enter(request: Request) -> Response:
     session, throw = _asked_for(request)
     given = {name: _line(form[name]) for name in ENTRY if name in form}
     if "called" in given:
-        given["called"] = with_units(given["called"])
+        given["called"] = typed_call(given["called"])
     if "note" in given:
         given["note"] = "\n".join(_line(line) for line in form["note"].splitlines())
     if given.get("made", "") not in MADE:
@@ -252,26 +255,28 @@ def _wants_json(request: Request) -> bool:
 
 def entry_of(club: Club, throw: Throw) -> dict[str, str]:
     """A coach's entry as the fields of its form."""
-    athlete = next((one for one in club.athletes() if one.id == throw.athlete_id), None)
-    stone = next((one for one in club.stones() if one.id == throw.stone_id), None)
-    return {
-        "athlete": "" if athlete is None else athlete.name,
-        "hand": "right" if athlete is None else athlete.hand.value,
-        "stone": "" if stone is None else stone.name,
-        **_typed(throw),
-    }
+    return entries_of(club, [throw])[0]
 
 
-def _entry(throw: Throw, sheet: ThrowSheet) -> dict[str, str]:
-    """The same from what is known of a throw already."""
-    note = sheet.note
-    about = {"athlete": note.athlete, "hand": sheet.hand, "stone": note.stone}
-    return about | _typed(throw)
-
-
-def _typed(throw: Throw) -> dict[str, str]:
-    made = next(word for word, value in MADE.items() if value is throw.made)
-    return {"called": throw.called, "made": made, "note": throw.note, "swept": throw.swept}
+def entries_of(club: Club, throws: Sequence[Throw]) -> list[dict[str, str]]:
+    """Entries of throws as the fields of their forms."""
+    athletes = {one.id: one for one in club.athletes()}
+    stones = {one.id: one.name for one in club.stones()}
+    found: list[dict[str, str]] = []
+    for throw in throws:
+        athlete = athletes.get(throw.athlete_id or 0)
+        found.append(
+            {
+                "athlete": "" if athlete is None else athlete.name,
+                "hand": "right" if athlete is None else athlete.hand.value,
+                "stone": stones.get(throw.stone_id or 0, ""),
+                "called": shown_call(throw.called),
+                "made": next(word for word, value in MADE.items() if value is throw.made),
+                "note": throw.note,
+                "swept": throw.swept,
+            }
+        )
+    return found
 
 
 def _keep(club: Club, session: Session, throw: Throw, entered: Mapping[str, str]) -> None:
@@ -315,15 +320,14 @@ def _asked_for(request: Request) -> tuple[Session, Throw]:
 
 
 SCREEN = Screen(
-    name="throws",
-    title="Throws",
-    routes=[
-        Route("/throws", show),
+    "throws",
+    "Throws",
+    show,
+    [
         Route("/throws/read", read),
         Route("/throws/films/{film:int}", show_film),
         Route("/throws/films/{film:int}/copy", show_copy),
         Route("/throws/films/{film:int}/copy", make_playable, methods=["POST"]),
-        Route("/throws/{session:int}", show),
         Route("/throws/{session:int}/{throw:int}", show_throw),
         Route("/throws/{session:int}/{throw:int}", enter, methods=["POST"]),
         Route("/throws/{session:int}/{throw:int}/track", show_track),

@@ -95,18 +95,13 @@ def throw_document(throw: Throw) -> dict[str, float]:
 
 def call_document(call: Description, throw: Throw, direction: Direction) -> dict[str, Any]:
     """A throw as a skip calls it, and where the broom is drawn."""
-    broom = call.broom_m
     return {
-        "hog_to_hog_s": None if call.hog_to_hog_s is None else round(call.hog_to_hog_s, 2),
-        "broom": {"x": round(direction * broom, 4), "y": direction * TEE_Y},
-        "broom_m": round(broom, 3),
-        "ice_m": round(call.ice_m, 3),
+        **call.as_dict(),
+        "broom": {"x": round(direction * call.broom_m, 4), "y": direction * TEE_Y},
         "ice_in_brooms": brooms(call.ice_m),
         "ice_side": "right" if call.ice_on_the_right else "left",
         "turns": round(call.turns, 1),
         "turns_way": "counter-clockwise" if throw.spin > 0 else "clockwise",
-        "right_hander": call.right_hander,
-        "left_hander": call.left_hander,
         "from": {"x": 0.0, "y": round(-direction * FROM_HOG_LINE.line_y, 4)},
         "sentence": call.call_in(),
     }

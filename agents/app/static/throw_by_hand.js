@@ -40,7 +40,7 @@ export function sayHand(found = null) {
   const { speed, angle, spin } = state.throw, broom = -START * Math.tan(angle), call = found?.call;
   const weight = !call ? `${(speed / SPEED).toFixed(2)} ${SPEED_NAME}` : call.hog_to_hog_s === null ? "short of the hog line" : `${call.hog_to_hog_s.toFixed(1)} s`;
   const where = Math.abs(broom) < 0.005 ? "on the centre line" : `${length(broom)} ${broom > 0 ? "right" : "left"}`;
-  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
+  const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns.toFixed(1)} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
   for (const [id, words] of [["speed", weight], ["broom", where], ["spin", turn]]) {
     $(`${id}-said`).textContent = words;
     $(id).setAttribute("aria-valuetext", words);

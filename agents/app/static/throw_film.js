@@ -32,12 +32,11 @@ function sampleAt(t, time) {
 }
 
 /** The times at which the stone's centre passes the lines of the sheet. */
-function crossings({ t, y }) {
-  const ahead = y[y.length - 1] >= y[0] ? 1 : -1;
+function crossings({ t, ahead }) {
   const lines = [[-10.9725, "hog"], [10.9725, "hog"], [17.3735, "tee"]];
   const found = [];
   for (const [line, name] of lines) {
-    const k = y.findIndex((value) => ahead * value >= line);
+    const k = ahead.findIndex((value) => value >= line);
     if (k > 0) found.push([t[k], name]);
   }
   return found;

@@ -25,7 +25,7 @@ function answer(found) {
     ["Weight", seconds === null ? "short" : `${seconds.toFixed(1)} s`, `split ${split_measured ? "" : "about "}${(split / found.throw.speed).toFixed(2)} s`],
     state.mode === "target" && !state.hit
       ? ["Ice", length(call.ice_m), `broom ${call.ice_side} of the target`] : ["Broom", broom(call), "of the centre line"],
-    ["Handle", turnOf(call), `${call.turns} turns`],
+    ["Handle", turnOf(call), `${call.turns.toFixed(1)} turns`],
     found.miss ? ["Misses by", length(found.miss.expected_m), "on average"]
       : found.chance !== undefined ? ["Chance", percent(found.chance), found.success_means ?? ""] : null,
   ].filter(Boolean);

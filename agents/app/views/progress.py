@@ -25,6 +25,7 @@ from agents.app.views.throws import (
 from agents.app.work.jobs import CAUSES, COPY, KINDS, MEASURE, OPEN, REPORT
 from agents.app.work.queue import WorkQueue
 from agents.coaching import ThrowSheet
+from agents.coaching.calls import shown_call
 from curling_env.units import short_length
 from friction_estimation.reports.throws_section import throw_in_words
 
@@ -105,7 +106,7 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
         "live": None if live is None else large(live) | {"rests": session.live_rests},
         "next": {
             "athlete": session.turn(untracked(club, session) + (live is not None)),
-            "called": session.drill,
+            "called": shown_call(session.drill),
         },
         "removed": len(removed_in(club, session)),
     }
@@ -157,6 +158,6 @@ def large(sheet: ThrowSheet) -> dict[str, Any]:
     ]
     return {
         "athlete": sheet.athlete,
-        "called": sheet.note.called,
+        "called": shown_call(sheet.note.called),
         "numbers": [one for one in numbers if one["value"]],
     }

@@ -18,8 +18,7 @@ import msgspec
 
 from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS, digest_of_file
-from agents.app.club.records import State
-from agents.app.work.jobs import CAUSES, OPEN, latest, submit
+from agents.app.work.jobs import CAUSES, OPEN, requested
 from agents.coaching import (
     AthleteErrors,
     SessionCauses,
@@ -98,7 +97,8 @@ def causes_of(club: Club, session: Session, believed: Session | None) -> Answer 
     kept, of = club.answer(_name(session, believed), Kept) or (None, "")
     if kept is not None and of == digest:
         return Answer(kept, None)
-    job = _requested(club, session, believed, digest)
+    given = f"{0 if believed is None else believed.id} {digest}"
+    job = requested(club, CAUSES, session, given)
     if kept is None:
         raise ComingError([job])
     return Answer(kept, job)
@@ -149,14 +149,6 @@ def digest_of(club: Club, session: Session, believed: Session | None) -> str:
         paths.append(club.ice_of(believed))
     digests = ["with stones", version("curling-sheet"), *(digest_of_file(path) for path in paths)]
     return hashlib.sha256(" ".join(digests).encode()).hexdigest()[:16]
-
-
-def _requested(club: Club, session: Session, believed: Session | None, digest: str) -> Job:
-    given = f"{0 if believed is None else believed.id} {digest}"
-    job = latest(club, CAUSES, session, given)
-    if job is not None and job.state is not State.DONE:
-        return job
-    return submit(club, CAUSES, session, given)
 
 
 def _name(session: Session, believed: Session | None) -> str:

@@ -31,6 +31,8 @@ SHRUNK = 4
 """Motion is looked for in pictures of this part of the size."""
 FASTEST, SLOWEST = 4.5, 0.25
 """Speeds of a thrown stone that is found [m/s]."""
+LEAST_SCORE = 0.5
+"""Least mean score of the thrown stone; feet of people have less."""
 ENOUGH = 6
 """Looks in a line that make a moving stone."""
 GATE, SIGMAS = 0.3, 2.0
@@ -53,8 +55,8 @@ LONGEST_HIDDEN = 1.0
 SHOWN = ("back_to_hog", "hog_to_hog", "line")
 """Numbers that are shown while a stone slides."""
 
-Row = tuple[float, float, float, float]
-"""Time [s], place and its standard error [m] of a stone."""
+Row = tuple[float, float, float, float, float]
+"""Time [s], place and its standard error [m], and the detector's score of a stone."""
 
 
 @dataclass(eq=False)
@@ -132,7 +134,8 @@ class Glance:
             # It may also be the first of a chain: one that fits may be of another thing.
             longer += [[here], *([*chain, here] for chain in fitting[-MOST_FITTING:])]
         self._chains = [k for k in self._chains if t - k[-1][0] < LONGEST_HIDDEN] + longer
-        best = max(longer, key=len, default=[])
+        likely = [k for k in longer if np.mean([row[4] for row in k]) >= LEAST_SCORE]
+        best = max(likely, key=len, default=[])
         if len(best) >= ENOUGH and abs(best[-1][2] - best[0][2]) > SLOWEST * (t - best[0][0]):
             self._rows, self._chains, self.rests = best, [], False
 
@@ -173,7 +176,7 @@ class Glance:
 
 
 def _still(rows: Floats) -> int:
-    """Return the number of the latest rows (n, 4) in which a stone lies still; 0 if it moves."""
+    """Return the number of the latest rows (n, 5) in which a stone lies still; 0 if it moves."""
     for seconds in STILL_SECONDS:
         late = rows[rows[:, 0] >= rows[-1, 0] - seconds]
         if len(late) < ENOUGH or rows[0, 0] > rows[-1, 0] - seconds:
@@ -194,12 +197,12 @@ def _known(seen: ThrowMeasures | None) -> list[bool]:
 
 def _row(t: float, one: DetectedPlace) -> Row:
     sigma = float(np.sqrt(np.trace(one.covariance) / 2))
-    return t, float(one.xy[0]), float(one.xy[1]), sigma
+    return t, float(one.xy[0]), float(one.xy[1]), sigma, float(one.score)
 
 
 def _goes_on(chain: Sequence[Row], here: Row) -> bool:
     """Return whether a place may be the next one of a chain of places."""
-    t, x, y, _ = chain[-1]
+    t, x, y, *_ = chain[-1]
     after = here[0] - t
     if after <= 0:
         return False

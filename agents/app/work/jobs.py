@@ -62,6 +62,12 @@ def latest(club: Club, kind: str, session: Session, given: str) -> Job | None:
     return club.database.row(Job, query, kind, session.id, given)
 
 
+def requested(club: Club, kind: str, session: Session, given: str) -> Job:
+    """Return the latest request for work, which is made if there was none or it is done."""
+    job = latest(club, kind, session, given)
+    return submit(club, kind, session, given) if job is None or job.state is State.DONE else job
+
+
 def measure_all(club: Club) -> None:
     """Request measuring of the throws that an earlier version of the program kept."""
     with club.database.writing() as connection:

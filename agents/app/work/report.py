@@ -20,6 +20,7 @@ from agents.app.views.throws import leaderboard, missed_by, points_of, sheets_of
 from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
 from agents.app.work.film_copy import smaller
 from agents.coaching import ThrowSheet
+from agents.coaching.calls import shown_call
 from agents.coaching.throw_sheet import HANDS_LIST
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.storage import write_text
@@ -72,7 +73,7 @@ def do_report(club: Club, session: Session, progress: Reported, given: str = "")
         throws=[
             {
                 "number": one.throw + 1,
-                "called": one.note.called,
+                "called": shown_call(one.note.called),
                 "numbers": throw_numbers(one),
                 "off": missed_by(one),
                 "points": points_of(one, made[one.throw]),
@@ -125,7 +126,7 @@ def _clips(
             _, still = cv2.imencode(".jpg", frames[-1], [cv2.IMWRITE_JPEG_QUALITY, 70])
             yield {
                 "number": sheet.throw + 1,
-                "called": sheet.note.called,
+                "called": shown_call(sheet.note.called),
                 "film": _data("video/mp4", clip.read_bytes()),
                 "still": _data("image/jpeg", np.asarray(still).tobytes()),
             }

@@ -16,6 +16,7 @@ from typing import Any, cast
 import numpy as np
 
 from curling_env.envs.game.core import GameCore
+from curling_env.envs.game.shots import ShotActions
 from curling_env.envs.options import brief
 from curling_env.errors import InputError
 from curling_env.game import Call, Player, PlayerView, player_named
@@ -85,15 +86,14 @@ class PolicyPlayer(Player):
 
     Parameters
     ----------
-    policy : turns an observation into an action
-    core : what the observations and actions are of
+    policy : turns an observation into an action: a throw, or the number of a shot
+    core : what the observations and throws are of
     """
 
     name = "policy"
 
     def __init__(self, policy: Policy, core: GameCore) -> None:
-        self._policy = policy
-        self._core = core
+        self._policy, self._core, self._shots = policy, core, ShotActions()
 
     def call(self, view: PlayerView) -> Call:
         """Return the call of the policy's action if it sees nothing but this position."""
@@ -101,10 +101,10 @@ class PolicyPlayer(Player):
 
     def answer(self, view: PlayerView, memory: Any) -> tuple[Call, Any]:
         """Return the call of the policy's action, and its memory of the end after it."""
-        core = self._core
-        masks = partial(core.mask, view) if core.has_masks else None
-        action, memory = self._policy.act(core.observation_of(view), memory, masks)
-        return core.action.call_of(action, view), memory
+        seen, masks = self._core.observation_of(view), partial(self._shots.mask, view)
+        action, memory = self._policy.act(seen, memory, masks)
+        chosen = self._shots if np.ndim(action) == 0 else self._core.action
+        return chosen.call_of(action, view), memory
 
 
 class Opponents(list[Player]):

@@ -61,7 +61,7 @@ def facts_of(game: Game, shot: PlayedShot | None) -> list[tuple[str, str]]:
         facts += [
             ("Hammer", end.hammer.label),
             ("Stones delivered", f"{end.delivered} of {game.rules.deliveries}"),
-            ("Lies", "nobody" if team is None else f"{team.label} {points}"),
+            ("Lies", "none" if team is None else f"{team.label} {points}"),
         ]
     elif game.line_score:
         home, away = game.line_score[-1]

@@ -188,7 +188,7 @@ class _Aiming(AimingPlayer):
     name = "shots"
 
     def call(self, view: PlayerView) -> Call:
-        raise AssertionError("it is not asked for shots of its own")
+        raise AssertionError("it aims shots and does not choose any")
 
     def shot(self, view: PlayerView, shot: Shot) -> Call:
         """The call for a shot; where none is possible, the stone goes through the house."""

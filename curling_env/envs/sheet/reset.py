@@ -14,7 +14,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike
 
-from curling_env.envs.options import is_whole_number
+from curling_env.envs.options import brief, floats_from, is_whole_number
 from curling_env.envs.sheet.tasks import Task
 from curling_env.errors import InputError
 from curling_env.ice import Ice
@@ -216,15 +216,13 @@ def _goal(target: Any, half_width: float) -> Floats | None:
         if target != "random":
             raise InputError(f"target must be (x, y) in metres or 'random', got {target!r}")
         return None
-    try:
-        goal = np.asarray(target, dtype=np.float64)
-    except (TypeError, ValueError):
-        goal = np.empty(0)
+    wanted = (
+        f"target must be (x, y) in metres from the tee, within {half_width:g} m of the centre line "
+        f"and {HOG_TO_TEE:g} m of the tee"
+    )
+    goal = floats_from(wanted, target)
     if goal.shape != (2,) or not (abs(goal[0]) <= half_width and abs(goal[1]) <= HOG_TO_TEE):
-        raise InputError(
-            f"target must be (x, y) in metres from the tee, within {half_width:g} m of the centre "
-            f"line and {HOG_TO_TEE:g} m of the tee, got {target!r}"
-        )
+        raise InputError(f"{wanted}, got {brief(target)}")
     return goal
 
 
@@ -233,16 +231,12 @@ def _stones(stones: Any, bounds: Floats) -> Floats | int:
         if stones < 0:
             raise InputError(f"the number of stones must be at least 0, got {stones}")
         return int(stones)
-    try:
-        places = np.asarray(stones, dtype=np.float64)
-    except (TypeError, ValueError):
-        places = np.full((1, 1), np.nan)
-    if isinstance(stones, bool):
-        places = np.full((1, 1), np.nan)
+    wanted = "stones must be a number or places (x, y) in metres"
+    places = floats_from(wanted, stones)
     if places.size == 0:
         return np.empty((0, 2))
     if places.ndim != 2 or places.shape[1] != 2 or not np.isfinite(places).all():
-        raise InputError(f"stones must be a number or places (x, y) in metres, got {stones!r}")
+        raise InputError(f"{wanted}, got {brief(stones)}")
     on_sheet = to_sheet(places, Direction.AWAY)
     outside = (on_sheet < bounds[::2]).any(axis=1) | (on_sheet > bounds[1::2]).any(axis=1)
     if outside.any():

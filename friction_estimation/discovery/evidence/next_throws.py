@@ -100,7 +100,7 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     spread = float(posterior.weights @ posterior.spreads)
     covariance = _covariance(fitted, spread)
     throws = trial_throws(fitted, model.terms)
-    result, paths = _told_by(fitted, throws, spread)
+    result, paths = _information_of(fitted, throws, spread)
     playable = [k for k, path in enumerate(paths) if is_playable(path, model.ice.sheet)]
     if not playable:
         return []
@@ -147,7 +147,7 @@ def _covariance(fitted: SessionFit, spread: float) -> Floats:
     return minimum_of(fitted.linear.total(spread) + broad_prior(fitted.model)).covariance
 
 
-def _told_by(
+def _information_of(
     fitted: SessionFit, throws: Sequence[TrialThrow], spread: float
 ) -> tuple[list[Informative], list[Floats]]:
     """Return the information of each throw on the shared parameters, and its path (rows, 6)."""

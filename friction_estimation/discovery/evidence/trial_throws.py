@@ -206,10 +206,10 @@ def in_words(throw: TrialThrow, path: Floats, sheet: Sheet, terms: Sequence[Term
     ----------
     throw, path : the throw, and its states (n, 6) at the rows at which it is judged
     """
-    pace = "quick" if abs(throw.spin) == max(SPINS) else "slow"
+    turn = "quick" if abs(throw.spin) == max(SPINS) else "slow"
     parts = [
         f"{throw.weight} ({hog_to_hog(path, throw.direction):.1f} s hog to hog)",
-        f"{pace} {handles(throw.spin)[0]} {'↺' if throw.spin > 0 else '↻'}",
+        f"{turn} {handles(throw.spin)[0]} {'↺' if throw.spin > 0 else '↻'}",
         _line_in_words(throw, sheet),
         f"{_rest_in_words(throw.direction * path[-1, State.Y] - TEE_Y)} at the "
         f"{'away' if throw.direction is Direction.AWAY else 'home'} end",

@@ -115,8 +115,8 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
 def thrown_path(paths: Sequence[Path], seen: Detections, touching: float) -> Path | None:
     """Return the most likely path that slides, goes some way and was not hit.
 
-    A stone that nothing hit does not set out from rest: what rested before is another one. Where
-    a stone that came to rest moves again, someone moves it.
+    A stone that was not hit does not start from rest: the one that rested before is another stone.
+    A stone that came to rest and moves again is moved by someone.
 
     Parameters
     ----------

@@ -71,34 +71,34 @@ class Mover:
         """Velocity, (2,) [m/s]."""
         return self._state[:, 1].copy()
 
-    def put(self, t: float, place: Floats, velocity: Floats, doubt: Floats | float) -> None:
+    def put(self, t: float, place: Floats, velocity: Floats, sigma: Floats | float) -> None:
         """Set its state at a time [s].
 
         Parameters
         ----------
         place, velocity : (2,) [m] and [m/s]
-        doubt : standard error of the velocity, of each component [m/s]
+        sigma : standard error of the velocity, of each component [m/s]
         """
         self._t = t
         self._state[:, 0], self._state[:, 1], self._state[:, 2] = place, velocity, 0.0
         self._p[:] = 0.0
         self._p[:, 0, 0] = numbers.DETECTION_M**2
-        self._p[:, 1, 1] = np.square(doubt)
+        self._p[:, 1, 1] = np.square(sigma)
         self._p[:, 2, 2] = numbers.DECELERATION_SIGMA**2
 
     def move_to(self, t: float) -> None:
         """Predict its state at a later time [s]."""
-        pace = float(np.hypot(*self._state[:, 1]))
+        speed = float(np.hypot(*self._state[:, 1]))
         dt = t - self._t
-        if pace < numbers.DECELERATION * dt:  # it stops on the way
-            self._state[:, 0] += 0.5 * self._state[:, 1] * pace / numbers.DECELERATION
+        if speed < numbers.DECELERATION * dt:  # it stops on the way
+            self._state[:, 0] += 0.5 * self._state[:, 1] * speed / numbers.DECELERATION
             self._state[:, 1:] = 0.0
-            self._p[:, 0, 0] += (numbers.REST_DOUBT * dt) ** 2
+            self._p[:, 0, 0] += (numbers.REST_SPEED_SIGMA * dt) ** 2
             self._t = t
             return
         for k in range(2):
             ahead, ahead_p = np.empty(3), np.empty((3, 3))
-            expected = -numbers.DECELERATION * self._state[k, 1] / pace
+            expected = -numbers.DECELERATION * self._state[k, 1] / speed
             predict(
                 dt,
                 expected,
@@ -210,19 +210,19 @@ def _hit(movers: list[Mover], place: RestingPlace, touching: float) -> None:
     if np.hypot(*way) > touching + numbers.REACH:
         return
     velocity = striker.velocity
-    pace = float(np.hypot(*velocity))
+    speed = float(np.hypot(*velocity))
     # it has come as near as it is when they touch
-    along = velocity / max(pace, 1e-9)
+    along = velocity / max(speed, 1e-9)
     ahead = float(way @ along)
     aside = way - ahead * along
     room = touching**2 - float(aside @ aside)
     at = striker.place + (ahead - np.sqrt(max(room, 0.0))) * along
     normal = (rested - at) / max(float(np.hypot(*(rested - at))), 1e-9)
     given = numbers.COLLISION_TRANSFER * max(float(velocity @ normal), 0.0) * normal
-    doubt = numbers.COLLISION_DOUBT * pace
+    sigma = numbers.COLLISION_SIGMA * speed
     last = place.at[-3:].tolist()
     struck = Mover(at=last, mode=[RESTING] * len(last), contacts=[when], rested=place)
-    striker.put(when, at, velocity - given, doubt)
-    struck.put(when, rested, given, doubt)
+    striker.put(when, at, velocity - given, sigma)
+    struck.put(when, rested, given, sigma)
     striker.contacts.append(when)
     movers.append(struck)

@@ -161,8 +161,8 @@ def _pairs(frame: Integers, t: Floats, xy: Floats, variance: Floats) -> tuple[In
         earlier = np.arange(low, k)
         earlier = earlier[frame[earlier] < frame[k]]
         way = np.hypot(*(xy[k] - xy[earlier]).T)
-        doubt = 3 * np.sqrt((variance[earlier] + variance[k]).sum(axis=1))
-        near = earlier[way < numbers.FASTEST * (t[k] - t[earlier]) + doubt]
+        margin = 3 * np.sqrt((variance[earlier] + variance[k]).sum(axis=1))
+        near = earlier[way < numbers.FASTEST * (t[k] - t[earlier]) + margin]
         firsts.append(near)
         seconds.append(np.full(len(near), k))
     if not firsts:
@@ -196,13 +196,13 @@ def _aim(vx, vy):
 @compiled
 def _score_pairs(
     first, second, into, frame, t, xy, variance, score, still, leaves, clutter, value, came,
-    slowing, rests, slid, taken,
+    deceleration, rests, slid, taken,
 ):  # fmt: skip
     """Fill in the log odds of the best path that ends with each pair, in each mode.
 
     Parameters
     ----------
-    slowing : (n, 2) deceleration of that path while it slides, and its variance; filled in
+    deceleration : (n, 2) deceleration of that path while it slides, and its variance; filled in
     rests : (n, 4) place of that path while it rests, and the variances of its coordinates; filled
         in
     slid : (n,) whether that path slid to rest in a free place; filled in
@@ -218,7 +218,7 @@ def _score_pairs(
         spread = (0.5 * numbers.FASTEST * dt) ** 2
         free = _gauss(x, y, sx + spread, sy + spread)
         way = math.sqrt(x * x + y * y)
-        moves = way > numbers.LEAST_PACE * dt and not still[k]
+        moves = way > numbers.LEAST_SPEED * dt and not still[k]
         left = moves and x * x / sx + y * y / sy > _MOVES
         begins = left and not still[j]
         value[e, CARRIED] = begin + free if begins else -np.inf
@@ -231,13 +231,13 @@ def _score_pairs(
             rests[e, 2 + a] = (variance[j, a] + variance[k, a]) / 4
         for m in range(_MODES):
             came[e, m] = -1
-        slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
+        deceleration[e, 0], deceleration[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
         for d in range(into[j], into[j + 1]):
             i = first[d]
             before = t[j] - t[i]
             vx, vy = (xy[j, 0] - xy[i, 0]) / before, (xy[j, 1] - xy[i, 1]) / before
-            pace = math.sqrt(vx * vx + vy * vy) + 1e-6
-            ux, uy = vx / pace, vy / pace
+            speed = math.sqrt(vx * vx + vy * vy) + 1e-6
+            ux, uy = vx / speed, vy / speed
             ratio = dt / before
             ex = variance[k, 0] + (1 + ratio) ** 2 * variance[j, 0] + ratio**2 * variance[i, 0]
             ey = variance[k, 1] + (1 + ratio) ** 2 * variance[j, 1] + ratio**2 * variance[i, 1]
@@ -254,21 +254,21 @@ def _score_pairs(
             v = value[d, CARRIED] + numbers.RELEASED + moved + _aim(x / dt, y / dt)
             if v > value[e, SLIDING]:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + CARRIED
-                slowing[e, 0], slowing[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
+                deceleration[e, 0], deceleration[e, 1] = numbers.DECELERATION, numbers.ICE_SIGMA**2
             # slides on
-            lost = min(slowing[d, 0] * lever, 0.9 * pace * dt)
+            lost = min(deceleration[d, 0] * lever, 0.9 * speed * dt)
             dx, dy = x - vx * dt + ux * lost, y - vy * dt + uy * lost
-            along, aside = math.sqrt(slowing[d, 1]) * lever, numbers.CURL_SIGMA * lever
+            along, aside = math.sqrt(deceleration[d, 1]) * lever, numbers.CURL_SIGMA * lever
             qx, qy = (along * ux) ** 2 + (aside * uy) ** 2, (along * uy) ** 2 + (aside * ux) ** 2
             v = value[d, SLIDING] + _STAYS + gain + _gauss(dx, dy, ex + qx, ey + qy)
             if v > value[e, SLIDING] and moves:
                 value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + SLIDING
-                share = slowing[d, 1] * lever
+                share = deceleration[d, 1] * lever
                 share /= along * along + (ex * ux * ux + ey * uy * uy)
-                slowing[e, 0] = slowing[d, 0] - share * (dx * ux + dy * uy)
+                deceleration[e, 0] = deceleration[d, 0] - share * (dx * ux + dy * uy)
                 fades = 1 - math.exp(-2 * dt / numbers.DECELERATION_MEMORY)
-                slowing[e, 1] = slowing[d, 1] * (1 - share * lever)
-                slowing[e, 1] += fades * (numbers.ICE_SIGMA**2 - slowing[e, 1])
+                deceleration[e, 1] = deceleration[d, 1] * (1 - share * lever)
+                deceleration[e, 1] += fades * (numbers.ICE_SIGMA**2 - deceleration[e, 1])
             # is hit or hits, from rest or sliding
             jump = (numbers.JUMP_SIGMA * dt) ** 2
             hit = numbers.HIT + gain + _gauss(dx, dy, ex + jump, ey + jump)
@@ -280,17 +280,17 @@ def _score_pairs(
                 free = left if m == SLIDING else gone and (leaves[j] or not still[j])
                 if v > value[e, SLIDING] and free:
                     value[e, SLIDING], came[e, SLIDING] = v, d * _MODES + m
-                    slowing[e, 0] = numbers.DECELERATION
-                    slowing[e, 1] = numbers.ICE_SIGMA**2
+                    deceleration[e, 0] = numbers.DECELERATION
+                    deceleration[e, 1] = numbers.ICE_SIGMA**2
             # stops between j and k
-            rest = 0.5 * min(pace * dt, pace * pace / (2 * numbers.DECELERATION))
+            rest = 0.5 * min(speed * dt, speed * speed / (2 * numbers.DECELERATION))
             stop = _gauss(
                 x - ux * rest, y - uy * rest, ex + (rest * ux) ** 2, ey + (rest * uy) ** 2
             )
             v = value[d, SLIDING] + numbers.STOPS + gain + stop
             if v > value[e, RESTING]:
                 value[e, RESTING], came[e, RESTING] = v, d * _MODES + SLIDING
-                slid[e] = taken[k] > t[j] - 2 * numbers.SAME_PLACE / pace
+                slid[e] = taken[k] > t[j] - 2 * numbers.SAME_PLACE / speed
                 for a in range(2):
                     rests[e, a], rests[e, 2 + a] = xy[k, a], variance[k, a]
             # of what never moved, the same picture again says hardly anything new

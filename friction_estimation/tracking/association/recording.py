@@ -158,10 +158,10 @@ def throws_among(
     if not parts:
         return []
     # All slide on the same ice.
-    slowing = np.array([slowing_of(part, seen) for part in parts])
-    order = np.argsort(slowing)
+    each = np.array([deceleration_of(part, seen) for part in parts])
+    order = np.argsort(each)
     odds = np.cumsum(np.array([part.odds for part in parts])[order])
-    ice = float(slowing[order][np.searchsorted(odds, odds[-1] / 2)])
+    ice = float(each[order][np.searchsorted(odds, odds[-1] / 2)])
     slides = [_throw(part, seen, camera) for part in parts if is_throw(part, seen, ice)]
     chosen: list[ThrowInFilm] = []
     for one in sorted(slides, key=lambda one: -one.odds):
@@ -240,10 +240,10 @@ def _starts_from_rest(part: Path, seen: Detections) -> bool:
     if not len(last):
         return False
     first = np.append(last, at[:1])
-    return _pace(seen.t[first], seen.xy[first]) < numbers.FROM_REST * _pace(t, xy)
+    return _mean_speed(seen.t[first], seen.xy[first]) < numbers.FROM_REST * _mean_speed(t, xy)
 
 
-def _pace(t: Floats, xy: Floats) -> float:
+def _mean_speed(t: Floats, xy: Floats) -> float:
     """Mean speed from the first of some places (n, 2) to the last one [m/s]."""
     return float(np.hypot(*(xy[-1] - xy[0])) / (t[-1] - t[0]))
 
@@ -261,12 +261,12 @@ def _in_view(camera: Camera, t: Floats, xy: Floats, sense: float) -> float:
         return 0.0
     end = 0 if sense < 0 else -1
     velocity = np.polynomial.polynomial.polyfit(t[own] - t[own].mean(), xy[own], 1)[1]
-    pace = max(float(np.hypot(*velocity)), 1e-6)
-    along = velocity / pace
-    pace = max(pace - numbers.DECELERATION * (t[end] - t[own].mean()), 0.0)  # at that end
-    longest = pace / numbers.DECELERATION if sense > 0 else numbers.LONGEST_SLIDE
+    speed = max(float(np.hypot(*velocity)), 1e-6)
+    along = velocity / speed
+    speed = max(speed - numbers.DECELERATION * (t[end] - t[own].mean()), 0.0)  # at that end
+    longest = speed / numbers.DECELERATION if sense > 0 else numbers.LONGEST_SLIDE
     later = np.arange(0.0, longest, _STEP)
-    way = sense * pace * later - 0.5 * numbers.DECELERATION * later**2
+    way = sense * speed * later - 0.5 * numbers.DECELERATION * later**2
     places = xy[end] + way[:, None] * along
     there = camera.sees(np.column_stack([places, np.zeros(len(later))]))
     there &= np.abs(places[:, 1]) < HACK_Y
@@ -311,8 +311,8 @@ def slides_of(path: Path, seen: Detections) -> list[Path]:
     t, xy = seen.t[path.at], seen.xy[path.at]
     if len(t) < 3:
         return [path]
-    pace = np.hypot(*np.diff(xy, axis=0).T) / np.diff(t)
-    gains = np.append(pace[1:] - pace[:-1], 0.0) > numbers.PUSHED
+    speed = np.hypot(*np.diff(xy, axis=0).T) / np.diff(t)
+    gains = np.append(speed[1:] - speed[:-1], 0.0) > numbers.PUSHED
     jumps = np.diff(path.gained) < numbers.HIT / 2
     slow = np.hypot(*(xy[2:] - xy[:-2]).T) < numbers.STANDING * (t[2:] - t[:-2])
     rests = (path.mode == RESTING) | np.append(slow, [False, False])
@@ -338,7 +338,7 @@ def _turns(xy: Floats) -> list[int]:
     return turns
 
 
-def slowing_of(path: Path, seen: Detections) -> float:
+def deceleration_of(path: Path, seen: Detections) -> float:
     """Mean deceleration of a path while it slides [m/s²]."""
     slides = path.at[path.mode == SLIDING]
     return deceleration(seen.t[slides], seen.xy[slides], seen.sigma[slides])[0]
@@ -382,25 +382,25 @@ def slides_as_stone(t: Floats, xy: Floats, sigma: Floats, ice: float | None = No
     xy, sigma : (n, 2) places and their standard errors [m]
     ice : deceleration of stones on this ice, where it is known [m/s²]
     """
-    slowing, error = deceleration(t, xy, sigma)
-    off = (_pace(t, xy) - numbers.WALKING_PACE) / numbers.WALKING_PACE_SIGMA
+    rate, error = deceleration(t, xy, sigma)
+    off = (_mean_speed(t, xy) - numbers.WALKING_SPEED) / numbers.WALKING_SPEED_SIGMA
 
     def near(mean: float, spread: float) -> float:
         spread = float(np.hypot(spread, error))
-        return np.exp(-0.5 * ((slowing - mean) / spread) ** 2) / spread / np.sqrt(2 * np.pi)
+        return np.exp(-0.5 * ((rate - mean) / spread) ** 2) / spread / np.sqrt(2 * np.pi)
 
     least, most = numbers.ICE
     if ice is not None:
         usual = near(ice, ice * numbers.DECELERATION_SIGMA / numbers.DECELERATION)
-    elif least - 2 * error < slowing < most + 2 * error:
-        usual = 1 / np.clip(slowing, least, most) / np.log(most / least)
+    elif least - 2 * error < rate < most + 2 * error:
+        usual = 1 / np.clip(rate, least, most) / np.log(most / least)
     else:
         usual = 0.0
     as_stone = (1 - numbers.UNUSUAL) * usual + numbers.UNUSUAL / numbers.HIT_RANGE
     as_walker = (1 - numbers.UNUSUAL) * near(0.0, numbers.WALKING_SIGMA)
     as_walker += numbers.UNUSUAL / numbers.HALT_RANGE
-    paces = np.exp(-0.5 * off**2) / (numbers.WALKING_PACE_SIGMA * np.sqrt(2 * np.pi))
-    return bool(as_stone / numbers.FASTEST > as_walker * paces)
+    likelihood = np.exp(-0.5 * off**2) / (numbers.WALKING_SPEED_SIGMA * np.sqrt(2 * np.pi))
+    return bool(as_stone / numbers.FASTEST > as_walker * likelihood)
 
 
 def moved(track: Trajectory) -> str:
@@ -419,10 +419,10 @@ def moved(track: Trajectory) -> str:
     if len(track.sigma_xy):
         error = np.maximum(error, track.sigma_xy[rows][moving][:, None])
     if way[-1] < numbers.LEAST_THROW or (len(t) > 3 and not slides_as_stone(t, xy, error)):
-        return "what moves there keeps its pace, as a stone does that is carried or pushed"
+        return "what moves there keeps its speed, as a stone does that is carried or pushed"
     late = track.xy[track.t >= track.t[-1] - numbers.RESTED]
     if np.hypot(*(late[-1] - late[0])) < numbers.SAME_PLACE and is_before_its_hog_line(track.xy):
-        return "what moves there stops before the hog line of its own end, as no thrown stone does"
+        return "what moves there stops before the near hog line, as no thrown stone does"
     return ""
 
 

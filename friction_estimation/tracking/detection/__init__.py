@@ -1,1 +1,1 @@
-"""What may be a stone in a picture: what moves, and what the network finds."""
+"""Candidates for stones in a picture: moving objects, and detections of the network."""

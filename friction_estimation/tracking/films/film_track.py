@@ -83,13 +83,13 @@ class FilmTrack:
     @property
     def not_seen(self) -> str:
         """Times at which the stone slid unseen, in words; empty where it was seen all the way."""
-        t, pace = self.trajectory.t, self.velocity[-1]
+        t, velocity = self.trajectory.t, self.velocity[-1]
         long = np.flatnonzero(np.diff(t) > HIDDEN_LONG)
         parts = [f"from {t[k]:.1f} to {t[k + 1]:.1f} s" for k in long]
         a_second = (self.frame[-1] - self.frame[0]) / max(t[-1] - t[0], 1e-9)
-        ahead = np.array([[*(self.trajectory.xy[-1] + HIDDEN_LONG * pace), 0.0]])
+        ahead = np.array([[*(self.trajectory.xy[-1] + HIDDEN_LONG * velocity), 0.0]])
         filmed_on = self.frame_count - self.frame[-1] > HIDDEN_LONG * a_second
-        if filmed_on and np.hypot(*pace) > STILL_SLIDES and self.camera.sees(ahead)[0]:
+        if filmed_on and np.hypot(*velocity) > STILL_SLIDES and self.camera.sees(ahead)[0]:
             parts.append(f"from {t[-1]:.1f} s on, while it still moves")
         return " and ".join(parts)
 

@@ -38,11 +38,11 @@ def film_in_words(one: TrackedFilm) -> str:
 
 def _camera_in_words(found: FilmTrack) -> list[str]:
     words: list[str] = []
-    doubt = found.refined.height_doubt
-    if doubt >= UNSURE_HEIGHT:
+    uncertainty = found.refined.height_uncertainty
+    if uncertainty >= UNSURE_HEIGHT:
         words.append(
             f"its camera is about {found.camera.position[2]:.1f} m above the ice, uncertain by "
-            f"{100 * doubt:.0f} %: measure it and give --height"
+            f"{100 * uncertainty:.0f} %: measure it and give --height"
         )
     if found.moved_px:
         far = "about {:.1f}" if found.moved_px < np.inf else "more than 6"

@@ -1,4 +1,4 @@
-"""Whether something moves on the ice, judged by how large a stone would look there."""
+"""Detector of motion on the ice, with the size that a stone would have there."""
 
 # OpenCV's stubs widen the element type of every array that they return.
 # pyright: reportArgumentType=false, reportCallIssue=false
@@ -55,7 +55,7 @@ class MotionDetector:
         return cls(np.where(on_sheet, square / stone, 0.0), (rows, columns))
 
     def detects(self, t: float, grey: Image) -> bool:
-        """Whether something has moved shortly before a time.
+        """Return whether something has moved shortly before a time.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""A film cut into its throws, each of which is then tracked as a film of its own."""
+"""A film cut into its throws, each of which is then tracked as a separate film."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ STILL_FRAMES = 25
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Piece:
-    """What shows one throw: a film, or a part of one.
+    """Film of one throw, or the part of a film that shows it.
 
     Parameters
     ----------
     path : the film's file
-    film : what is tracked; the path for all of a film that is not opened yet
-    begin, end : where the part lies in the film [s]; None for all of it
+    film : the film to track; the path of a whole film that is not opened yet
+    begin, end : beginning and end of the part in the film [s]; None for all of it
     """
 
     path: Path
@@ -43,21 +43,21 @@ class Piece:
 
     @property
     def name(self) -> str:
-        """From when to when, in words."""
+        """Beginning and end, in words."""
         if self.begin is None or self.end is None:
             return "all of it"
         return f"{minutes(self.begin)} to {minutes(self.end)}"
 
     @property
     def key(self) -> list[float] | None:
-        """What tells it from other parts of the film, for JSON."""
+        """Key that distinguishes it from other parts of the film, for JSON."""
         if not isinstance(self.film, Film) or (self.film.whole and not self.film.first):
             return None
         return [self.film.first, self.film.frame_count]
 
     @property
     def summary(self) -> dict[str, Any]:
-        """Where it lies in the film, for JSON."""
+        """Position in the film, for JSON."""
         return {} if self.begin is None else {"clock": round(self.begin, 3)}
 
 
@@ -76,7 +76,7 @@ def cut(
     film : of one throw or of many
     scene : its camera's view of the sheet
     look_through : whether even a film is looked through that is so short that it hardly shows two
-    left_out : called with what is left out of a film that is cut, and why
+    left_out : called with each skipped part of a film that is cut, and the reason
     progress : called with the number of frames passed and the expected number of all
 
     Raises
@@ -114,7 +114,7 @@ def cut(
 
 
 def is_short(film: Film) -> bool:
-    """Whether a film is so short that it hardly shows two throws."""
+    """Return whether a film is probably too short for two throws."""
     return film.duration < min(numbers.SHORT_SECONDS, numbers.ONE_THROW_SECONDS)
 
 

@@ -153,8 +153,8 @@ def camera_of(
     refined = refined_by_paint(film, scene, background, refine_camera)
     if refine_camera and not refined.measured:
         raise InputError(
-            "the camera has moved so far that the paint is not found near where it was "
-            "marked; mark the sheet again in this film",
+            "the camera has moved too far: the paint is not near the marks; "
+            "mark the sheet again in this film",
             source=film.path,
         )
     return refined, moved_px

@@ -38,7 +38,7 @@ def contact_time(
     places = np.array([xy for _, xy in seen]) - rested
     start, velocity = np.polynomial.polynomial.polyfit(t - t[-1], places, 1)
     square = float(velocity @ velocity)
-    if square < numbers.LEAST_PACE**2:
+    if square < numbers.LEAST_SPEED**2:
         return None
     until = -float(start @ velocity) / square
     aside = float(start @ start) - until**2 * square

@@ -82,7 +82,8 @@ class _Heights:
         if seen is None:
             return None
         looks = [
-            learn_appearance(c, self._model, noise, trimmed=False, doubted=False) for c in seen[1]
+            learn_appearance(c, self._model, noise, trimmed=False, try_others=False)
+            for c in seen[1]
         ]
         pairs = tuple(zip(seen[1], looks, strict=True))
         return self.beside(_Trial(lean=lean, cost=np.inf, seen=pairs), lean)

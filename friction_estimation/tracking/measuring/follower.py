@@ -81,7 +81,7 @@ class Follower:
             else:
                 tries.insert(0, (expected, np.sqrt(self._p[:, 0, 0])))
         strays: list[StoneFit] = []
-        for at, doubt in tries:
+        for at, spread in tries:
             if not np.isfinite(at).all():
                 continue
             fit = measure_occluded(
@@ -96,7 +96,7 @@ class Follower:
             )
             if fit is None or fit.visible < options.min_visible or fit.inside < options.min_inside:
                 continue
-            error = np.hypot(doubt, np.sqrt(np.diag(fit.covariance)[:2]))
+            error = np.hypot(spread, np.sqrt(np.diag(fit.covariance)[:2]))
             away = np.abs(fit.xy - at)
             if (away < np.maximum(numbers.GATE * error, least)).all():
                 self._update(t, fit)
@@ -126,9 +126,9 @@ class Follower:
         if t - self._seen > _STALE:
             return False
         velocity = self._state[:, 1]
-        pace = float(np.hypot(*velocity))
+        speed = float(np.hypot(*velocity))
         held = t <= self.path.released
-        way = velocity / max(pace, 0.05)
+        way = velocity / max(speed, 0.05)
         for k in range(2):
             expected = 0.0 if held else -numbers.DECELERATION * way[k]
             sigma = float(

@@ -163,13 +163,13 @@ def learnt(
     if not crops:
         return None
     noise = stone.background.noise
-    look = learn_appearance(crops, stone.model, noise, doubted=not stone.people)
+    look = learn_appearance(crops, stone.model, noise, try_others=not stone.people)
     for _ in range(_ROUNDS):
         like = those_explained(crops, look)
         if len(like) == len(crops):
             break
         crops = like
-        look = learn_appearance(crops, stone.model, noise, doubted=not stone.people)
+        look = learn_appearance(crops, stone.model, noise, try_others=not stone.people)
     if not stone.people:
         return look, crops
     path = stone.path.seen_by(stone.found_by, camera, stone.model)
@@ -182,7 +182,7 @@ def learnt(
         crops = _clearest(seen)
         for crop in crops:
             fill_hidden(crop, look)
-        look = learn_appearance(crops, stone.model, noise, doubted=turn == _ROUNDS - 1)
+        look = learn_appearance(crops, stone.model, noise, try_others=turn == _ROUNDS - 1)
     return look, crops
 
 

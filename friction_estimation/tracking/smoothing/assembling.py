@@ -27,8 +27,8 @@ from friction_estimation.tracking.measuring.measurements import Measurements
 from friction_estimation.tracking.measuring.others import OtherStone
 from friction_estimation.tracking.smoothing.misfits import (
     Misfit,
+    deceleration,
     misfits,
-    slowing,
     smoothed_with_jump,
 )
 from friction_estimation.tracking.smoothing.smoother import (
@@ -134,9 +134,9 @@ def at_rest(
     frames : number of frames
     """
     xy = np.array([other.fit.xy, other.fit.xy])
-    if other.look.doubt is not None:
-        xy = xy + other.look.doubt.shift_at(xy)
-    common = systematic_sigma(refined, xy, other.look.model, doubt=other.look.doubt)
+    if other.look.uncertainty is not None:
+        xy = xy + other.look.uncertainty.shift_at(xy)
+    common = systematic_sigma(refined, xy, other.look.model, shape=other.look.uncertainty)
     noise = float(np.sqrt(np.trace(other.fit.covariance[:2, :2]) / 2))
     trajectory = Trajectory(
         t=np.array(ends),
@@ -196,8 +196,8 @@ def assemble(
     behind = _left_behind(path, contacts, jump)
     ages = measured.ages.seen().around(t)
     place = path.place
-    if appearance.doubt is not None:
-        place = place + appearance.doubt.shift_at(place)
+    if appearance.uncertainty is not None:
+        place = place + appearance.uncertainty.shift_at(place)
     theta, spin, sigma_theta = _headings(measured, t, fits, path, ages.whole, appearance, contacts)
     sigma_theta = np.hypot(sigma_theta, heading_sigma(camera, place, model))
     unseen = np.hypot(unseen_way(t, path.velocity, ages.rim), ages.dropped)
@@ -207,7 +207,7 @@ def assemble(
         place[kept],
         model,
         unseen,
-        appearance.doubt,
+        appearance.uncertainty,
         hidden_for_long(t[kept], hidden[kept]),
     )
     noise = np.sqrt((path.sigma[kept] ** 2).mean(axis=1))
@@ -240,7 +240,9 @@ def _left_behind(path: SmoothPath, contacts: Sequence[float], jump: float | None
     if contacts or jump is not None:
         return None
     way = np.abs(path.place[:, 1] - path.place[0, 1])
-    fast = np.flatnonzero((slowing(path) > numbers.MOST_SLOWING) & (way > numbers.OUT_OF_HAND))
+    fast = np.flatnonzero(
+        (deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
+    )
     return int(fast[0]) if len(fast) else None
 
 
@@ -250,9 +252,9 @@ def _misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) -
     for one in off:
         sigma[(path.t >= one.first) & (path.t <= one.last)] = numbers.MISFIT_ERROR * one.by
     if behind is not None:  # the stone may have slid on
-        pace = float(np.hypot(*path.velocity[behind]))
-        since = np.clip(path.t - path.t[behind], 0.0, pace / numbers.DECELERATION)
-        way = since - 0.5 * numbers.DECELERATION * since**2 / pace
+        speed = float(np.hypot(*path.velocity[behind]))
+        since = np.clip(path.t - path.t[behind], 0.0, speed / numbers.DECELERATION)
+        way = since - 0.5 * numbers.DECELERATION * since**2 / speed
         there = path.place[behind] + way[:, None] * path.velocity[behind]
         sigma[behind:] = np.hypot(sigma, np.hypot(*(there - path.place).T))[behind:]
     return sigma
@@ -365,6 +367,6 @@ def _headings_between(
     share = drift**2 / (drift**2 + scatter**2)
     heading = np.where(found, value - (1 - share) * off, np.nan)
     rate = np.where(found, rate, np.nan)
-    doubt = np.hypot(noise * share, (1 - share) * drift)
-    sigma = np.where(found, np.hypot(doubt, unseen), np.nan)
+    error = np.hypot(noise * share, (1 - share) * drift)
+    sigma = np.where(found, np.hypot(error, unseen), np.nan)
     return heading, rate, sigma

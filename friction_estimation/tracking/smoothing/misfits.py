@@ -99,14 +99,15 @@ def misfits(path: SmoothPath) -> list[Misfit]:
     ]
 
 
-def slowing(path: SmoothPath) -> Floats:
+def deceleration(path: SmoothPath) -> Floats:
     """Mean deceleration of a path around each of its times, (n,) [m/s²]."""
-    pace = np.hypot(*path.velocity.T)
+    speed = np.hypot(*path.velocity.T)
     low, high = (
-        np.clip(path.t + way * numbers.SLOWING_AROUND, path.t[0], path.t[-1]) for way in (-1, 1)
+        np.clip(path.t + way * numbers.DECELERATION_AROUND, path.t[0], path.t[-1])
+        for way in (-1, 1)
     )
-    lost = np.interp(low, path.t, pace) - np.interp(high, path.t, pace)
-    return lost / np.maximum(high - low, numbers.SLOWING_AROUND)
+    lost = np.interp(low, path.t, speed) - np.interp(high, path.t, speed)
+    return lost / np.maximum(high - low, numbers.DECELERATION_AROUND)
 
 
 def _is_off(path: SmoothPath) -> Flags:

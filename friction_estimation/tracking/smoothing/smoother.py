@@ -208,11 +208,11 @@ class _States:
     def head(self, velocity: Floats) -> None:
         """Set what acceleration is expected, by the velocity (n, 2) [m/s]."""
         self._velocity = velocity
-        pace = np.hypot(*velocity.T)
-        fast = np.flatnonzero(pace > _LEAST_SPEED)
+        speed = np.hypot(*velocity.T)
+        fast = np.flatnonzero(speed > _LEAST_SPEED)
         if len(fast):
-            last = fast[np.clip(np.searchsorted(fast, np.arange(len(pace)), "right") - 1, 0, None)]
-            way = velocity[last] / pace[last, None]
+            last = fast[np.clip(np.searchsorted(fast, np.arange(len(speed)), "right") - 1, 0, None)]
+            way = velocity[last] / speed[last, None]
         else:
             way = np.zeros_like(velocity)
         along, aside = numbers.DECELERATION_SIGMA, numbers.CURL_SIGMA
@@ -229,11 +229,11 @@ class _States:
         n = len(self._t)
         if turn == 0:
             return
-        pace = np.hypot(*self._velocity.T)
+        speed = np.hypot(*self._velocity.T)
         later = np.flatnonzero((self._t > self._after_contacts) & ~self._held)
         if not len(later):
             return
-        moving = later[pace[later] > 2 * numbers.DECELERATION * 0.2]
+        moving = later[speed[later] > 2 * numbers.DECELERATION * 0.2]
         guess = int(moving[-1]) if len(moving) else int(later[0])
         low, high = max(guess - n // 10, int(later[0])), min(guess + n // 5, n)
         while True:

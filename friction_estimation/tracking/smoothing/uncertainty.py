@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 
 from curling_env.typing import Floats
-from friction_estimation.appearance import ShapeDoubt, StoneModel
+from friction_estimation.appearance import ShapeUncertainty, StoneModel
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.tuning import CLICK_SIGMA_PX
@@ -33,7 +33,7 @@ def systematic_sigma(
     xy: Floats,
     model: StoneModel,
     unseen: Floats | None = None,
-    doubt: ShapeDoubt | None = None,
+    shape: ShapeUncertainty | None = None,
     hidden: Floats | None = None,
 ) -> Floats:
     """Standard error of each coordinate that neighbouring frames share, (n,) [m].
@@ -44,7 +44,7 @@ def systematic_sigma(
     xy : (n, 2) places on the ice [m]
     model : the stone; its size counts
     unseen : (n, 2) way that the pictures may not show because of compression [m]; None: none
-    doubt : what is not known of the stone's look
+    shape : uncertainty of the stone's shape
     hidden : (n,) share of the stone that something hides, see `hidden_for_long`; None: nothing
     """
     camera, middle = refined.camera, model.height / 2
@@ -55,8 +55,8 @@ def systematic_sigma(
     hidden_px = numbers.HIDDEN_ERROR_PX * np.sqrt(0.0 if hidden is None else hidden)
     edge_px = np.sqrt(numbers.EDGE_ERROR_PX**2 + small_px**2 + loose_px**2 + hidden_px**2)
     variance += (edge_px[:, None] * _metres_per_px(camera, xy, middle)) ** 2
-    if doubt is not None:
-        variance += doubt.at(xy) ** 2
+    if shape is not None:
+        variance += shape.at(xy) ** 2
     if unseen is not None:
         variance += unseen**2
     least = numbers.LARGER_COORDINATE_SHARE * variance.max(axis=1)
@@ -101,9 +101,9 @@ def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
     age : (n,) how long ago the pixels last changed [s]
     """
     then = np.column_stack([np.interp(t - age, t, axis) for axis in velocity.T])
-    slowing = numbers.DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
-    going = np.minimum(age, 1 / slowing)
-    return then * (going - 0.5 * slowing * going**2)[:, None]
+    rate = numbers.DECELERATION / np.maximum(np.hypot(*then.T), 1e-6)
+    going = np.minimum(age, 1 / rate)
+    return then * (going - 0.5 * rate * going**2)[:, None]
 
 
 def block_sigma(single: Floats, repeated: Floats) -> Floats:

@@ -112,10 +112,10 @@ def open_page(browser: Any, errors: list[str], **about: Any) -> Any:
     page.set_default_timeout(PATIENCE)
     page.on("pageerror", lambda error: errors.append(str(error)))
 
-    def note(said: Any) -> None:
+    def note(message: Any) -> None:
         # While the server is down, what is asked cannot be loaded; that is what is tested.
-        if said.type == "error" and "Failed to load resource" not in said.text:
-            errors.append(said.text)
+        if message.type == "error" and "Failed to load resource" not in message.text:
+            errors.append(message.text)
 
     page.on("console", note)
     return page

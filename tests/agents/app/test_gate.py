@@ -6,8 +6,7 @@ import pytest
 
 from agents.app import WorkQueue, sharing
 from agents.app.application import application
-from agents.app.gate import FORM, MAX_BODY, MAX_PIECE
-from agents.app.sharing import Door
+from agents.app.gate import FORM, MAX_BODY, MAX_PIECE, Door
 
 
 def test_whoever_knows_the_secret_sees_the_pages(visitor):
@@ -56,8 +55,8 @@ def test_a_form_without_its_token_changes_nothing(visitor, club):
 @pytest.mark.parametrize(("method", "most"), [("POST", MAX_BODY), ("PUT", MAX_PIECE)])
 def test_long_requests_are_refused_by_what_they_say_and_by_what_comes(visitor, method, most):
     token = {"x-csrf-token": visitor.token}
-    said = visitor.ask(method, "practice", b"", token | {"content-length": str(most + 1)})
-    assert said.status == 413
+    answer = visitor.ask(method, "practice", b"", token | {"content-length": str(most + 1)})
+    assert answer.status == 413
     came = visitor.ask(
         method, "practice", b"x" * (most + 1), {"content-type": FORM, "content-length": "5"}
     )

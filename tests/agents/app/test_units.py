@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from collections.abc import Callable
 from pathlib import Path
@@ -13,6 +14,7 @@ pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
 from agents.app import Club
 from agents.app.rendering import in_units
+from agents.app.screens.throws import entry_of
 from agents.app.take_in import take_in
 from curling_env.ice import load_ice, save_ice
 from curling_env.physics import slide
@@ -74,6 +76,20 @@ def test_lengths_that_are_typed_are_in_the_chosen_units(visitor, club, evening):
     # The call means the same in every unit, and to every command.
     assert club.throw(throw.id).called == "draw 2ft,-4ft broom 3ft right"
     assert club.session(evening.id).drill == "draw 4ft short"
+    page = visitor.get(f"throws/{evening.id}/{throw.label}").text
+    assert "4 ft 0 in short of the tee" in page
+    # A call that was typed in metres is shown in metres, and stays what it was.
+    other = club.throws(evening)[1]
+    club.change("throw", other.id, called="draw button broom 1.44 left")
+    address = f"throws/{evening.id}/{other.label}"
+    page = visitor.get(address).text
+    assert 'value="draw button broom 1.44m left"' in page
+    assert "broom 4 ft 9 in left" in page
+    with shown_in(Units.FEET):
+        shown = entry_of(club, club.throw(other.id))
+    visitor.post(address, {**shown, "note": "late", "was": json.dumps(shown)})
+    kept = club.throw(other.id)
+    assert (kept.called, kept.note) == ("draw button broom 1.44 left", "late")
     visitor.post("units", {"units": "metres"})
     assert "1.22 m short of the tee" in visitor.get(f"throws/{evening.id}/{throw.label}").text
 

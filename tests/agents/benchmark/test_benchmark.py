@@ -34,7 +34,7 @@ def test_ten_tasks_count_and_each_can_be_made():
         json.loads(env.spec.to_json())  # plain data, to be written down
 
 
-def test_the_same_episodes_for_everybody():
+def test_all_policies_play_the_same_episodes():
     first = measure(TASKS["draw"], contestant("random"), episodes=20)
     assert first == measure(TASKS["draw"], contestant("random"), episodes=20)
     assert first.low < first.mean < first.high
@@ -112,7 +112,7 @@ def test_a_difference_is_that_of_each_episode():
         (("nowhere.npz",), "no such file"),
     ],
 )
-def test_who_cannot_do_a_task_is_told(curling, arguments, says):
+def test_contestants_that_cannot_do_a_task_are_rejected(curling, arguments, says):
     assert says in curling("benchmark", *arguments, "--episodes", "2").complaint
 
 
@@ -161,7 +161,7 @@ class Masked:
 def test_policies_of_shots_are_measured_with_masks_and_memory():
     score = measure(TASKS["end-rulebased"], contestant(Masked()), episodes=3)
     assert -8 <= score.mean <= 8
-    with pytest.raises(InputError, match="who is measured must be one of"):
+    with pytest.raises(InputError, match="a policy must be one of"):
         contestant(3)
 
 

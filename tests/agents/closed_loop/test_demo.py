@@ -131,6 +131,6 @@ def test_command_refuses_a_folder_that_cannot_be(curling, tmp_path: Path) -> Non
 
 def test_command_refuses_a_folder_with_files_of_its_user(curling, tmp_path: Path) -> None:
     (tmp_path / "tracks.csv").write_text("throw,t,x,y,theta\n0,0,0,0,0\n")
-    said = curling("demo", "-o", tmp_path).complaint
-    assert "has tracks.csv, not from an earlier demo" in said
+    message = curling("demo", "-o", tmp_path).complaint
+    assert "has tracks.csv, not from an earlier demo" in message
     assert [path.name for path in tmp_path.iterdir()] == ["tracks.csv"]

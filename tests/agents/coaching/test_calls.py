@@ -7,7 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from agents.coaching import PLACES, Call, read_call
-from agents.coaching.calls import call_error, with_units
+from agents.coaching.calls import call_error, shown_call, typed_call
 from agents.coaching.throw_sheet import sheet_of
 from curling_env.sheet import Direction
 from curling_env.units import Units, shown_in
@@ -115,10 +115,19 @@ def test_in_words():
     ],
 )
 def test_lengths_without_units_are_in_the_chosen_ones(typed, kept):
-    assert with_units(typed) == typed
+    assert typed_call(typed) == typed
     with shown_in(Units.FEET):
-        assert with_units(typed) == kept
-        assert with_units(kept) == kept
+        assert typed_call(typed) == kept
+        assert typed_call(kept) == kept
+        assert typed_call(shown_call(typed)) == shown_call(typed)  # what is stored is not changed
+
+
+def test_stored_lengths_are_shown_with_their_unit_beside_feet():
+    stored = "draw 0.3,-1.2 in broom 1.44 left"
+    assert shown_call(stored) == stored
+    with shown_in(Units.FEET):
+        assert shown_call(stored) == "draw 0.3m,-1.2m in broom 1.44m left"
+        assert read_call(shown_call(stored)).target == read_call(stored).target
 
 
 WORDS = [

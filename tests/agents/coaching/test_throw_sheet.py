@@ -101,7 +101,7 @@ def test_the_command(evening, curling):
 
 def test_an_unknown_hand_is_refused(evening, curling):
     (evening / "athletes.csv").write_text("athlete,hand\nBo,both\n", encoding="utf-8")
-    said = curling("throws", evening / "tracks.csv").complaint
-    assert "athletes.csv" in said
-    assert "row 2" in said
-    assert "'both'" in said
+    message = curling("throws", evening / "tracks.csv").complaint
+    assert "athletes.csv" in message
+    assert "row 2" in message
+    assert "'both'" in message

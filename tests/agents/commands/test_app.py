@@ -45,9 +45,9 @@ def test_the_first_line_is_the_address_and_an_interrupt_is_an_orderly_end(tmp_pa
     with urllib.request.urlopen(address, timeout=120) as answer:
         assert b"<nav" in answer.read()
     os.kill(app.pid, signal.SIGINT)
-    out, said = app.communicate(timeout=120)
+    out, messages = app.communicate(timeout=120)
     assert (app.returncode, out) == (0, "")
-    assert "everything is kept" in said
+    assert "everything is kept" in messages
 
 
 def test_a_folder_that_is_open_already_is_refused(tmp_path, capsys):

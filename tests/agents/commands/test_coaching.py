@@ -66,16 +66,18 @@ def test_hand_or_ice_without_the_believed_ice(evening, curling):
 
 def test_a_session_without_calls_is_refused_with_the_missing_table(evening, curling):
     (evening / "throws.csv").unlink()
-    said = curling("hand-or-ice", evening / "tracks.csv", "--ice", evening / "ice.json").complaint
-    assert "no table throws.csv with calls next to these tracks" in said
+    message = curling(
+        "hand-or-ice", evening / "tracks.csv", "--ice", evening / "ice.json"
+    ).complaint
+    assert "no table throws.csv with calls next to these tracks" in message
 
 
 def test_the_calls_are_not_written_over(evening, curling):
     before = (evening / "throws.csv").read_bytes()
-    said = curling(
+    message = curling(
         "hand-or-ice", evening / "tracks.csv", "--ice", "standard", "-o", evening / "throws.csv"
     ).complaint
-    assert "contains the notes of the throws" in said
+    assert "contains the notes of the throws" in message
     assert (evening / "throws.csv").read_bytes() == before
 
 
@@ -99,8 +101,8 @@ def test_athletes_and_their_skills(evening, curling):
 
 def test_as_many_ices_as_sessions(evening, curling):
     tracks = evening / "tracks.csv"
-    said = curling("athletes", tracks, tracks, tracks, "--ice", "a", "--ice", "b").complaint
-    assert said == "--ice: expected one ice for all sessions, or one for each of the 3, got 2"
+    message = curling("athletes", tracks, tracks, tracks, "--ice", "a", "--ice", "b").complaint
+    assert message == "--ice: expected one ice for all sessions, or one for each of the 3, got 2"
 
 
 def test_match_stones(evening, curling):
@@ -128,9 +130,9 @@ def test_stones_without_numbers_are_refused(evening, curling):
     for row in rows:
         row[column] = "0"
     tracks.write_text("\n".join([lines[0], *map(",".join, rows)]) + "\n", encoding="utf-8")
-    said = curling("match-stones", tracks, "--ice", evening / "ice.json").complaint
+    message = curling("match-stones", tracks, "--ice", evening / "ice.json").complaint
     problem = "expected two or more stones, found 1: enter the stone of each throw in throws.csv"
-    assert problem in said
+    assert problem in message
 
 
 @pytest.mark.parametrize(

@@ -64,9 +64,9 @@ def test_the_tracks_come_out_again(curling, evening: Path) -> None:
 
 
 def test_a_consent_that_names_an_athlete_is_refused(curling, evening: Path) -> None:
-    said = donate(curling, evening, consent="I, Zuleika, agree to everything.").complaint
-    assert "names an athlete" in said
-    assert "Zuleika" not in said
+    message = donate(curling, evening, consent="I, Zuleika, agree to everything.").complaint
+    assert "names an athlete" in message
+    assert "Zuleika" not in message
     assert not (evening / "session.json").exists()
 
 

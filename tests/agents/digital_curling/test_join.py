@@ -36,7 +36,7 @@ def golden(name: str) -> list[tuple[str, dict[str, Any]]]:
     return [(line[0], json.loads(line[2:])) for line in lines]
 
 
-def said(log: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
+def messages_of(log: list[tuple[str, dict[str, Any]]]) -> list[dict[str, Any]]:
     """Return the server's lines of a conversation."""
     return [message for way, message in log if way == "<"]
 
@@ -111,7 +111,7 @@ def test_a_recorded_game_is_played_to_its_end(name, curling, tmp_path):
     with FakeServer(lambda connection: in_turn(connection, log)) as server:
         out = curling("join", f"127.0.0.1:{server.port}", "--player", "rulebased", "-o", tmp_path)
     assert out.status == 0, out.err
-    final = said(log)[-2]["state"]
+    final = messages_of(log)[-2]["state"]
     result = out.json()
     assert result["team"] == name[-5:]
     assert (result["winner"], result["reason"]) == (final["game_result"]["winner"], "score")
@@ -121,7 +121,7 @@ def test_a_recorded_game_is_played_to_its_end(name, curling, tmp_path):
     # The conversation is kept line by line, and the client's part of it has the protocol's form.
     wire = [line.split(" ", 1) for line in (tmp_path / "wire.jsonl").read_text().splitlines()]
     assert [way for way, _ in wire] == [way for way, _ in log]
-    assert [json.loads(text) for way, text in wire if way == "<"] == said(log)
+    assert [json.loads(text) for way, text in wire if way == "<"] == messages_of(log)
     own = [json.loads(text) for way, text in wire if way == ">"]
     assert [message["cmd"] for message in own] == ["dc_ok", "ready_ok", *["move"] * 16]
     for message in own[2:]:
@@ -137,7 +137,7 @@ def check_record(lines, log) -> None:
     """Check that every stone of the record is at the server's place, and every path begins at the
     hack.
     """
-    updates = [message for message in said(log) if message["cmd"] == "update"]
+    updates = [message for message in messages_of(log) if message["cmd"] == "update"]
     assert lines[0]["rules"] == "digital_curling"
     assert lines[0]["last_stone"] == "away"
     assert len(lines) == 2 + 32
@@ -171,7 +171,7 @@ def check_record(lines, log) -> None:
 @pytest.mark.parametrize("size", [1, 7, 100_000_000])
 def test_lines_may_be_split_and_joined(size):
     log = golden("extra-end-team0")
-    wire = b"".join(line_of(message) for message in said(log))
+    wire = b"".join(line_of(message) for message in messages_of(log))
 
     def all_at_once(connection: socket.socket) -> None:
         connection.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
@@ -188,7 +188,7 @@ def test_lines_may_be_split_and_joined(size):
 
 
 def test_the_same_seed_makes_the_same_moves():
-    log = said(golden("extra-end-team1"))[:9]
+    log = messages_of(golden("extra-end-team1"))[:9]
     from agents.playing import SearchPlayer
 
     def moves(seed: int) -> list[str]:
@@ -203,7 +203,7 @@ def test_the_same_seed_makes_the_same_moves():
 
 def test_a_client_moves_only_at_its_own_turn():
     log = golden("extra-end-team1")
-    _, replies = answers(said(log), DrawPlayer())
+    _, replies = answers(messages_of(log), DrawPlayer())
     moved = [reply is not None for reply in replies]
     recorded = [
         k + 1 < len(log) and log[k + 1][0] == ">" for k, (way, _) in enumerate(log) if way == "<"
@@ -211,14 +211,14 @@ def test_a_client_moves_only_at_its_own_turn():
     assert moved == recorded
 
 
-@pytest.mark.parametrize("untold", [None, False, "missing"])
-def test_undisclosed_fields_have_the_servers_defaults(untold):
-    log = deepcopy(said(golden("extra-end-team1"))[:5])
+@pytest.mark.parametrize("undisclosed", [None, False, "missing"])
+def test_undisclosed_fields_have_the_servers_defaults(undisclosed):
+    log = deepcopy(messages_of(golden("extra-end-team1"))[:5])
     for name in ("setting", "simulator", "players"):
-        if untold == "missing":
+        if undisclosed == "missing":
             del log[1]["game"][name]
         else:
-            log[1]["game"][name] = untold
+            log[1]["game"][name] = undisclosed
     client, replies = answers(log, DrawPlayer())
     assert client.rules.ends == 1  # as many as the score has
     assert client.rules.free_guard_until == 5
@@ -226,7 +226,7 @@ def test_undisclosed_fields_have_the_servers_defaults(untold):
 
 
 def test_unknown_fields_are_let_through():
-    log = deepcopy(said(golden("extra-end-team1"))[:7])
+    log = deepcopy(messages_of(golden("extra-end-team1"))[:7])
     for message in log:
         message["new_in_1_1"] = {"deep": [1, None]}
     log[1]["game"]["setting"]["weather"] = "snow"
@@ -237,14 +237,14 @@ def test_unknown_fields_are_let_through():
 
 
 def test_four_rocks_are_four():
-    log = deepcopy(said(golden("extra-end-team1"))[:2])
+    log = deepcopy(messages_of(golden("extra-end-team1"))[:2])
     log[1]["game"]["setting"]["five_rock_rule"] = False
     assert answers(log, DrawPlayer())[0].rules.free_guard_until == 4
 
 
 @pytest.mark.parametrize("reason", ["concede", "time_limit"])
 def test_a_game_that_is_given_up_is_over(reason):
-    log = deepcopy(said(golden("extra-end-team1"))[:6])
+    log = deepcopy(messages_of(golden("extra-end-team1"))[:6])
     last = deepcopy(log[-1])
     last["next_team"] = None
     last["last_move"] = {"actual_move": {"type": "concede"}, "free_guard_zone_foul": False}
@@ -264,7 +264,7 @@ def test_a_player_may_concede():
         def concedes(self, view):
             return view.game.end.delivered == 3
 
-    log = said(golden("extra-end-team1"))
+    log = messages_of(golden("extra-end-team1"))
     _, replies = answers(log[:9], Modest())
     moves = [reply.move for reply in replies[3:] if reply is not None]
     assert [type(move) for move in moves] == [ShotMessage, ConcedeMessage, ShotMessage]
@@ -272,14 +272,14 @@ def test_a_player_may_concede():
 
 def test_a_stone_thrown_backwards_is_a_stone_that_is_removed():
     log = golden("extra-end-team1")
-    updates = [message for message in said(log) if message["cmd"] == "update"]
+    updates = [message for message in messages_of(log) if message["cmd"] == "update"]
     back = [
         k
         for k, message in enumerate(updates[1:], start=1)
         if message["last_move"]["actual_move"]["velocity"]["y"] < 0
     ]
     assert back == [7]
-    client, _ = answers(said(log), DrawPlayer())
+    client, _ = answers(messages_of(log), DrawPlayer())
     line = record_of(client, ice="fcv1")[7]
     assert line["lying"] == line["before"]
     assert line["thrown"]["speed"] == pytest.approx(0.0071, abs=1e-3)
@@ -287,7 +287,7 @@ def test_a_stone_thrown_backwards_is_a_stone_that_is_removed():
 
 
 def test_another_physics_is_remarked_on():
-    log = deepcopy(said(golden("extra-end-team1"))[:2])
+    log = deepcopy(messages_of(golden("extra-end-team1"))[:2])
     log[1]["game"]["simulator"] = {"type": "fcv2"}
     said_of_it: list[str] = []
     answers(log, DrawPlayer(), remark=said_of_it.append)
@@ -322,7 +322,7 @@ def test_a_break_of_the_protocol_is_one_line(line, says, curling, tmp_path):
 
 def test_an_update_before_the_game_is_a_break_of_the_protocol():
     with pytest.raises(InputError, match="before is_ready"):
-        answers(said(golden("extra-end-team1"))[3:4])
+        answers(messages_of(golden("extra-end-team1"))[3:4])
 
 
 def test_a_server_that_hangs_up_ends_the_game_and_the_log_stays(curling, tmp_path):
@@ -342,7 +342,7 @@ def test_a_server_that_hangs_up_ends_the_game_and_the_log_stays(curling, tmp_pat
 
 
 def test_a_line_that_breaks_off_is_no_line(curling):
-    half = line_of(said(golden("extra-end-team1"))[0])[:40]
+    half = line_of(messages_of(golden("extra-end-team1"))[0])[:40]
     with FakeServer(lambda connection: connection.sendall(half)) as server:
         out = curling("join", f"127.0.0.1:{server.port}", "--player", "draw")
     assert (

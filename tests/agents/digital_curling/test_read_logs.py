@@ -56,7 +56,7 @@ def test_a_score_that_the_stones_do_not_have_is_reported(tmp_path, curling):
     ("name", "text", "problem"),
     [
         ("g.dcl", HEAD, "g.dcl: contains no shot of a game"),
-        ("g.dcl", log(second=0), "line 10: stone 2 is of the team that delivered before it"),
+        ("g.dcl", log(second=0), "line 10: stone 2 has the team of the stone before it"),
         ("g.dcl", log().replace("SCORE -1", "SCORE many"), "line 14: SCORE is 'many', expected"),
         ("g.dcl", log().replace(" 2.875000", "", 1), "line 14: POSITION has 31 numbers"),
         ("g.dcl2", '{"tag": "gam", "log": {"cmd": "dc"}}\n', "g.dcl2: contains no shot of a game"),

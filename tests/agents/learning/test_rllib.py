@@ -203,12 +203,12 @@ def test_rllibs_network_agrees_with_stable_baselines3s() -> None:
     seen = torch.as_tensor(sheets.reset(seed=0)[0])
     look = model.policy.features_extractor
     with torch.no_grad():
-        said = module.forward_inference({"obs": look(seen)})["action_dist_inputs"]
+        output = module.forward_inference({"obs": look(seen)})["action_dist_inputs"]
         value = module.compute_values({"obs": look(seen)})
         wanted = model.policy.get_distribution(seen).distribution
         worth = model.policy.predict_values(seen)[:, 0]
-    np.testing.assert_allclose(said[:, :3], wanted.mean, atol=1e-6)
-    np.testing.assert_allclose(said[:, 3:].exp(), wanted.stddev, atol=1e-6)
+    np.testing.assert_allclose(output[:, :3], wanted.mean, atol=1e-6)
+    np.testing.assert_allclose(output[:, 3:].exp(), wanted.stddev, atol=1e-6)
     np.testing.assert_allclose(value, worth, atol=1e-6)
 
 
@@ -217,7 +217,7 @@ def test_rllibs_network_agrees_with_stable_baselines3s() -> None:
 def test_two_local_workers_learn_to_draw_and_the_model_throws(
     tmp_path: Path, curling: Callable[..., Any]
 ) -> None:
-    # Throws that are not centred on the best one: who has learnt nothing misses by metres.
+    # Throws that are not centred on the best one: an untrained policy misses by metres.
     options = {
         "target": [0.0, 0.0],
         "throw_range": {"speed": [1.5, 2.4], "angle": [-0.15, 0.15], "spin": [0.5, 1.5]},

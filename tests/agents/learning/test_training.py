@@ -2,7 +2,6 @@ from __future__ import annotations
 
 import json
 import pickle
-import runpy
 import signal
 import subprocess
 import sys
@@ -348,18 +347,6 @@ def test_the_command_compares_the_agent_with_the_planner(curling, must_fit, tmp_
     on = curling("train", "--resume", run, "-o", tmp_path / "on")
     assert on.status == 0, on.err
     assert_same_weights(run / "model.npz", tmp_path / "on" / "model.npz")
-
-
-def test_the_example_script_trains_evaluates_and_throws(
-    capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
-    script = Path(__file__).parents[3] / "scripts" / "train.py"
-    assert len(script.read_text().splitlines()) < 60
-    monkeypatch.setattr(sys, "argv", [str(script), "--steps", "256", "-o", str(tmp_path / "run")])
-    runpy.run_path(str(script), run_name="__main__")
-    said = capsys.readouterr().out
-    assert "agent over best" in said
-    assert "to the button" in said
 
 
 def test_command_refuses_in_one_line(curling, tmp_path: Path) -> None:

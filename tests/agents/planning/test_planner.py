@@ -379,10 +379,10 @@ def test_the_picture_shows_the_team_of_each_stone(tmp_path) -> None:
         draw_plan(ice, found, tmp_path / "plan.png")
         picture = imread(tmp_path / "plan.png")[..., :3] * 255
         seen.append([int((np.abs(picture - c).max(axis=2) < 3).sum()) for c in (red, yellow)])
-    both, theirs, untold = seen
+    both, theirs, without = seen
     assert both[0] > theirs[0] + 100
     assert theirs[1] > both[1] + 100
-    assert untold[1] == 0
+    assert without[1] == 0
 
 
 def test_a_target_mid_sheet_is_questioned():

@@ -197,8 +197,8 @@ def test_errors_are_reported_in_one_line(
 
 def test_an_interrupt_reports_that_nothing_was_kept(curling: Callable[..., Any]) -> None:
     result = curling("interrupt")
-    said = "curling: interrupted; nothing was written; repeat the command to start again\n"
-    assert (result.status, result.out, result.err) == (130, "", said)
+    message = "curling: interrupted; nothing was written; repeat the command to start again\n"
+    assert (result.status, result.out, result.err) == (130, "", message)
 
 
 def test_a_mistake_of_ours_is_not_hidden(
@@ -229,10 +229,10 @@ def test_every_other_end_is_one_line_too(
 def test_a_line_has_at_most_300_characters_that_any_terminal_can_show(
     curling: Callable[..., Any],
 ) -> None:
-    said = curling("say_much").err
-    assert len(said) <= 301
-    assert said.endswith("the end\n")
-    assert "\x1b" not in said
+    message = curling("say_much").err
+    assert len(message) <= 301
+    assert message.endswith("the end\n")
+    assert "\x1b" not in message
 
 
 def test_a_bar_on_a_terminal_follows_counts_and_shares(monkeypatch: pytest.MonkeyPatch) -> None:

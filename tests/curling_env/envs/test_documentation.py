@@ -71,16 +71,16 @@ def test_every_option_is_explained_and_no_other(title, made_by):
 def test_every_part_of_the_reward_is_explained():
     explained = first_column(section("CurlingSheet-v0", "Rewards").split("| part | value |", 1)[1])
     assert explained == [part.name for part in fields(RewardParts)]
-    said = section("CurlingEnd-v0", "Rewards")
+    text = section("CurlingEnd-v0", "Rewards")
     for part in fields(GameRewardParts):
-        assert f"`{part.name}`" in said
+        assert f"`{part.name}`" in text
 
 
 @pytest.mark.parametrize("title", PAGES)
-def test_a_page_says_which_spaces_there_are(title):
+def test_a_page_lists_the_spaces(title):
     (named,) = [row[2:] for row in SPACES if row[:2] == (title, "{}")]
-    for space, said in zip(("Action", "Observation"), named, strict=True):
-        assert f"| {space} space | `{said}` |" in page(title)
+    for space, shown in zip(("Action", "Observation"), named, strict=True):
+        assert f"| {space} space | `{shown}` |" in page(title)
 
 
 @pytest.mark.parametrize("title", ["CurlingSheet-v0", "CurlingEnd-v0"])

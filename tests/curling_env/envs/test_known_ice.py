@@ -1,4 +1,4 @@
-"""What an agent is told of an ice: all that decides, one fact after the other."""
+"""Ice features of the observation: one for everything that affects a throw."""
 
 from __future__ import annotations
 
@@ -51,13 +51,13 @@ def test_no_parameter_of_a_known_effect_is_kept_from_the_agent(card, parameter):
         ices.append(Ice.uniform(0.008, effects=(one,)))
     ices.append(Ice.uniform(0.008, effects=(ActiveEffect(name=card.name, parameters=given),)))
     everyone = range(40)
-    told_of = [
+    features = [
         np.append(KnownIce(ice).features(Direction.AWAY), KnownIce(ice).of_stones(everyone))
         for ice in ices
     ]
-    for k, one in enumerate(told_of):
+    for k, one in enumerate(features):
         assert np.abs(one).max() <= 1
-        for other in told_of[k + 1 :]:
+        for other in features[k + 1 :]:
             assert not np.array_equal(one, other)
 
 
@@ -80,7 +80,7 @@ def test_usual_effects_read_as_their_cards_scale_them():
     assert (home["slope.x"], home["slope.y"]) == pytest.approx((-0.5, 0.25))
 
 
-def test_a_patch_is_told_where_it_lies_seen_along_play_and_so_is_a_second():
+def test_two_patches_are_observed_in_the_direction_of_play():
     first = {"x_min": -2.0, "x_max": -0.5, "y_min": 10.0, "y_max": 14.0, "factor": 1.1}
     ice = with_effect("friction_patch", **first)
     turned = with_effect(
@@ -106,7 +106,7 @@ def test_a_table_over_the_sheet_is_read_backwards_from_the_other_end():
     )
 
 
-def test_wear_under_contacts_and_along_paths_are_told_as_one_sum_because_games_wear_by_the_sum():
+def test_wear_under_contacts_and_along_paths_is_observed_as_one_sum():
     both = named(with_effect("pebble_wear", along_path=-0.002, under_contacts=-0.001))
     assert both == named(with_effect("pebble_wear", along_path=-0.003))
     assert both["pebble_wear.along_path"] == pytest.approx(-0.3)
@@ -125,7 +125,7 @@ def test_heavy_bands_are_seen_where_they_are():
     assert home["friction of band 8, left"] < 0
 
 
-def test_wear_is_told_band_by_band():
+def test_wear_is_observed_band_by_band():
     known = KnownIce(load_ice("standard"))
     wear = np.zeros(PAPER_SHEET.shape)
     wear[70:, 4] = -0.01
@@ -138,7 +138,7 @@ def test_wear_is_told_band_by_band():
     assert not known.wear(None, Direction.AWAY).any()
 
 
-def test_stones_of_their_own_are_told_by_their_identifier():
+def test_biased_stones_are_observed_by_their_identifier():
     known = KnownIce(with_effect("stone_bias", stone=3.0, factor=1.02, curl_factor=0.8))
     numbers = known.of_stones([2, 3])
     assert stone_names() == ("stone_bias.factor", "stone_bias.curl_factor")
@@ -146,7 +146,7 @@ def test_stones_of_their_own_are_told_by_their_identifier():
     np.testing.assert_allclose(numbers[1], [0.2, -0.4], atol=1e-6)
 
 
-def test_numbers_are_told_as_they_are_or_pressed_together_but_never_cut():
+def test_numbers_are_observed_as_they_are_or_squashed_but_never_clipped():
     values = np.array([-30.0, -3.0, -0.4, 0.0, 0.4, 0.5, 0.6, 3.0, 30.0])
     shown = squash(values)
     assert (np.diff(shown) > 0).all()

@@ -1,4 +1,4 @@
-"""Options are plain data; what is given wrongly is told in one line with what is right."""
+"""Options are plain data; a wrong one is reported in one line with the valid ones."""
 
 from __future__ import annotations
 
@@ -134,7 +134,7 @@ WRONG = {
 @pytest.mark.parametrize(
     ("name", "options", "says"), [(name, *case) for name in WRONG for case in WRONG[name]]
 )
-def test_a_wrong_option_is_told_with_what_is_right(name, options, says):
+def test_a_wrong_option_is_reported_with_the_valid_ones(name, options, says):
     for make in (gym.make, gym.make_vec):
         if options.get("render_mode") and make is gym.make_vec:
             continue
@@ -156,13 +156,13 @@ def test_a_wrong_option_is_told_with_what_is_right(name, options, says):
         ("CurlingEnd-v0", {"ice": "nowhere"}, "no such ice file"),
     ],
 )
-def test_a_wrong_option_of_reset_is_told_with_what_is_right(name, options, says):
+def test_a_wrong_option_of_reset_is_reported_with_the_valid_ones(name, options, says):
     for env in (gym.make(name), gym.make_vec(name, num_envs=2)):
         with pytest.raises(InputError, match=says):
             env.unwrapped.reset(options=options)
 
 
-def test_a_wrong_option_of_the_two_team_game_is_told():
+def test_a_wrong_option_of_the_two_team_game_is_reported():
     pytest.importorskip("pettingzoo")
     for options, says in (
         ({"skill": ["club"]}, "one for both teams or a pair"),
@@ -211,7 +211,7 @@ def test_actions_are_numbers(name):
             env.step(wrong)
 
 
-def test_an_environment_of_ones_own_may_have_more_options_and_is_told_of_unknown_ones():
+def test_a_subclass_may_have_more_options_and_rejects_unknown_ones():
     class Windy(CurlingSheetEnv):
         def __init__(self, *, wind: float = 0.0, **options):
             super().__init__(**options)
@@ -264,13 +264,13 @@ def test_drawn_ices_follow_from_the_seed_alone():
     np.testing.assert_array_equal(drawn[0], drawn[2])
     np.testing.assert_array_equal(seen[0], seen[2])
     assert np.abs(drawn[0] / drawn[1] - 1).max() > 0.01
-    # What is told is the estimate, and the throw is not the one that was meant.
+    # The observation holds the estimate, and the throw is not the intended one.
     assert env.known_ice.friction.mu.std() > 0
     assert not np.array_equal(env.known_ice.friction.mu, env.thrown_ice.friction.mu)
     assert seen[0][-1] != pytest.approx(env.throw_of(np.zeros(3)).speed)
 
 
-def test_a_known_ice_is_told_on_every_drawn_one(tmp_path):
+def test_a_known_ice_is_observed_on_every_drawn_one(tmp_path):
     from curling_env.ice import save_ice
 
     for name in ("standard", "fcv1"):

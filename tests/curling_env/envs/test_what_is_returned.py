@@ -39,7 +39,7 @@ def assert_equal(first, second):
 
 
 def play(spoil, begin, step, count=7):
-    """What an environment returns, and copies of it; the caller may write into all of it."""
+    """Return values of an environment and copies of them; the caller may write into them."""
     returned, copies = [], []
     for k in range(count):
         result = begin() if k == 0 else step()
@@ -134,7 +134,7 @@ def shapes(info):
 
 @pytest.mark.parametrize(("name", "options"), OPTIONS)
 def test_info_is_flat_and_keeps_its_form(name, options):
-    """As collectors of transitions want it: the same names, shapes and types in every step."""
+    """Names, shapes and types are the same in every step, as collectors of transitions need."""
     env = gym.make(name, **options)
     seen = []
     for seed in range(3):

@@ -22,9 +22,9 @@ def test_a_distribution_that_wrote_over_a_package_is_named(monkeypatch):
     assert shadowed_by(entry) is None
     both = {"agents": ["curling-sheet", "openai-agents"]}
     monkeypatch.setattr(importlib.metadata, "packages_distributions", lambda: both)
-    said = shadowed_by(entry)
-    assert said is not None
-    assert "'openai-agents' also has a package 'agents'" in said
+    message = shadowed_by(entry)
+    assert message is not None
+    assert "'openai-agents' also has a package 'agents'" in message
 
 
 def test_a_model_file_is_a_player_and_other_files_are_not(tmp_path):

@@ -26,7 +26,7 @@ def test_written_files_are_read_back(tmp_path, must_fit):
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         ({"format": "curling-ice/1"}, "curling-skill/1"),
         ({"sigma_speed": -1}, "sigma_speed"),
@@ -37,11 +37,11 @@ def test_written_files_are_read_back(tmp_path, must_fit):
         ({"correlation": 1.5}, "correlation"),
     ],
 )
-def test_a_file_that_describes_no_skill(tmp_path, change, said):
+def test_a_file_that_describes_no_skill(tmp_path, change, message):
     path = tmp_path / "ada.json"
     save_skill(ADA, path)
     path.write_text(json.dumps(json.loads(path.read_text(encoding="utf-8")) | change))
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         load_skill(path)
 
 

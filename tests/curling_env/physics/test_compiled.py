@@ -126,7 +126,7 @@ def twice(x):
     return 4 * half(x)
 found = twice(3.0)
 print(json.dumps({"twice": found, "hits": sum(twice.stats.cache_hits.values())
-                  + sum(half.stats.cache_hits.values()), "said": kernel_cache.remarks()}))
+                  + sum(half.stats.cache_hits.values()), "remarks": kernel_cache.remarks()}))
 """
 
 
@@ -167,7 +167,7 @@ def test_an_unwritable_cache_is_not_fatal(kernels: str, cache: Path) -> None:
         index.mkdir()
     found = run(kernels, cache)
     assert found["twice"] == first["twice"]
-    assert "cannot be written" in found["said"][0]
+    assert "cannot be written" in found["remarks"][0]
 
 
 def test_a_cache_that_others_can_write_is_refused(kernels: str, cache: Path) -> None:
@@ -176,7 +176,7 @@ def test_a_cache_that_others_can_write_is_refused(kernels: str, cache: Path) -> 
         folder.chmod(0o777)
     found = run(kernels, cache)
     assert found["hits"] == 0
-    assert "others can write" in found["said"][0]
+    assert "others can write" in found["remarks"][0]
 
 
 def test_a_kernel_without_a_file_is_not_kept(cache: Path) -> None:

@@ -10,15 +10,15 @@ from friction_estimation.appearance import (
     REVERSIBLE,
     Appearance,
     Crop,
-    ShapeDoubt,
     ShapePrior,
+    ShapeUncertainty,
     StoneModel,
     composite,
     coverage,
     window_at,
 )
-from friction_estimation.appearance.ambiguity import sight_doubt
-from friction_estimation.appearance.profile import fit_profile, shape_doubt
+from friction_estimation.appearance.ambiguity import sight_uncertainty
+from friction_estimation.appearance.profile import fit_profile, shape_uncertainty
 from friction_estimation.camera import Camera
 
 CAMERA = Camera.looking_at(
@@ -52,21 +52,26 @@ def test_crops_that_were_placed_too_far_away_come_nearer_to_the_camera():
     prior = ShapePrior.reversible(PLAIN)
     found = np.array([crop.pose[:2] for crop in crops])
     fit = fit_profile(crops, shown, prior, 0)
-    doubt, alone = sight_doubt(crops, fit, prior, typical=True), shape_doubt(crops, fit)
-    better = np.abs(found + doubt.shift - places)
+    uncertainty, alone = (
+        sight_uncertainty(crops, fit, prior, typical=True),
+        shape_uncertainty(crops, fit),
+    )
+    better = np.abs(found + uncertainty.shift - places)
     assert better.max() < 0.6 * np.abs(found - places).max()
-    assert (better < 2 * np.hypot(doubt.sigma, 0.002)).all()
-    assert (doubt.sigma >= alone.sigma).all()
-    guess = sight_doubt(crops, fit, prior, typical=False)
+    assert (better < 2 * np.hypot(uncertainty.sigma, 0.002)).all()
+    assert (uncertainty.sigma >= alone.sigma).all()
+    guess = sight_uncertainty(crops, fit, prior, typical=False)
     assert not guess.shift.any()
-    assert guess.sigma[-1, 1] > abs(doubt.shift[-1, 1])
+    assert guess.sigma[-1, 1] > abs(uncertainty.shift[-1, 1])
 
 
 def test_two_looks_are_weighed_by_how_likely_they_are():
     places = np.column_stack([np.zeros(5), np.linspace(-10, 10, 5)])
     still = np.zeros_like(places)
-    one = ShapeDoubt(places=places, sigma=still + 0.003, shift=still + 0.001)
-    other = ShapeDoubt(places=places + np.array([0.0, 0.02]), sigma=still + 0.004, shift=still)
+    one = ShapeUncertainty(places=places, sigma=still + 0.003, shift=still + 0.001)
+    other = ShapeUncertainty(
+        places=places + np.array([0.0, 0.02]), sigma=still + 0.004, shift=still
+    )
     mixed = one.mixed_with(other, 0.25)
     np.testing.assert_allclose(mixed.shift, still + np.array([0.00075, 0.00575]), atol=1e-9)
     variance = 0.75 * 0.003**2 + 0.25 * 0.004**2 + 0.1875 * np.array([0.001, 0.019]) ** 2

@@ -1,4 +1,4 @@
-"""What pictures of a stone show of it, and of what is around it."""
+"""Crops: the pixels of a stone and of its surroundings."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How a stone's picture changes with its shape, its colours and its pose."""
+"""Derivatives of a stone's picture by shape, colours and pose."""
 
 from __future__ import annotations
 

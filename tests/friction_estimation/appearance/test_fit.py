@@ -110,7 +110,7 @@ def film_of_a_stone():
 
 
 def learnt(crops, change=0.0):
-    """Places and look that are learnt from copies of crops, whose pixels are changed by so much."""
+    """Places and appearance learned from copies of crops with pixels changed by an amount."""
     rng = np.random.default_rng(3)
     own = [
         replace(crop, pixels=crop.pixels + change * rng.standard_normal(crop.pixels.shape))
@@ -123,13 +123,13 @@ def learnt(crops, change=0.0):
 def test_a_stone_is_misplaced_no_more_than_what_is_unknown_of_its_shape_allows(film_of_a_stone):
     crops, places = film_of_a_stone
     found, look = learnt(crops)
-    assert look.doubt is not None
-    doubt = look.doubt.at(places)
+    assert look.uncertainty is not None
+    uncertainty = look.uncertainty.at(places)
     assert np.abs(found - places).max() < 0.03
-    assert (np.abs(found - places) < 3 * np.hypot(doubt, 0.001)).all()
+    assert (np.abs(found - places) < 3 * np.hypot(uncertainty, 0.001)).all()
     # What is far away, and seen from low down, is the least certain.
-    assert doubt[-1, 1] > 1.5 * doubt[0, 1]
-    assert doubt.max() < 0.03
+    assert uncertainty[-1, 1] > 1.5 * uncertainty[0, 1]
+    assert uncertainty.max() < 0.03
 
 
 def test_what_is_learnt_does_not_depend_on_rounding(film_of_a_stone):

@@ -1,4 +1,4 @@
-"""What is learnt of a stone from its pictures."""
+"""Appearance of a stone, learned from its pictures."""
 
 from __future__ import annotations
 
@@ -90,7 +90,7 @@ def small_stone():
 def learnt(crops, moved=0.0):
     """Copies of crops with the poses that are learnt from them, and the look.
 
-    The poses to begin with are moved by so much [m].
+    `moved` shifts the poses to begin with [m].
     """
     own = [replace(crop, pose=crop.pose + np.array([moved, -moved, 0.0])) for crop in crops]
     return own, learn_appearance(own, MODEL, 2.0)
@@ -112,10 +112,10 @@ def test_where_a_fit_begins_hardly_changes_what_is_learnt(small_stone):
     """The picture once changed in jumps, and a fit ended where the last jump left it."""
     crops, _ = small_stone
     (one, look), (other, as_well) = learnt(crops), learnt(crops, 1e-6)
-    assert look.doubt is not None
-    assert as_well.doubt is not None
-    places = np.array([crop.pose[:2] for crop in one]) + look.doubt.shift
-    others = np.array([crop.pose[:2] for crop in other]) + as_well.doubt.shift
+    assert look.uncertainty is not None
+    assert as_well.uncertainty is not None
+    places = np.array([crop.pose[:2] for crop in one]) + look.uncertainty.shift
+    others = np.array([crop.pose[:2] for crop in other]) + as_well.uncertainty.shift
     assert np.sqrt(np.mean(np.sum((others - places) ** 2, axis=1))) < 2e-4
 
 
@@ -153,7 +153,7 @@ BESIDE, BEHIND = (-14.0, 0.0, 11.0), (0.0, -36.0, 9.0)
 def test_a_handle_that_no_pixel_shows_alone_is_found():
     """Red mixed with the ice behind it looked grey, and the stone seemed to have no handle."""
     crops, poses = painted(1, focal_px=520.0, position=BESIDE, noise=2.0)
-    look = learn_appearance(crops, MODEL, 1.5, doubted=False)
+    look = learn_appearance(crops, MODEL, 1.5, try_others=False)
     assert look.has_handle
     miss = np.array([crop.pose[2] for crop in crops]) - poses[:, 2]
     assert np.abs(np.angle(np.exp(1j * miss))).max() < 0.3
@@ -161,7 +161,7 @@ def test_a_handle_that_no_pixel_shows_alone_is_found():
 
 def test_a_small_stone_without_a_handle_gets_none():
     crops, _ = painted(2, focal_px=520.0, position=BESIDE, noise=2.0, has_handle=False)
-    assert not learn_appearance(crops, MODEL, 1.5, doubted=False).has_handle
+    assert not learn_appearance(crops, MODEL, 1.5, try_others=False).has_handle
 
 
 @pytest.mark.parametrize("model", [CHAMFERED, REVERSIBLE_STONE], ids=["chamfered", "reversible"])

@@ -1,4 +1,4 @@
-"""What stones are like: the prior of a learnt look."""
+"""Prior of a learned appearance."""
 
 from __future__ import annotations
 

@@ -122,7 +122,7 @@ def test_points_outside_the_image_are_refused_by_name():
         camera_from_scene(scene, (640, 360))
 
 
-def test_corners_marked_one_place_round_are_told_so():
+def test_corners_marked_one_place_round_are_reported():
     camera = behind_the_end()
     scene = corners_of(camera, camera_matrix=camera.lens.matrix, distortion=LENS)
     with pytest.raises(InputError, match="where the next one around the sheet is"):

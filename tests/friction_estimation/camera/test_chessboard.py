@@ -61,7 +61,7 @@ def views(count=6):
 
 
 def picture(camera, board, rng):
-    """What the camera sees of the board: two samples a pixel each way, averaged, with noise."""
+    """Picture of the board: two samples a pixel each way, averaged, with noise."""
     flat = cv2.copyMakeBorder(drawn(board), 60, 60, 60, 60, cv2.BORDER_CONSTANT, value=235)
     fine = 2
     u, v = np.meshgrid(np.arange(SIZE[0] * fine), np.arange(SIZE[1] * fine))

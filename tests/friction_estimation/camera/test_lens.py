@@ -48,7 +48,7 @@ def test_the_formula_is_opencvs(bent):
 
 
 def test_only_one_module_knows_the_terms_of_the_lens():
-    """What another lens model would have to change."""
+    """Lens parameters that another lens model would have to change."""
     root = Path(friction_estimation.__file__).parent
     knowing = set()
     for path in root.rglob("*.py"):
@@ -116,7 +116,7 @@ def test_small_terms_of_a_lens_are_found_with_the_large_ones(found, name, limit)
     assert np.sqrt(np.mean(np.sum(off**2, axis=1))) < limit
 
 
-def test_far_from_the_paint_that_told_the_lens_a_place_is_less_sure(found):
+def test_places_far_from_the_paint_that_determined_the_lens_are_less_certain(found):
     points, _, sigma = found["ceiling"]
     beyond = points[:, 1] < 10.2  # the hog line is at 10.97 m
     assert beyond.any()

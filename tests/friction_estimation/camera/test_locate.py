@@ -42,7 +42,7 @@ def clicks(photo, off=((0.0, 0.0), (0.0, 0.0))):
 
 
 def apart(camera, photo):
-    """How far rings and hog line are from where they truly are in the photo, rms [px]."""
+    """Distance of rings and hog line from their true pixels in the photo, rms [px]."""
     ice = landmarks()
     true = photo.px(ice)
     inside = ((true > 0) & (true < np.array(camera.size) - 1)).all(axis=1)

@@ -73,7 +73,7 @@ def test_corners_off_by_three_pixels_cost_a_few_millimetres(views, name, seed):
 
 
 @pytest.mark.parametrize("name", SIZES)
-def test_corners_far_off_are_found_or_the_failure_is_told(views, name):
+def test_corners_far_off_are_found_or_the_failure_is_reported(views, name):
     true, scene, still = views[name]
     found = []
     for seed in range(4):
@@ -138,7 +138,7 @@ def test_exact_points_and_a_known_lens_are_not_made_worse(views):
 
 @pytest.mark.parametrize("seed", range(3))
 def test_points_that_leave_nothing_to_improve_are_checked_by_the_paint_all_the_same(views, seed):
-    """Else σ would hold the doubt of a hand's marks, which the paint has removed."""
+    """Else σ would include the error of marks by hand, which the paint has removed."""
     true, scene, still = views["end"]
     grain = np.random.default_rng(seed).normal(0, 1.0, still.shape)
     refined = refine(true, scene, np.clip(still + grain, 0, 255).astype(np.float32))
@@ -237,7 +237,7 @@ def test_a_line_thinner_than_a_pixel_is_seen_where_it_is():
 
 
 def test_a_ring_seen_at_a_slant_is_where_it_is():
-    """Its narrow ends, which a blur moves inwards, are left out."""
+    """Its narrow ends, which a blur moves inwards, are ignored."""
     camera = Camera.looking_at(
         position=(0.4, -36.5, 8.8), target=(0.0, -12.5, 0.0), focal_px=1480.0, size=(1280, 720)
     )

@@ -1,4 +1,4 @@
-"""The scene file: read back as written, and every mistake in it told in one line."""
+"""The scene file: read back as written, and every error in it reported in one line."""
 
 from __future__ import annotations
 
@@ -113,7 +113,7 @@ def test_points_serve_where_no_corner_is_in_view(tmp_path):
         ({"sheet": {"length": 10, "width": 4.5}}, "must fit both houses"),
     ],
 )
-def test_a_mistake_is_told_in_one_line_with_its_place(tmp_path, changes, message):
+def test_an_error_is_reported_in_one_line_with_its_place(tmp_path, changes, message):
     path = written(tmp_path, **changes)
     with pytest.raises(InputError) as caught:
         load_scene(path)

@@ -141,7 +141,7 @@ def made_up(
     )
 
 
-def test_errors_of_a_rest_are_told_along_and_across_the_play():
+def test_errors_of_a_rest_are_reported_along_and_across_the_play():
     away = made_up()
     assert away.rest_error == pytest.approx(0.5)
     assert away.too_long == pytest.approx(-0.4)

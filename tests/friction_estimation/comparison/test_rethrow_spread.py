@@ -1,4 +1,4 @@
-"""How far off predictions may be, beside how far off they are.
+"""Predicted and actual errors of predictions.
 
 The throws come from the tests' own integrator on ices that no part of the comparison knows.
 """
@@ -38,7 +38,7 @@ def with_memory(track: Trajectory, rng: np.random.Generator, size: float, time: 
 
 
 def sessions(sliding, ice: Ice, count: int, *, share=0.0, curl_sigma=0.0, slow=0.0):
-    """Comparisons of sessions, each on an ice of its own, with what is believed of all of them."""
+    """Comparisons of sessions, each on a different ice, with the prior of all of them."""
     for seed in range(count):
         rng = np.random.default_rng((7, seed))
         field = sliding.uniform(MU)
@@ -86,7 +86,7 @@ def test_an_ice_that_claims_to_be_known_is_found_out(sliding):
     assert comparison.summary()["rest_error_sigmas"] > 5
 
 
-def test_noise_is_told_although_a_curve_was_taken_from_it(sliding):
+def test_noise_is_reported_although_a_curve_was_subtracted(sliding):
     found = [position_noise(c.rethrows) for c in sessions(sliding, believed_ice(), 4, slow=0.008)]
     assert np.mean([noise.white for noise in found]) == pytest.approx(0.003, rel=0.1)
     assert np.mean([noise.slow for noise in found]) == pytest.approx(0.008, rel=0.15)

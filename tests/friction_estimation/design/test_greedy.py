@@ -1,4 +1,4 @@
-"""What a throw removes of the variance, against the textbook's update."""
+"""Variance removed by a throw, compared with the textbook's update."""
 
 from __future__ import annotations
 

@@ -21,7 +21,7 @@ ONE_SPIN = "All stones turned the same way"
 OTHER_ICE = "it is of other ice, or of another sheet"
 
 
-def said(found):
+def text_of(found):
     """All that the report remarks, in one text."""
     return " ".join(remarks(found))
 
@@ -34,14 +34,14 @@ def test_one_direction_only_is_said(make_session):
     tracks = [track for track in make_session([CURL], throws=20) if track.throw % 2 == 0]
     found = discover(tracks)
     assert names(found) == ["curl"]
-    assert ONE_WAY in said(found)
+    assert ONE_WAY in text_of(found)
 
 
 def test_no_variety_of_spin_is_said(make_session):
     tracks = [t for t in make_session([CURL], throws=24) if t.theta[-1] > t.theta[0]]
     assert len(tracks) >= 8
     found = discover(tracks)
-    assert ONE_SPIN in said(found)
+    assert ONE_SPIN in text_of(found)
     assert set(names(found)) <= {"curl", "slope", "unknown"}
     named = [e for e in document(found)["effects"] if e["name"] in ("curl", "slope")]
     # Both directions were played: a slope keeps its side of the sheet, curl does not.
@@ -63,7 +63,7 @@ def test_throws_that_turned_unseen_leave_where_enough_are_left(make_session):
 
 
 def test_a_good_session_says_neither(make_session):
-    words = said(discover(make_session(throws=8)))
+    words = text_of(discover(make_session(throws=8)))
     assert ONE_WAY not in words
     assert ONE_SPIN not in words
 
@@ -110,7 +110,7 @@ def test_a_base_ice_of_other_ice_is_said(make_session, rng):
     plain = Ice.uniform(0.02)
     mu = plain.friction.mu * np.exp(rng.normal(0, 0.3, plain.friction.mu.shape))
     wrong = replace(plain, friction=replace(plain.friction, mu=mu))
-    tracks = make_session(throws=6)  # too few to name anything, but this can be said
+    tracks = make_session(throws=6)  # too few to name anything, but enough to report this
     found = discover(tracks, wrong)
-    assert OTHER_ICE in said(found)
-    assert OTHER_ICE not in said(discover(tracks, plain))
+    assert OTHER_ICE in text_of(found)
+    assert OTHER_ICE not in text_of(discover(tracks, plain))

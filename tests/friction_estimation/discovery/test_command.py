@@ -15,7 +15,7 @@ from .conftest import effect
 
 @pytest.fixture
 def twice(curling, make_session, tmp_path):
-    """Two folders of results from the same tracks with the same seed, and what was printed."""
+    """Two folders of results from the same tracks with the same seed, and the printed output."""
     write_tracks(tmp_path / "tracks.csv", make_session([effect("curl", strength=0.006)], throws=9))
     for folder in ("one", "two"):
         result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / folder, "--seed", 5)
@@ -24,7 +24,7 @@ def twice(curling, make_session, tmp_path):
 
 
 def test_report_ice_and_page(twice, must_fit, request):
-    found, again, printed, said = twice
+    found, again, printed, messages = twice
     report = json.loads((found / "report.json").read_text())
     must_fit(found / "report.json", "report-1")
     must_fit(found / "ice.json", "ice-1")
@@ -39,9 +39,9 @@ def test_report_ice_and_page(twice, must_fit, request):
     assert printed["verdict"] == report["verdict"]
     sentence = r"The model lacks curl: fresh throws now stop [\d.]+ cm from the forecast, not \d+\."
     assert re.fullmatch(sentence, report["verdict"])
-    assert report["verdict"] in said.splitlines()
+    assert report["verdict"] in messages.splitlines()
     assert len(report["next_throws"]) == 3
-    assert f"Most would be learnt from: {report['next_throws'][0]['words']}." in said
+    assert f"Most would be learnt from: {report['next_throws'][0]['words']}." in messages
     assert {"curl", "friction"} == set(report["next_throws"][0]["teaches"])
     assert printed["next_throws"] == report["next_throws"]
     assert load_ice(found / "ice.json").effect("curl") is not None
@@ -83,7 +83,7 @@ def test_report_ice_and_page(twice, must_fit, request):
         assert page.evaluate("document.documentElement.scrollWidth") <= width
 
 
-def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
+def test_sweeping_is_reported_in_metres(curling, make_session, tmp_path):
     write_tracks(tmp_path / "tracks.csv", make_session([effect("sweeping", friction_factor=0.85)]))
     result = curling("discover", tmp_path / "tracks.csv", "-o", tmp_path / "found")
     report = json.loads((tmp_path / "found" / "report.json").read_text())
@@ -96,10 +96,10 @@ def test_sweeping_is_told_in_metres(curling, make_session, tmp_path):
     assert gained["stderr"] == pytest.approx(
         third * factor["stderr"] / factor["value"] ** 2, rel=0.05
     )
-    said = f"runs {gained['value']:.2f} ± {gained['stderr']:.2f} m further"
-    assert f"A draw swept over the last third of its way {said}." in report["remarks"]
+    gain = f"runs {gained['value']:.2f} ± {gained['stderr']:.2f} m further"
+    assert f"A draw swept over the last third of its way {gain}." in report["remarks"]
     assert (
-        f"a draw swept over the last third of its way {said}"
+        f"a draw swept over the last third of its way {gain}"
         in (tmp_path / "found" / "report.html").read_text()
     )
     assert result.json()["verdict"] == report["verdict"]

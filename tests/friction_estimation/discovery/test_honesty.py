@@ -1,4 +1,4 @@
-"""What a verdict owes its reader beside a name: doubts, limits, and what would settle them."""
+"""Verdicts list alternatives and limits, and the throws that would decide."""
 
 from __future__ import annotations
 
@@ -35,8 +35,8 @@ def test_a_set_comes_with_the_throw_that_would_settle_it(make_session):
     report = document(found)
     assert f"{readable(named['name'])} or else {readable(other)}: fresh throws" in report["verdict"]
     assert throw in report["doubts"][0]
-    (doubt,) = [a for a in found.alternatives[named["name"]] if a.name == other]
-    assert doubt.strength > 12.0  # of −2 ln likelihood: that throw would rule it out
+    (rival,) = [a for a in found.alternatives[named["name"]] if a.name == other]
+    assert rival.strength > 12.0  # of −2 ln likelihood: that throw would rule it out
 
 
 @pytest.mark.parametrize(

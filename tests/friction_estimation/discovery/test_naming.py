@@ -1,4 +1,4 @@
-"""What is named beside something unknown."""
+"""Effects that are named together with an unknown one."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ def test_throws_that_scatter_more_than_those_on_one_ice_lack_something(make_sess
 
 
 def test_without_a_heading_nothing_that_pushes_sideways_is_named_beside_an_unknown(make_session):
-    """It may be curl, of which nothing can be said."""
+    """It may be curl, which these throws cannot show."""
     tracks = [
         replace(t, t=t.t[::7], xy=t.xy[::7], theta=np.nan * t.t[::7], swept=t.swept[::7])
         for t in make_session([effect("curl", strength=0.008)], throws=8)

@@ -1,4 +1,4 @@
-"""An effect in a file of a user's own: named, sized, drawn and told like those of the project."""
+"""A user's own effect: named, sized, drawn and observed like those of the project."""
 
 from __future__ import annotations
 
@@ -85,7 +85,7 @@ def test_its_file_alone_makes_it_named_sized_and_drawn(make_session, trough, tmp
     assert "Where ice that is lower in the middle shows" in page
 
 
-def test_an_agent_is_told_of_it(trough):
+def test_an_agent_observes_it(trough):
     names = ice_names()
     place = names.index("trough.rate")
     ice = Ice.uniform(0.009, effects=(ActiveEffect(name="trough", parameters={"rate": 0.002}),))

@@ -69,7 +69,7 @@ def test_an_empty_consent_is_refused(consent: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("change", "said"),
+    ("change", "message"),
     [
         (
             lambda d: d.update(format="curling-session/2"),
@@ -89,7 +89,7 @@ def test_an_empty_consent_is_refused(consent: str) -> None:
     ],
 )
 def test_an_invalid_session_is_refused_with_the_place(
-    session: Session, tmp_path: Path, change, said: str
+    session: Session, tmp_path: Path, change, message: str
 ) -> None:
     path = tmp_path / "s.json"
     write_session(session, path)
@@ -98,5 +98,5 @@ def test_an_invalid_session_is_refused_with_the_place(
     path.write_text(json.dumps(document))
     with pytest.raises(InputError) as error:
         read_session(path)
-    assert said in str(error.value)
+    assert message in str(error.value)
     assert "s.json" in str(error.value)

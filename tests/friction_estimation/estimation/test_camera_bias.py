@@ -84,7 +84,7 @@ def test_bias_is_found_where_and_as_large_as_it_is(seen_badly):
     bias = search
     y = bias.nodes[4:-4]
     true = case.amplitude * np.sin(2 * np.pi * y / case.wave + 1.0)
-    # A displacement that grows evenly is no such bias: it cannot be told from scale and speed.
+    # A linear displacement is no such bias: it cannot be distinguished from scale and speed.
     even = np.column_stack([np.ones_like(y), y])
     left = bias.values[4:-4] - true
     left -= even @ np.linalg.lstsq(even, left, rcond=None)[0]
@@ -153,7 +153,7 @@ def one_way(sliding, rng, count, speed=None):
     return starts
 
 
-def test_at_one_speed_one_way_it_is_said_that_none_could_be_told(curling, sliding, tmp_path):
+def test_throws_of_one_speed_and_direction_cannot_show_a_bias(curling, sliding, tmp_path):
     """Then a bias of the camera and the ice are nearly the same to all throws."""
     rng = np.random.default_rng(41)
     field = sliding.random_field(rng, mu=0.0095, spread=0.06, length=3.0)

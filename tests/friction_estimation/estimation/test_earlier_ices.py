@@ -34,7 +34,7 @@ def session(sliding) -> SimpleNamespace:
 
 
 def test_yesterdays_pattern_serves_today(sliding, session):
-    """The ice is pebbled anew: 6 % heavier, its pattern kept but for 1.5 %. Three throws see it."""
+    """Ice pebbled again, 6 % heavier, with its pattern kept to 1.5 %, and seen by three throws."""
     rng = np.random.default_rng(9)
     change = sliding.random_field(rng, mu=1.06, spread=0.015, length=3.0)
 

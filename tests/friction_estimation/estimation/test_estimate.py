@@ -174,13 +174,13 @@ def test_rows_that_are_said_to_err_more_count_less(sliding, rng):
         size = [np.where(k.xy[:, 1] > 0, 0.012, 0.002) for k in tracks]
         off = [rng.normal(0, 1, k.xy.shape) * s[:, None] for k, s in zip(tracks, size, strict=True)]
         seen = [replace(k, xy=k.xy + e) for k, e in zip(tracks, off, strict=True)]
-        said = [replace(k, sigma_xy=s) for k, s in zip(seen, size, strict=True)]
-        for name, measured in (("seen", seen), ("said", said)):
+        stated = [replace(k, sigma_xy=s) for k, s in zip(seen, size, strict=True)]
+        for name, measured in (("seen", seen), ("stated", stated)):
             errors.setdefault(name, []).append(
                 friction_alone(measured, uniform=True).mu / 0.009 - 1
             )
     spread = {name: np.sqrt(np.mean(np.square(e))) for name, e in errors.items()}
-    assert spread["said"] < 0.85 * spread["seen"]
+    assert spread["stated"] < 0.85 * spread["seen"]
 
 
 # --- the map ---------------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""What an estimate says of itself in numbers."""
+"""Numbers in the summary of an estimate."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ def slide(throw: int, rows: int) -> FreeSlide:
 
 
 def fitted(smoothness: float, field: bool = True) -> Any:
-    """As much of a fit as a summary needs."""
+    """Fit reduced to the parts that a summary needs."""
     found = SimpleNamespace(
         amplitude=0.05, length=3.0, smoothness=smoothness, values=0.05 * np.ones(5)
     )
@@ -124,7 +124,7 @@ def test_what_there_is_not_is_left_out(estimate):
     assert not {"map", "noise_m", "effects"} & set(one)
 
 
-def test_an_error_that_rounding_has_lost_is_null_and_the_rest_is_told(estimate):
+def test_an_error_lost_to_rounding_is_null_and_the_rest_is_reported(estimate):
     found = replace(estimate, sigma=float("nan")).summary()
     assert (found["sigma"], found["low"], found["high"]) == (None, None, None)
     json.dumps(found, allow_nan=False)

@@ -1,4 +1,4 @@
-"""The paper's method: every window of a track gives a μ, and a cell has the average of its own."""
+"""The paper's method: each window of a track gives a μ, and each cell averages its windows."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ def friction_alone(tracks, **choices):
 def misplaced(
     tracks: list[Trajectory], rng: np.random.Generator, stated: float
 ) -> list[Trajectory]:
-    """As a camera shows them whose pose is off: by long waves, the same for all throws."""
+    """Tracks by a camera with a wrong pose: smooth errors, the same for all throws."""
     waves, phases = 2 * np.pi / rng.uniform(*WAVES, 6), rng.uniform(0, 2 * np.pi, 6)
     size = np.full(6, SHARED * np.sqrt(2 / 6))
 

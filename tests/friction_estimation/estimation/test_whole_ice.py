@@ -48,9 +48,9 @@ def test_three_throws_one_way_give_an_ice_that_curls(three_draws) -> None:
         assert abs(error) < 4 * effect.sigma[parameter] + 1e-4
     level = np.log(found.ice.friction.mu[found.ice.friction.observed]).mean()
     assert level == pytest.approx(np.log(numbers[MU]), abs=0.06)
-    said = " ".join(found.remarks)
-    assert "All throws went one way" in said
-    assert "No heading was measured" not in said
+    remarks = " ".join(found.remarks)
+    assert "All throws went one way" in remarks
+    assert "No heading was measured" not in remarks
 
 
 def test_without_headings_the_spin_is_believed(three_draws) -> None:
@@ -66,7 +66,7 @@ def test_without_headings_the_spin_is_believed(three_draws) -> None:
     assert any("is assumed, not measured: film more stones" in words for words in found.remarks)
 
 
-def test_a_map_and_curl_are_told_apart_and_both_sized(tmp_path) -> None:
+def test_a_map_and_curl_are_distinguished_and_both_sized(tmp_path) -> None:
     tracks, sealed = session(tmp_path, ("friction_map", "curl"), 3, throws=12)
     found = discover(tracks)
     named, _ = names(found)

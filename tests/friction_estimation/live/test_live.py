@@ -37,13 +37,13 @@ FPS = 20.0
 SESSION_FPS = 8.0
 """Of the film of two throws, of which every frame is made, sent and tracked."""
 KEY_EVERY = 12
-"""A camera's stream has a key frame so often [frames]."""
+"""Distance between key frames of a camera's stream [frames]."""
 SURELY_OVER = QUIET_SECONDS + COMPARED_AFTER + 1
-"""After so long without motion a film has ended [s]."""
+"""Time without motion after which a film has ended [s]."""
 
 
 def motion(scale=1):
-    """What looks at pictures of these tests: a stone is as large as the moving square."""
+    """Motion detector for the pictures of these tests, with a stone as large as the square."""
     stones = np.full((30 * scale, 80 * scale), (2 / 10 / scale) ** 2)
     return MotionDetector(stones, (slice(0, 60 * scale), slice(0, 160 * scale)))
 
@@ -162,7 +162,7 @@ def test_frames_that_never_came_are_counted(tmp_path):
 
 
 class CameraOfPictures:
-    """What OpenCV gives of a camera, from a list of pictures; its driver may stamp them."""
+    """Stand-in for OpenCV's capture that serves a list of pictures, with or without stamps."""
 
     def __init__(self, frames, stamps=None):
         self._frames, self._stamps, self._at = frames, stamps, -1
@@ -207,7 +207,7 @@ def test_a_webcams_frames_are_coded_finely_and_keep_their_drivers_times(tmp_path
     assert all(recorder.add(moment) is None for moment in feed.frames())
     clip = recorder.finish()
     assert clip is not None
-    # The first two frames told what the camera is like.
+    # The first two frames set the camera's properties.
     first = len(frames) - clip.frames
     kept = list(Film.open(clip.path).frames())
     assert len(kept) == clip.frames
@@ -228,7 +228,7 @@ def test_a_webcam_without_stamps_goes_by_arrival_and_one_without_pictures_is_one
     assert times[0] == 0.0
     assert np.all(np.diff(times) > 0)
     webcam([])
-    with pytest.raises(InputError, match="camera 0: gives no picture"):
+    with pytest.raises(InputError, match="camera 0: sends no picture"):
         open_feed("0")
 
 
@@ -284,7 +284,7 @@ def test_a_camera_that_is_not_there_is_one_line(curling, tmp_path):
         "-o",
         tmp_path / "tracks.csv",
     )
-    assert "gives no picture" in tried.complaint
+    assert "sends no picture" in tried.complaint
     assert not (tmp_path / "tracks.csv").exists()
 
 
@@ -317,7 +317,7 @@ def session(tmp_path_factory):
 
 
 def send(film, address):
-    """Send a film as a camera on a network does, as soon as somebody listens."""
+    """Send a film as a camera on a network does, as soon as a client listens."""
     for _ in range(600):
         sent = av.open(address, "w", format="mpegts")
         stream = sent.add_stream("libx264", rate=int(SESSION_FPS))
@@ -361,7 +361,7 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, t
     page = (tmp_path / "ice" / "report.html").read_text()
     assert "throws measured" in page
     assert "throw-001.mp4" in page  # the last throw's pictures
-    assert "http-equiv=refresh" not in page  # all is said
+    assert "http-equiv=refresh" not in page  # the page is complete
     assert [track.throw for track in read_tracks(out)] == [0, 1]
     for track, truth, start in zip(read_tracks(out), session.truths, session.starts, strict=True):
         t = track.t + track.clock - start
@@ -372,7 +372,7 @@ def test_two_throws_of_a_stream_become_two_tracks_and_a_page(curling, session, t
 
 
 @pytest.mark.slow
-def test_films_without_a_thrown_stone_are_told_of_and_left(tmp_path):
+def test_films_without_a_thrown_stone_are_skipped_with_a_warning(tmp_path):
     renderer = FilmRenderer(FilmSpec(camera="gantry", people=False, size=(320, 180)))
     empty = np.asarray(renderer.still, dtype=np.uint8)
     dark = empty.copy()
@@ -393,7 +393,7 @@ def test_a_stream_of_an_unknown_kind_or_of_too_large_pictures_is_refused(tmp_pat
     fed(tmp_path, [picture() for _ in range(5)])
     sent = (tmp_path / "sent.mp4").read_bytes()
     (tmp_path / "kind.mp4").write_bytes(sent.replace(b"avc1", b"zzz1"))
-    with pytest.raises(InputError, match="no picture that can be decoded"):
+    with pytest.raises(InputError, match="no decodable picture"):
         open_feed(f"file:{tmp_path / 'kind.mp4'}")
     large = np.full((4200, 4200, 3), 220, dtype=np.uint8)
     with pytest.raises(InputError, match="4200 × 4200 pixels"):

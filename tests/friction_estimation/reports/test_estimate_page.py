@@ -34,9 +34,9 @@ def found(sliding):
     ],
 )
 def test_the_headline_says_how_fast_the_ice_is(found, mu, word):
-    said = headline(replace(found, mu=mu, uniform=True))
-    assert said.startswith(f"This ice is {word}: ")
-    assert float(said.rsplit("= ")[1].rstrip(".")) == pytest.approx(mu, rel=0.01)
+    sentence = headline(replace(found, mu=mu, uniform=True))
+    assert sentence.startswith(f"This ice is {word}: ")
+    assert float(sentence.rsplit("= ")[1].rstrip(".")) == pytest.approx(mu, rel=0.01)
 
 
 def test_the_page_opens_alone_with_all_its_pictures(found, page, tmp_path):

@@ -45,7 +45,7 @@ def test_a_heavy_corner_is_named_with_its_size():
     assert "Keen at the away end, left (−" in in_a_sentence(ice(0.95, away_left()))
 
 
-def test_what_is_not_known_clearly_is_not_told():
+def test_uncertain_differences_are_not_reported():
     unsure = {z.name: z for z in zones(ice(1.05, away_left(), sigma=0.0003))}
     assert not unsure["the away end, left"].stands_out
 
@@ -56,9 +56,9 @@ def test_cells_that_no_stone_crossed_say_nothing():
     blank = ice(3.0, away_left(), observed=seen)
     parts = {zone.name: zone for zone in zones(blank)}
     assert parts["the away end, left"].relative is None
-    assert parts["the away end, left"].words == "nobody has thrown there"
+    assert parts["the away end, left"].words == "no throw has passed there"
     assert np.isnan(relative_map(blank)[away_left()]).all()
     assert np.nanmax(np.abs(relative_map(blank))) < 1e-9
-    assert in_a_sentence(blank).endswith("Nobody has thrown on 1 of its 12 parts.")
+    assert in_a_sentence(blank).endswith("No throw has passed 1 of its 12 parts.")
     nothing = ice(observed=np.zeros_like(seen))
     assert in_a_sentence(nothing) == "Nothing is known of the places of this sheet."

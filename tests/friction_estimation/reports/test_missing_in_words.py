@@ -50,7 +50,7 @@ def test_what_is_missing_and_what_would_settle_it():
     assert "clock" in unknown.words
     ((words, why),) = result.next_throws
     assert words.startswith("draw weight")
-    assert why == "it removes 61 % of what is not known of curl"
+    assert why == "it removes 61 % of the uncertainty of curl"
 
 
 def test_nothing_missing_is_no_fault():

@@ -33,8 +33,8 @@ DRAW = thrown(
 
 
 def test_a_draw_reads_as_it_is_called():
-    told = throw_rows([DRAW])
-    assert dict(zip(told.head, told.rows[0], strict=True)) == {
+    shown = throw_rows([DRAW])
+    assert dict(zip(shown.head, shown.rows[0], strict=True)) == {
         "throw": "0",
         "back to hog": "3.6 s",
         "hog to hog": "14.23 s",
@@ -48,15 +48,15 @@ def test_a_draw_reads_as_it_is_called():
 
 
 def test_the_same_in_feet():
-    told = throw_rows([DRAW], Units.FEET, errors=False)
-    row = dict(zip(told.head, told.rows[0], strict=True))
+    shown = throw_rows([DRAW], Units.FEET, errors=False)
+    row = dict(zip(shown.head, shown.rows[0], strict=True))
     assert row["curl"] == "4 ft 0 in right"
     assert row["rest"] == "2 ft 0 in past, 1 ft 0 in left"
     assert row["speed"] == "7.0 ft/s"
 
 
 @pytest.mark.parametrize(
-    ("right", "past", "told"),
+    ("right", "past", "shown"),
     [
         (0.0, 0.0, "on the pin"),
         (0.0, -6.5, "hogged: 6.50 m short of the tee, on the centre line"),
@@ -64,8 +64,8 @@ def test_the_same_in_feet():
         (0.5, 0.001, "on the tee line, 50 cm right"),
     ],
 )
-def test_places_of_rest(right, past, told):
-    assert rest_of(thrown(right=right, past=past, from_tee=float(np.hypot(right, past)))) == told
+def test_places_of_rest(right, past, shown):
+    assert rest_of(thrown(right=right, past=past, from_tee=float(np.hypot(right, past)))) == shown
 
 
 def test_a_throw_in_a_sentence():
@@ -83,7 +83,7 @@ def test_handles_are_a_right_handers():
     assert handle_of(thrown()) == "–"
 
 
-def test_the_curl_of_draws_is_told_by_handle():
+def test_the_curl_of_draws_is_shown_by_handle():
     throws = [
         thrown(0, curl=-1.1, spin=-1.0, from_tee=0.5),
         thrown(1, curl=-1.3, spin=-1.0, from_tee=1.0),
@@ -99,10 +99,10 @@ def test_the_curl_of_draws_is_told_by_handle():
 
 def test_what_people_wrote_down_joins_the_table(tmp_path):
     notes = {0: ThrowNote(athlete="<Ann>", called="draw to the button", note="swept")}
-    told = throw_rows([DRAW, thrown(1)], notes=notes)
-    assert told.head[1:3] == ["athlete", "called"]
-    assert told.head[-1] == "note"
-    assert told.rows[1][1] == ""
+    shown = throw_rows([DRAW, thrown(1)], notes=notes)
+    assert shown.head[1:3] == ["athlete", "called"]
+    assert shown.head[-1] == "note"
+    assert shown.rows[1][1] == ""
     assert "&lt;Ann&gt;" in throws_section([DRAW], notes=notes)
     write_measures(tmp_path / "t.csv", [DRAW], notes)
     table = read_table(tmp_path / "t.csv", required=("hog_to_hog", "hog_to_hog_sigma", "athlete"))

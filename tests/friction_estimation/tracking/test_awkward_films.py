@@ -116,7 +116,7 @@ def write_coarsely(path, frames, fps):
 
 
 def test_a_coarse_copy_costs_a_centimetre(clean, undisturbed, tmp_path):
-    """What a codec drops of a slow stone shows it behind its place, and its σ allows for it."""
+    """Strong compression shows a slow stone behind its place, and σ covers that error."""
     rms, share = error(clean, clean[0], tmp_path / "copy.mp4", write=write_coarsely)
     assert rms < undisturbed + 0.01
     assert share > 0.9
@@ -153,7 +153,7 @@ def test_another_view_is_distinguished_from_people_in_front_of_the_same_one():
 
 
 def test_people_who_walk_away_are_not_taken_for_a_moving_camera():
-    """What stands out most in the first frame walks away; two thin lines stay, or do not."""
+    """The strongest features of the first frame walk away; two thin lines stay or move."""
     rng = np.random.default_rng(3)
 
     def view(*, crowd, moved=0):

@@ -56,7 +56,7 @@ def test_stones_that_lay_there_from_the_beginning_come_after_the_first_thrown_on
         (RED, YELLOW, False),
         (BLUE, YELLOW, False),
         (RED, BLUE, False),
-        (RED, "#808080", True),  # cannot be told
+        (RED, "#808080", True),  # ambiguous
     ],
 )
 def test_hue_tells_handles_apart(one, other, same):

@@ -1,4 +1,4 @@
-"""A tracker of somebody else's plugs into tracking, estimating and live tracking."""
+"""Third-party trackers plug into tracking, estimating and live tracking."""
 
 from __future__ import annotations
 
@@ -176,7 +176,7 @@ def test_options_of_the_built_in_tracker_and_overlays_are_not_for_others(club, c
     assert not (club / "t.csv").exists()
 
 
-def test_films_are_numbered_in_order_and_progress_is_told(club):
+def test_films_are_numbered_in_order_and_progress_is_reported(club):
     result = []
 
     def stand_in(film, scene, *, progress):
@@ -217,26 +217,26 @@ def test_no_track_at_all_is_no_thrown_stone(club):
         list(track_each([club / "a.mp4"], scene, tracker=lambda film, scene, *, progress: []))
 
 
-def test_of_several_films_those_without_a_throw_are_left_out_and_told(club):
+def test_films_without_a_throw_are_skipped_with_a_warning(club):
     scene = load_scene(club / "scene.json")
     films = [club / "a.mp4", club / "b.mp4"]
 
     def stand_in(film, scene, *, progress):
         return [] if film.name in without else [Trajectory(t=np.arange(2.0), xy=np.zeros((2, 2)))]
 
-    said, without = [], ["a.mp4"]
-    found = list(track_each(films, scene, tracker=stand_in, left_out=said.append))
+    skipped, without = [], ["a.mp4"]
+    found = list(track_each(films, scene, tracker=stand_in, left_out=skipped.append))
     assert [(one.film.name, one.thrown.throw) for one in found] == [("b.mp4", 0)]
-    assert said == ["a.mp4: the tracker found no thrown stone"]
+    assert skipped == ["a.mp4: the tracker found no thrown stone"]
     with pytest.raises(NoThrowError, match=r"a\.mp4: the tracker found"):
         track_films(films, scene, tracker=stand_in)
     without.append("b.mp4")
     with pytest.raises(NoThrowError, match=r"a\.mp4: the tracker found"):
-        list(track_each(films, scene, tracker=stand_in, left_out=said.append))
+        list(track_each(films, scene, tracker=stand_in, left_out=skipped.append))
 
 
 def test_the_default_is_what_the_package_offers(club, monkeypatch):
-    """So that a test, or a user, who replaces it is listened to."""
+    """A user, or a test, may replace it."""
     given = SimpleNamespace(calls=0)
 
     def stand_in(film, scene, *, progress):

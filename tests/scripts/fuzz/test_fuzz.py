@@ -50,8 +50,8 @@ def test_the_fuzzer_notices_unclean_ends(tmp_path: Path, monkeypatch: pytest.Mon
     kept = "open('o.csv', 'w').close(); print('curling: {}', file=sys.stderr); sys.exit(2)"
     assert ends("import sys; " + kept.format("bad")) == ("left ['o.csv']",)
     assert ends("import sys; " + kept.format("already written: o.csv")) == ()
-    said = "import sys; print('curling: ' + 'x' * 400, file=sys.stderr); sys.exit(2)"
-    assert ends(said) == ("long line",)
+    program = "import sys; print('curling: ' + 'x' * 400, file=sys.stderr); sys.exit(2)"
+    assert ends(program) == ("long line",)
     given = {"fails": lambda path: 1 / 0}
     assert runs.run(["read", "fails", "mine"], folder, given=given).faults == (
         "status 1",

@@ -33,8 +33,8 @@ def test_damaged_messages_are_read_or_refused_on_every_side(side):
     rng = random.Random(4)
     found = []
     for _ in range(3):
-        for said in list(wire.sides().values())[side][:8]:
-            found.append(ends(said.give, damaged_message(said.message, rng)))
+        for sent in list(wire.sides().values())[side][:8]:
+            found.append(ends(sent.give, damaged_message(sent.message, rng)))
     assert {"read", "refused"} == set(found)
 
 

@@ -76,7 +76,7 @@ def test_a_python_that_is_not_there_or_does_not_run_is_not_checked(tmp_path, mon
 
 
 @pytest.mark.parametrize(
-    ("entries", "said"),
+    ("entries", "licence"),
     [
         ([("License-Expression", "MIT"), ("License", "BSD")], "MIT"),
         ([("Classifier", "License :: OSI Approved :: BSD License")], "BSD License"),
@@ -85,11 +85,11 @@ def test_a_python_that_is_not_there_or_does_not_run_is_not_checked(tmp_path, mon
         ([], "see its files"),
     ],
 )
-def test_a_licence_in_few_words(entries, said):
+def test_a_licence_in_few_words(entries, licence):
     about = Message()
     for name, value in entries:
         about[name] = value
-    assert bill.licence_of(about) == said
+    assert bill.licence_of(about) == licence
 
 
 @pytest.mark.parametrize(

@@ -10,8 +10,7 @@ import textwrap
 import pytest
 
 from agents.app import Club
-from agents.app.club.database import Database
-from agents.app.club.versions import VERSIONS
+from agents.app.club.database import VERSIONS, Database
 from curling_env.errors import InputError
 
 

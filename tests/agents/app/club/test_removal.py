@@ -23,7 +23,7 @@ from curling_env.trajectory import Trajectory, read_tracks
 
 @pytest.fixture
 def session(club):
-    """Two films with two throws each, of which a coach has said something."""
+    """Two films with two throws each, with a coach's notes."""
     session = club.add_session("Tuesday", "2026-11-17", "1", None)
     for number in range(2):
         film = begin_film(club, session, f"{number}.mp4", 4)

@@ -88,7 +88,7 @@ def test_films_go_on_being_sent_whatever_page_is_open(context, address, club):
     eventually(page, lambda: sum(film.is_whole for film in club.films(session)) == 4)
     sizes = {film.name: film.size for film in club.films(session)}
     assert sizes == {name: size for name, size in PIECES if name.endswith(".mp4")}
-    # What was refused is still said, after others have arrived.
+    # The refusal is still shown after others have arrived.
     page.goto(f"{address}practice/1")
     page.get_by_text("notes.txt: is no film").wait_for()
 

@@ -21,7 +21,7 @@ from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.tracks.throw_table import measure_throw
 
 TOWER = {"width": 1366, "height": 768}
-VOICE = "window.said = []; speechSynthesis.speak = (one) => said.push(one.text);"
+VOICE = "window.spoken = []; speechSynthesis.speak = (one) => spoken.push(one.text);"
 
 
 def track(k: int, speed: float = 2.05) -> Trajectory:
@@ -137,10 +137,10 @@ def test_a_throw_is_shown_large_and_spoken_while_it_runs(
             "(it) => it.getBoundingClientRect().height"
         )
         assert size > 90  # px on a laptop: some 2 cm, as letters of a sign that is read from 10 m
-        said = page.evaluate("said")
-        assert any("Hog to hog: 1" in words and "seconds" in words for words in said), said
-        assert sum("Hog to hog" in words for words in said) == 1
-        assert any("Rest: " in words for words in said), said
+        spoken = page.evaluate("spoken")
+        assert any("Hog to hog: 1" in words and "seconds" in words for words in spoken), spoken
+        assert sum("Hog to hog" in words for words in spoken) == 1
+        assert any("Rest: " in words for words in spoken), spoken
         throw_it(club, 0)
         page.get_by_text("Throw 1 · Anna").wait_for()
         page.get_by_role("heading", name="Throw 1").wait_for()

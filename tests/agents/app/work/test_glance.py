@@ -12,7 +12,7 @@ from curling_env.ice import load_ice
 from curling_env.physics import slide
 from curling_env.throw import Release
 from friction_estimation.camera.pose import camera_from_scene
-from friction_estimation.synthetic import FilmSpec, frames, on_film, scene_of
+from friction_estimation.synthetic import FilmRenderer, FilmSpec, on_film, scene_of
 from friction_estimation.tracks.throw_table import measure_throw
 
 
@@ -26,7 +26,7 @@ def test_a_split_is_measured_live_beside_thrower_and_sweepers():
     glance = Glance(camera_from_scene(scene, (960, 540)), scene)
     truth, true = measure_throw(path), on_film(path, spec)
     split_at, rested_at = np.inf, np.inf
-    for t, picture in zip(true.t, frames(path, spec), strict=True):
+    for t, picture in zip(true.t, FilmRenderer(spec).frames(path), strict=True):
         glance.add(float(t), picture)
         if glance.seen is not None and glance.seen.back_to_hog is not None:
             split_at = min(split_at, t)

@@ -30,7 +30,7 @@ def track(clock: float, right: float = 0.0) -> Trajectory:
 
 @pytest.fixture
 def filmed(club):
-    """A marked camera, and a film with two throws of which a coach has said something."""
+    """A marked camera, and a film with two throws that have a coach's notes."""
     points = np.array([CLICKS[name] for name in CORNERS], dtype=np.float64)
     corners = np.array([[-2.25, -22.25], [2.25, -22.25], [2.25, 22.25], [-2.25, 22.25]])
     scene = Scene(

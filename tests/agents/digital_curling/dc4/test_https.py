@@ -30,9 +30,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     made = tmp_path_factory.mktemp("certificates")
     curve = ("-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1")
     for name in ("localhost", "elsewhere"):
-        said = ("-subj", f"/CN={name}", "-addext", f"subjectAltName=DNS:{name}")
+        subject = ("-subj", f"/CN={name}", "-addext", f"subjectAltName=DNS:{name}")
         files = ("-keyout", made / f"{name}.key", "-out", made / f"{name}.pem")
-        openssl("req", "-x509", *curve, "-noenc", "-days", "9", *said, *files)
+        openssl("req", "-x509", *curve, "-noenc", "-days", "9", *subject, *files)
     locked = ("-passout", "pass:secret", "-out", made / "locked.key")
     openssl("ec", "-in", made / "localhost.key", "-aes128", *locked)
     both = (made / "localhost.pem").read_text() + (made / "localhost.key").read_text()

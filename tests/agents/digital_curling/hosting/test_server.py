@@ -206,13 +206,13 @@ def check_logs(folder: Path, deliveries) -> None:
     entries = [json.loads(line) for line in (folder / "game.dcl2").read_text().splitlines()]
     assert {entry["tag"] for entry in entries} == {"gam"}
     assert [entry["id"] for entry in entries] == list(range(len(entries)))
-    said = [entry["log"] for entry in entries]
+    messages = [entry["log"] for entry in entries]
     begin = ["dc", "meta", "dc_ok", "dc_ok", "is_ready", "ready_ok", "ready_ok", "new_game"]
-    kinds = [message["cmd"] for message in said]
+    kinds = [message["cmd"] for message in messages]
     assert kinds == [*begin, "update", *["move", "update"] * len(deliveries), "game_over"]
-    assert said[4]["game"]["rule"] == "normal"
-    assert said[4]["game"]["setting"]["max_end"] == 1
-    updates = [message for message in said if message["cmd"] == "update"]
+    assert messages[4]["game"]["rule"] == "normal"
+    assert messages[4]["game"]["setting"]["max_end"] == 1
+    updates = [message for message in messages if message["cmd"] == "update"]
     for k, played in enumerate(deliveries):
         shot = json.loads((folder / f"shot_e000s{k:02}.json").read_text())
         assert shot["tag"] == "sht"

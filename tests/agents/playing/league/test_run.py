@@ -33,9 +33,9 @@ TINY = LeagueSettings(generations=(128, 64), tried=8, layers=(32, 16, 48, 24))
 
 @pytest.fixture(scope="module")
 def league(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[str]]:
-    folder, said = tmp_path_factory.mktemp("league"), []
-    run_league(folder, TINY, report=said.append)
-    return folder, said
+    folder, reports = tmp_path_factory.mktemp("league"), []
+    run_league(folder, TINY, report=reports.append)
+    return folder, reports
 
 
 def layers_of(path: Path) -> list[np.ndarray]:
@@ -62,11 +62,11 @@ def test_a_league_taken_up_again_ends_as_one_that_was_not_stopped(
 
 
 def test_it_reports_the_result_of_a_generation_against_earlier_ones(tmp_path: Path) -> None:
-    said: list[str] = []
+    reports: list[str] = []
     settings = replace(TINY, generations=(1, 1), past=1.0, epochs=1, tried=6)
-    run_league(tmp_path, settings, report=said.append)
-    assert len(said) == 1
-    assert said[0].startswith("generation 1 against the heuristic: ")
+    run_league(tmp_path, settings, report=reports.append)
+    assert len(reports) == 1
+    assert reports[0].startswith("generation 1 against the heuristic: ")
 
 
 def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
@@ -74,13 +74,13 @@ def surprise(network: ValueNetwork, ends: PlayedEnds) -> float:
     of an end.
     """
     score = np.clip(ends.score, -MAX_POINTS, MAX_POINTS) + MAX_POINTS
-    said = [
+    predicted = [
         network.score_probabilities(
             Lines(), ends.stones[k].astype(float), 15 - k, ends.score_values, 0.0
         )
         for k in range(10, 15)
     ]
-    return -float(np.mean([np.log(s[np.arange(len(score)), score] + 1e-9) for s in said]))
+    return -float(np.mean([np.log(s[np.arange(len(score)), score] + 1e-9) for s in predicted]))
 
 
 def scattered(n: int, rng: np.random.Generator) -> PlayedEnds:

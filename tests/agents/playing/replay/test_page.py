@@ -102,9 +102,9 @@ def test_the_board_shows_the_score_as_it_stood(opened):
         assert cells == [str(end[team]) for end in result["line_score"]]
     assert page.locator(".hammer.has").count() == 1
     assert page.locator(".left i.gone").count() == 16
-    said = page.inner_text("#facts")
+    facts = page.inner_text("#facts")
     winner = result["winner"]
-    assert ("tie" if winner is None else f"({winner}) wins") in said
+    assert ("tie" if winner is None else f"({winner}) wins") in facts
 
 
 def test_scrubbing_and_keys_move_the_stones(opened):

@@ -279,7 +279,7 @@ def flat(observation):
     return observation.ravel()
 
 
-def test_how_the_ice_will_change_is_told():
+def test_future_changes_of_the_ice_are_observed():
     seen = [
         make(ice_evolution=evolution, hammer="opponent").reset(seed=0)[0]
         for evolution in ("none", {"frost": 0.02}, {"wear": -0.003}, {"frost": 0.04})

@@ -30,7 +30,7 @@ SWEPT = {"sweeping": "scripted", "skill": "club"}
 
 
 def biased(factors):
-    """Standard ice on which some stones, by identifier, have a friction of their own."""
+    """Standard ice on which some stones, by identifier, have their own friction."""
     ice = load_ice("standard")
     for stone, factor in factors.items():
         parameters = {"stone": float(stone), "factor": factor}
@@ -44,7 +44,7 @@ SETTINGS = {
     "frost": {"ice_evolution": IceEvolution(frost=0.3)},
     "swept": SWEPT,
     "sweeping as action": {"sweeping": "action"},
-    "stones of their own": {"ice": biased({2: 1.1, 9: 0.9})},
+    "biased stones": {"ice": biased({2: 1.1, 9: 0.9})},
     "mixed doubles": {"rules": "mixed_doubles_2024", "opponent": "rulebased"},
     "two players": {"rules": "mixed_doubles_2024", "skill": ("club", "none")},
     "choices as action": {"choices": "action"},
@@ -102,7 +102,7 @@ def test_stones_with_a_friction_of_their_own_run_accordingly():
     assert {s.team.label for s in ends[0]} == {"home", "away"}
 
 
-def test_an_end_that_is_over_begins_anew():
+def test_an_end_that_is_over_begins_again():
     many = make(3, hammer="opponent", skill="none")
     first, _ = many.reset(seed=1)
     for _ in range(8):
@@ -120,7 +120,7 @@ MODES = ("NextStep", "SameStep", "Disabled")
 
 
 @pytest.mark.parametrize("mode", MODES)
-def test_what_is_told_is_what_single_ends_tell(mode):
+def test_observations_equal_those_of_single_ends(mode):
     """Names, masks, types and shapes, step for step; and numbers, where stones have not met."""
     n, settings = 3, {"hammer": "random", "skill": "none", "opponent": "draw"}
     many = make(n, autoreset_mode=mode, **settings)

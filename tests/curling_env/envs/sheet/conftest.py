@@ -1,4 +1,4 @@
-"""What the tests of `CurlingSheet-v0` share."""
+"""Fixtures and helpers of the tests of `CurlingSheet-v0`."""
 
 from __future__ import annotations
 

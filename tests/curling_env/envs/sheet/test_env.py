@@ -189,7 +189,7 @@ def test_stones_are_hit():
 # --- true and known ice ---------------------------------------------------------------------------
 
 
-def test_the_agent_is_told_of_the_known_ice_and_throws_on_the_true_one(uneven_ice):
+def test_the_agent_observes_the_known_ice_and_throws_on_the_true_one(uneven_ice):
     true, believed = uneven_ice, load_ice("standard")
     env = make(ice=true, known_ice=believed)
     result, _ = env.reset(seed=0)

@@ -1,4 +1,4 @@
-"""How episodes begin: random stones and targets, and options for one episode."""
+"""Start of episodes: random stones and targets, and options for one episode."""
 
 from __future__ import annotations
 

@@ -75,7 +75,7 @@ LONE = [
     {"ices": heavier_or_keener, "direction": "random"},
     {"ices": {"level": 0.05, "pool": 3}, "throws": 2, "direction": "random"},
 ]
-"""What the engine and the batch play alike, and Gymnasium's form of `info`."""
+"""Options under which engine and batch agree, with Gymnasium's form of `info`."""
 
 
 @pytest.mark.parametrize("mode", MODES)
@@ -237,7 +237,7 @@ def test_an_ice_asked_for_holds_for_one_episode(rng):
     np.testing.assert_allclose(envs.step(actions)[-1]["distance_m"], far)
 
 
-def test_only_the_masked_begin_anew(rng):
+def test_only_the_masked_begin_again(rng):
     envs = make(throws=3)
     envs.reset(seed=0)
     after = envs.step(some_actions(rng))[0]

@@ -26,7 +26,7 @@ def table() -> tuple[list[str], dict[str, list[str]]]:
     return names, cells
 
 
-def said_of(rules: RuleSet) -> dict[str, str]:
+def cells_of(rules: RuleSet) -> dict[str, str]:
     """Return the expected text of the page, by the beginning of its row."""
     whom = "opposition guards"
     whom += " on the centre line" if rules.centre_guards_only else ""
@@ -64,7 +64,7 @@ def test_the_table_is_the_rules(rules):
     names, rows = table()
     assert names == list(RULE_SETS)
     column = names.index(rules.name)
-    for begins, said in said_of(rules).items():
+    for begins, cell in cells_of(rules).items():
         (row,) = (cells for title, cells in rows.items() if title.startswith(begins))
         whole = begins in ("Protected at first", "… from", "… after a tick")
-        assert row[column] == said if whole else row[column].startswith(said), begins
+        assert row[column] == cell if whole else row[column].startswith(cell), begins

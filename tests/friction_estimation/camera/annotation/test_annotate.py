@@ -329,7 +329,7 @@ def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
     context.close()
 
 
-def test_a_height_that_is_not_seen_from_above_is_told_as_a_range(seen):
+def test_a_height_that_is_not_seen_from_above_is_shown_as_a_range(seen):
     """The truth is in it; where a slant view shows the height, the range is narrow."""
     for name, wide in (("gantry", True), ("end", False)):
         camera = named_camera(name, (1280, 720))

@@ -1,4 +1,4 @@
-"""What the camera does to tracks is named as the camera's, not as the ice's."""
+"""Camera effects on tracks are attributed to the camera, not to the ice."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What a session makes of tracks: which rows it keeps, and how sure each of them is."""
+"""Sessions from tracks: rows kept, and their standard errors."""
 
 from __future__ import annotations
 

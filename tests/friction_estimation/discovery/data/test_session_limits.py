@@ -1,4 +1,4 @@
-"""What no session can hold is refused before time and memory are spent on it."""
+"""Tracks that exceed a session's limits are rejected before time and memory are spent."""
 
 from __future__ import annotations
 

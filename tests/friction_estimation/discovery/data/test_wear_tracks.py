@@ -1,4 +1,4 @@
-"""Wear along the paths of earlier stones: remembered, found, told from other wear, and kept."""
+"""Wear along the paths of earlier stones: stored, found, distinguished from other wear."""
 
 from __future__ import annotations
 

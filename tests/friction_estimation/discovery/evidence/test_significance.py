@@ -1,4 +1,4 @@
-"""Whether the throws' own frictions follow something, or differ by chance."""
+"""Tests of whether the throws' frictions follow a variable or differ by chance."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ def test_a_throw_without_weight_does_not_count(rng):
     )
 
 
-def test_the_curl_of_each_throw_is_told_with_its_error(fitted_to):
+def test_the_curl_of_each_throw_has_its_error(fitted_to):
     curl = effect("curl", strength=0.008, speed_exponent=0.0)
     fitted = fitted_to(curl, effect("stone_bias", stone=1, curl_factor=1.1), throws=9)
     card, stone = catalogue()["curl"], catalogue()["stone_bias"]
@@ -95,7 +95,7 @@ def test_the_curl_of_each_throw_is_told_with_its_error(fitted_to):
     assert ((sigma > 0.0) & (sigma < 0.1)).all()
 
 
-def test_the_friction_of_each_throw_is_told_with_its_error(fitted_to):
+def test_the_friction_of_each_throw_has_its_error(fitted_to):
     fitted = fitted_to(effect("stone_bias", stone=1, factor=1.03), throws=9, scatter=0.0)
     found, sigma = own_frictions(fitted)
     assert found.shape == sigma.shape == (9,)

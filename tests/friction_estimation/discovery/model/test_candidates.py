@@ -1,4 +1,4 @@
-"""Which effects are candidates, by what their cards say and what a session holds."""
+"""Candidate effects, by their cards and by the columns of a session."""
 
 from __future__ import annotations
 

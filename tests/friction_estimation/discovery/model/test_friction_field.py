@@ -56,9 +56,9 @@ def test_a_field_takes_over_what_another_says_where_stones_ran(lane) -> None:
     smooth = smooth.at(0.04 * np.random.default_rng(3).standard_normal(len(smooth)))
     rough = field_along(PAPER_SHEET, crossed, 1.5, np.inf).near(smooth.ln_mu)
     off = (rough.ln_mu - smooth.ln_mu).ravel()[rough.crossed]
-    said = smooth.ln_mu.ravel()[rough.crossed]
-    assert np.abs(off).max() < 0.2 * np.abs(said).max()
-    assert np.sqrt(np.mean(off**2)) < 0.05 * np.sqrt(np.mean(said**2))
+    ln_mu = smooth.ln_mu.ravel()[rough.crossed]
+    assert np.abs(off).max() < 0.2 * np.abs(ln_mu).max()
+    assert np.sqrt(np.mean(off**2)) < 0.05 * np.sqrt(np.mean(ln_mu**2))
 
 
 def test_small_cells_need_no_more_patterns(lane) -> None:

@@ -1,4 +1,4 @@
-"""What throws must have in common, and not, to show a ripple of their camera."""
+"""Conditions under which throws show a ripple of their camera."""
 
 from __future__ import annotations
 

@@ -21,12 +21,12 @@ AREA = 200.0
 RADIUS = 0.145
 
 
-def slide(t, start, velocity, slowing=0.1):
+def slide(t, start, velocity, deceleration=0.1):
     """Places (n, 2) of a stone that slides on ice until it rests."""
-    pace = np.hypot(*velocity)
-    going = np.clip(t, 0.0, pace / slowing)
-    way = pace * going - 0.5 * slowing * going**2
-    return np.asarray(start) + way[:, None] * np.asarray(velocity) / pace
+    speed = np.hypot(*velocity)
+    going = np.clip(t, 0.0, speed / deceleration)
+    way = speed * going - 0.5 * deceleration * going**2
+    return np.asarray(start) + way[:, None] * np.asarray(velocity) / speed
 
 
 def detections(times, paths, clutter=4, seed=0):
@@ -88,10 +88,10 @@ def test_nothing_is_found_among_what_is_no_stone():
     assert not any(is_throw(path, seen) for path in likeliest_paths(seen, AREA))
 
 
-@pytest.mark.parametrize("pace", [0.8, 1.4])
-def test_a_walker_is_no_throw(pace):
+@pytest.mark.parametrize("speed", [0.8, 1.4])
+def test_a_walker_is_no_throw(speed):
     times = np.arange(0.0, 20.0, 0.5)
-    way = pace * times + 0.05 * np.sin(12 * times)
+    way = speed * times + 0.05 * np.sin(12 * times)
     seen = detections(times, [np.column_stack([0.5 + 0 * times, -12 + way])])
     assert not any(is_throw(path, seen) for path in likeliest_paths(seen, AREA))
 
@@ -138,10 +138,10 @@ def test_stones_that_touch_go_on_as_two_equal_weights_do():
     aim = np.array([0.1, 2 * RADIUS * np.cos(np.arcsin(0.1 / (2 * RADIUS)))])
     before = slide(times, (0.0, 0.0), (0.0, 2.4))
     offset = rests - aim - before[np.searchsorted(times, hit)]
-    pace = 2.4 - 0.1 * hit
+    speed = 2.4 - 0.1 * hit
     normal = aim / np.hypot(*aim)
-    given = 0.95 * pace * normal[1] * normal
-    kept = np.array([0.0, pace]) - given
+    given = 0.95 * speed * normal[1] * normal
+    kept = np.array([0.0, speed]) - given
     later = times >= hit
     thrown = np.where(later[:, None], slide(times - hit, rests - aim, kept), before + offset)
     struck = slide(np.maximum(times - hit, 0.0), rests, given)

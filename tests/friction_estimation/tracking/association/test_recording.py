@@ -1,4 +1,4 @@
-"""A film of several throws is cut into them, and what was not thrown is left out."""
+"""A film of several throws is cut into them; stones at rest are ignored."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ FPS = 8.0
 def test_each_throw_has_its_own_track_clock_and_stone(practice):
     left_out, scene = [], load_scene(practice.path.with_name("scene.json"))
     found = list(track_each([practice.path], scene, left_out=left_out.append))
-    assert not practice.path.with_name("scene.solved.json").exists()  # nobody asked to keep it
+    assert not practice.path.with_name("scene.solved.json").exists()  # not requested
     assert [one.thrown.throw for one in found] == [0, 1, 2]
     # The red one was picked up and is thrown again past the yellow one, which stays where it is.
     assert [one.thrown.stone for one in found] == [0, 1, 0]
@@ -48,7 +48,7 @@ def test_a_short_film_of_two_throws_is_cut_too(practice, tmp_path):
 
 
 def test_a_long_film_in_which_a_stone_is_only_carried_is_refused(curling, tmp_path):
-    """What keeps its pace is carried; so long a film is looked through before it is tracked."""
+    """A stone at constant speed is carried; a film this long is scanned before tracking."""
     spec = FilmSpec(camera="gantry", people=False, size=(640, 360), fps=4.0, lead_in=0.0, tail=0.0)
     renderer = FilmRenderer(spec)
     t = np.arange(0.0, 14.0, 0.25)

@@ -1,4 +1,4 @@
-"""What is said of a track."""
+"""Warnings about a track."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from friction_estimation.tracking import FilmTrack
 
 
 @pytest.mark.parametrize(
-    ("frames", "pace", "seen", "said"),
+    ("frames", "speed", "seen", "message"),
     [
         (np.arange(80), 1.0, True, ""),
         (np.delete(np.arange(80), range(31, 50)), 1.0, True, "from 3.0 to 5.0 s"),
@@ -22,9 +22,9 @@ from friction_estimation.tracking import FilmTrack
         (np.arange(61), 1.0, False, ""),
     ],
 )
-def test_what_was_not_seen_of_a_slide_is_told(frames, pace, seen, said):
+def test_unseen_parts_of_a_slide_are_reported(frames, speed, seen, message):
     t = frames / 10
-    velocity = np.tile([0.0, pace], (len(t), 1))
+    velocity = np.tile([0.0, speed], (len(t), 1))
     found = FilmTrack(
         trajectory=Trajectory(t=t, xy=t[:, None] * velocity),
         frame=frames,
@@ -35,4 +35,4 @@ def test_what_was_not_seen_of_a_slide_is_told(frames, pace, seen, said):
         appearance=SimpleNamespace(has_handle=False),
         refined=SimpleNamespace(measured=0),
     )
-    assert found.not_seen == said
+    assert found.not_seen == message

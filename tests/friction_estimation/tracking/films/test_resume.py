@@ -29,7 +29,7 @@ def track(throw=0):
 
 
 def tracked_film(throw=0):
-    """What the built-in tracker could have found."""
+    """Track as the built-in tracker returns it."""
     path = Trajectory(**{**track(throw).__dict__, "sigma_xy": np.full(5, 0.01)})
     return FilmTrack(
         trajectory=path,
@@ -39,7 +39,7 @@ def tracked_film(throw=0):
         frame_count=9,
         camera=SimpleNamespace(size=(120, 600)),
         appearance=SimpleNamespace(has_handle=False),
-        refined=SimpleNamespace(measured=0, height_doubt=0.0),
+        refined=SimpleNamespace(measured=0, height_uncertainty=0.0),
     )
 
 
@@ -206,7 +206,7 @@ def test_estimate_takes_films_of_two_cameras(curling, sliding, tmp_path, monkeyp
         assert "applies to films" in curling("estimate", table, option, value, "-o", ice).err
 
 
-def test_a_missing_film_is_told_before_any_is_tracked(tmp_path):
-    (tmp_path / "0.mp4").write_text("no film, which would be told first")
+def test_a_missing_film_is_reported_before_any_is_tracked(tmp_path):
+    (tmp_path / "0.mp4").write_text("no film, which would be reported first")
     with pytest.raises(InputError, match=r"1\.mp4: no such film"):
         track_each([tmp_path / "0.mp4", tmp_path / "1.mp4"], [None, None])

@@ -1,4 +1,4 @@
-"""Films tracked one after the other: nothing is kept of those that are left out."""
+"""Films tracked one after the other; no state remains of a skipped film."""
 
 from __future__ import annotations
 

@@ -22,7 +22,7 @@ from friction_estimation.tracking.overlay.film import write_overlay
 
 @pytest.fixture(scope="module")
 def films(practice, tmp_path_factory):
-    """The first two throws as films of their own, in a folder with the scene."""
+    """The first two throws as separate films, in a folder with the scene."""
     folder = tmp_path_factory.mktemp("films")
     save_scene(practice.scene, folder / "hall.scene.json")
     film = Film.open(practice.path)
@@ -36,7 +36,7 @@ def films(practice, tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def together(films):
-    """What was found in both films, tracked together, and which films were sampled for it."""
+    """Tracks of both films, tracked together, and the films sampled for them."""
     sampled, sample = [], Film.sample
 
     def counted(film, count):

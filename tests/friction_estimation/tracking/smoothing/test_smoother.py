@@ -9,12 +9,12 @@ from friction_estimation.tracking.smoothing.smoother import smooth_path
 NOISE = 0.01
 
 
-def slide(t, start, velocity, slowing=0.1):
+def slide(t, start, velocity, deceleration=0.1):
     """Places (n, 2) of a stone that slides on ice until it rests."""
-    pace = np.hypot(*velocity)
-    going = np.minimum(t, pace / slowing)
-    way = pace * going - 0.5 * slowing * going**2
-    return np.asarray(start) + way[:, None] * np.asarray(velocity) / pace
+    speed = np.hypot(*velocity)
+    going = np.minimum(t, speed / deceleration)
+    way = speed * going - 0.5 * deceleration * going**2
+    return np.asarray(start) + way[:, None] * np.asarray(velocity) / speed
 
 
 def measured(true, seed=0):

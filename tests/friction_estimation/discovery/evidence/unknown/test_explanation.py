@@ -1,4 +1,4 @@
-"""What an unexplained discrepancy follows, and what is needed beside it."""
+"""Variables that an unexplained residual follows, and effects found with it."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What the models near a fit promise is what fits of them find."""
+"""Predicted likelihoods of models near a fit, compared with their own fits."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from friction_estimation.discovery import Combination, Following, candidates, fi
 from ..conftest import effect
 
 WEAK = effect("slope", x=2e-5, y=1e-5)
-"""So weak that paths respond linearly."""
+"""Strength at which paths respond linearly."""
 
 
 @pytest.fixture
@@ -89,7 +89,7 @@ def test_information_that_a_push_may_take_over_is_that_on_what_it_copies(around)
     assert lost[y] < 0.2 * result[y]
 
 
-def test_what_pushes_can_do_is_no_effect_besides(around):
+def test_pushes_are_no_further_effect(around):
     """A constant push across the sheet is a slope, and one over time may be constant."""
 
     def beside(variable, push, effect="slope"):
