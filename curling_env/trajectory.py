@@ -136,8 +136,8 @@ class Trajectory:
 
     def at(self, t: Floats) -> Floats:
         """Return positions at times, (n, 2) [m]; linear between rows, constant beyond the ends."""
-        x, y = (np.interp(t, self.t, self.xy[:, k]) for k in range(2))
-        return np.column_stack([x, y])
+        xy: list[Floats] = [np.interp(t, self.t, axis) for axis in self.xy.T]
+        return np.column_stack(xy)
 
     @property
     def by_gates(self) -> bool:

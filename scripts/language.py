@@ -143,7 +143,7 @@ def main(arguments: list[str] | None = None) -> int:
     either = "|".join(re.escape(word) for word in sorted(words, key=len, reverse=True))
     for rule in rules:
         if rule["name"] == "glossary":
-            rule["pattern"] = rf"({either})\b"
+            rule["pattern"] = rf"({either})(?![a-z])"
     places = broken(rules)
     for rule in rules:
         for place in places[rule["name"]]:

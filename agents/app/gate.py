@@ -100,13 +100,13 @@ class Gate:
         if host not in own:
             raise HTTPException(403, "This server does not go by that name.")
         if origin is not None and origin.lower().removeprefix("http://") not in own:
-            raise HTTPException(403, "Another page may not ask this server.")
+            raise HTTPException(403, "Requests from other pages are refused.")
         first, *rest = [*scope["path"].split("/"), ""][1:]
         name = host.removesuffix(f":{port}")
         # All are compared, so that the time taken shows nothing.
         fitting = [door for door in doors if _same(first, door.secret) and name in door.hosts]
         if not fitting:
-            raise HTTPException(404, "There is nothing here. Open the address that was shown.")
+            raise HTTPException(404, "Page not found. Open the address that the program printed.")
         door = scope["door"] = fitting[0]
         secret = door.secret
         if any(part.isdecimal() and len(part) > MAX_DIGITS for part in scope["path"].split("/")):

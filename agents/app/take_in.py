@@ -64,7 +64,7 @@ def look_through(folder: Path) -> Found:
     """
     tracks = folder / TRACKS
     if not tracks.is_file():
-        raise InputError(f"has no {TRACKS}; expected what `curling track` wrote", source=folder)
+        raise InputError(f"has no {TRACKS}; expected the output of `curling track`", source=folder)
     scenes = sorted((folder / "films").glob("*.scene.json"))
     scene = scenes[0] if len(scenes) == 1 else None
     ice = folder / ICE

@@ -167,7 +167,7 @@ def _learned() -> Contestant:
     def call(env: Any, observation: Any) -> Any:
         task = "ends" if isinstance(env, CurlingEndEnv) else env.task.name
         if task not in LEARNT:
-            raise InputError(f"no model has learnt {task}; they know {', '.join(LEARNT)}")
+            raise InputError(f"no model for the task {task}; expected one of {', '.join(LEARNT)}")
         if task not in ready:
             ready[task] = contestant(load(task))
         return ready[task](env, observation)

@@ -80,7 +80,7 @@ def read_row(path: str | Path) -> RowDocument:
             _check(score, f"scores[{number}]")
         names = [score.task for score in row.scores]
         if len(set(names)) < len(names):
-            raise InputError("has two scores of one task")
+            raise InputError("lists a task twice; expected one score per task")
     return row
 
 

@@ -210,7 +210,7 @@ def settings_from(document: Any, **others: Any) -> TrainingSettings:
     except (TypeError, ValueError, OverflowError) as error:  # a list where a number belongs
         if isinstance(error, InputError):
             raise
-        raise InputError(f"a setting makes no sense: {error}") from error
+        raise InputError(f"invalid setting: {error}") from error
 
 
 def load_settings(name: str | Path, **others: Any) -> TrainingSettings:
@@ -271,7 +271,7 @@ def schedule_of(value: Any) -> float | Callable[[float], float] | Any:
     except ValueError:
         first = np.nan
     if kind != "lin" or not np.isfinite(first):
-        raise InputError(f"a schedule is lin_ and a number, such as lin_1e-3, got {brief(value)}")
+        raise InputError(f"expected a schedule such as lin_1e-3, got {brief(value)}")
     return lambda remaining: first * remaining
 
 
@@ -324,7 +324,9 @@ def _check_hyperparameters(given: Mapping[str, Any]) -> None:
 def _known_keys(where: str, given: Mapping[str, Any], known: Any) -> None:
     unknown = sorted(set(given) - set(known))
     if unknown:
-        raise InputError(f"unknown key {unknown[0]!r} in {where}; known are {', '.join(known)}")
+        raise InputError(
+            f"unknown key {unknown[0]!r} in {where}; expected one of {', '.join(known)}"
+        )
 
 
 def _fields_from(kind: type, name: str, given: Any) -> Any:

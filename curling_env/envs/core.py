@@ -62,7 +62,7 @@ class Core(ABC, Generic[Episodes]):
 
         Raises
         ------
-        InputError : an option that is unknown or makes no sense
+        InputError : an unknown option, or an invalid value
         """
 
     @abstractmethod
@@ -106,7 +106,7 @@ class Core(ABC, Generic[Episodes]):
 
         Raises
         ------
-        InputError : an action that is none
+        InputError : an invalid action
         """
 
     def returned(self, facts: Facts) -> Facts:

@@ -39,7 +39,7 @@ def dataclass_from(kind: type[Kind], name: str, given: Any) -> Kind:
 
     Raises
     ------
-    InputError : something else, an unknown or a missing field, or a value that makes no sense
+    InputError : something else, an unknown or a missing field, or an invalid value
     """
     if isinstance(given, kind):
         return given
@@ -179,11 +179,13 @@ def rules_from(given: Any, ends: int | None = None) -> RuleSet:
         known = {field.name for field in fields(RuleSet)}
         unknown = sorted(str(key) for key in changes if key not in known)
         if unknown:
-            raise InputError(f"rules have no {unknown[0]!r}; they have {', '.join(sorted(known))}")
+            raise InputError(
+                f"unknown rule {unknown[0]!r}; expected one of {', '.join(sorted(known))}"
+            )
     try:
         return rule_set(given, **changes)
     except TypeError as error:
-        raise InputError(f"rules make no sense: {error}") from error
+        raise InputError(f"invalid rules: {error}") from error
 
 
 EVOLUTIONS = {"none": NO_EVOLUTION, "typical": TYPICAL_EVOLUTION}
@@ -219,5 +221,5 @@ def reset_options(given: Any, known: Iterable[str]) -> dict[str, Any]:
     options = dict(cast("Mapping[Any, Any]", given))
     unknown = sorted(str(key) for key in options if key not in names)
     if unknown:
-        raise InputError(f"unknown option {unknown[0]!r}; options are {', '.join(names)}")
+        raise InputError(f"unknown option {unknown[0]!r}; expected one of {', '.join(names)}")
     return options

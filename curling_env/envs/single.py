@@ -64,7 +64,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
 
         Raises
         ------
-        InputError : a seed that is none, or an option that is unknown or makes no sense
+        InputError : an invalid seed, or an unknown option, or an invalid value
         """
         super().reset(seed=None if seed is None else whole_number("seed", seed, least=0))
         asked = self.asked(options, 1)
@@ -81,7 +81,7 @@ class SingleEnv(Core[Episodes], gymnasium.Env[Any, Any]):
 
         Raises
         ------
-        InputError : before the first reset, after the end of the episode, or an action that is none
+        InputError : before the first reset, after the end of the episode, or an invalid action
         """
         self._check_begun()
         if self.are_over(self._episodes)[0]:

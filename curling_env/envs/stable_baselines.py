@@ -45,8 +45,8 @@ class CurlingVecEnv(VecEnv):
 
     Raises
     ------
-    InputError : other environments, ones that begin an episode in another step, or an option that
-        makes no sense
+    InputError : other environments, ones that begin an episode in another step, or an
+        invalid option
 
     Notes
     -----

@@ -85,7 +85,7 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
 
         Raises
         ------
-        InputError : an option that is unknown or makes no sense
+        InputError : an unknown option, or an invalid value
         """
         n = self.num_envs
         seeds = _seeds(seed, n)
@@ -112,7 +112,7 @@ class EnvsTogether(Core[Episodes], VectorEnv[Any, Any, Any]):
 
         Raises
         ------
-        InputError : before the first reset, actions that are none, or with the mode "Disabled" an
+        InputError : before the first reset, invalid actions, or with the mode "Disabled" an
             episode that is over
         """
         if not self._rngs:

@@ -241,7 +241,7 @@ def _end_seen(
     """The end that is in the photo, home or away, by the names of the clicks."""
     for name, (u, v) in clicks.items():
         if name not in keypoints:
-            raise InputError(f"nothing is called {name!r}; there are {', '.join(keypoints)}")
+            raise InputError(f"unknown point {name!r}; expected one of {', '.join(keypoints)}")
         if not (0 <= u < size[0] and 0 <= v < size[1]):
             raise InputError(
                 f"{name} at ({u:g}, {v:g}) px lies outside the photo of {size[0]} × {size[1]} px"

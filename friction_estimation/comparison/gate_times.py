@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 import numpy as np
-from scipy.optimize import brentq
+from scipy.optimize import root_scalar
 
 from curling_env.errors import TrackTooShortError
 from curling_env.ice import Ice
@@ -185,8 +185,7 @@ def _again(track: Trajectory, ice: Ice, order: int) -> tuple[GateRethrow, Floats
     seconds = between(track.t, first, second)
     speed = MAX_SPEED
     if sooner(MAX_SPEED) > 0:
-        root: Any = brentq(sooner, 0.1, MAX_SPEED, xtol=1e-10)
-        speed = float(root)
+        speed = root_scalar(sooner, bracket=(0.1, MAX_SPEED), xtol=1e-10).root
     path = _path(ice, track, direction, speed, order)
     times = passing_times(path, direction, along, beyond=np.nan)
     kept = predicted = sigma = None

@@ -19,7 +19,7 @@ from curling_env.physics.slides import SlideEnd
 from curling_env.throw import MAX_SPEED, MAX_SPIN
 from curling_env.typing import Floats
 from friction_estimation.comparison.rethrow_result import Rethrow
-from friction_estimation.discovery.model.noise import CoordinateNoise, Series, likeliest_noise
+from friction_estimation.discovery.model.noise import CoordinateNoise, Series, most_likely_noise
 from friction_estimation.tracks.outliers import robust_deviation
 from friction_estimation.tracks.tuning import USUAL_SPIN
 
@@ -61,7 +61,7 @@ def position_noise(throws: Sequence[Rethrow]) -> CoordinateNoise | None:
     if not series:
         return None
     size = max(float(np.median(jitter)), LEAST_NOISE)
-    white, slow, time = likeliest_noise(series, size, memory=MEMORY)
+    white, slow, time = most_likely_noise(series, size, memory=MEMORY)
     return CoordinateNoise(white=white, slow=slow, time=time if slow else 0.0)
 
 

@@ -141,7 +141,7 @@ def ice_of(fitted: SessionFit) -> Ice:
         )
     except InputError as error:
         raise FitError(
-            f"no ice that there is explains these throws: {fitted.worst_throw()}; check its "
+            f"no plausible ice explains these throws: {fitted.worst_throw()}; check its "
             f"positions, times and headings ({error})"
         ) from error
 

@@ -129,9 +129,9 @@ class Estimate:
     @property
     def remarks(self) -> list[str]:
         """Remarks on effects: lacking in the ice, assumed, or not shown by the session."""
-        said = missing_effect_remarks(self.ice)
-        said += [assumption_remark(name) for name in believed_effects(self.ice)]
-        remarks = [f"{words[0].upper()}{words[1:]}." for words in said]
+        found = missing_effect_remarks(self.ice)
+        found += [assumption_remark(name) for name in believed_effects(self.ice)]
+        remarks = [f"{words[0].upper()}{words[1:]}." for words in found]
         if self.fit is not None and self.fit.session.gates is not None:
             remarks.append(GATES_SHOW)
         if self.discovery is not None:

@@ -120,7 +120,7 @@ def in_a_sentence(ice: Ice) -> str:
     result = sorted((z for z in parts if z.stands_out), key=lambda z: z.relative or 0.0)
     keen = [z for z in result if (z.relative or 0.0) < 0][:2]
     heavy = [z for z in result if (z.relative or 0.0) > 0][::-1][:2]
-    said = [
+    sentences = [
         f"{word} at {' and at '.join(_placed(z) for z in those)}"
         for word, those in (("Keen", keen), ("heavy" if keen else "Heavy", heavy))
         if those
@@ -128,7 +128,7 @@ def in_a_sentence(ice: Ice) -> str:
     known = [z for z in parts if z.relative is not None]
     if not known:
         return "Nothing is known of the places of this sheet."
-    whole = "; ".join(said) if said else "No part of the sheet stands out"
+    whole = "; ".join(sentences) if sentences else "No part of the sheet stands out"
     unseen = sum(z.relative is None for z in parts)
     if unseen:
         whole += f". No throw has passed {unseen} of its {len(parts)} parts"

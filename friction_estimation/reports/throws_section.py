@@ -163,9 +163,9 @@ def write_measures(
         name: [np.nan if row[name] is None else row[name] for row in rows] for name in names
     }
     for name in NOTED:
-        said = [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
-        if any(said):
-            columns["stone_name" if name == "stone" else name] = list(said)
+        cells = [getattr(notes.get(one.throw, ThrowNote()), name) for one in throws]
+        if any(cells):
+            columns["stone_name" if name == "stone" else name] = list(cells)
     columns |= {name: _blank(cells) for name, cells in others.items()}
     write_table(path, {name: _column(cells) for name, cells in columns.items()})
 

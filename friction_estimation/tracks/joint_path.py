@@ -9,7 +9,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -133,8 +132,8 @@ def _fit(chain: Sequence[Trajectory], offset: Floats, jerk: float) -> tuple[floa
         # The first clock is the common one; the others are free within seconds.
         held = np.full(cameras, 0.1 if number else 1e6)
         held[0] = 1e6
-        blocks: Any = block_diag(roughness, roughness, np.diag(1 / spread), np.diag(held))
-        prior: Floats = np.asarray(blocks, dtype=np.float64)
+        priors = roughness, roughness, np.diag(1 / spread), np.diag(held)
+        prior = np.asarray(block_diag(*priors), dtype=np.float64)
         designs, targets, logs = [prior], [prior[:, clocks] @ found[clocks]], 0.0
         for k, (t, xy, sigma) in enumerate(rows):
             clock = found[clocks][k]

@@ -94,7 +94,7 @@ class Club:
         try:
             path = (self.folder / name).resolve()
         except (OSError, RuntimeError, ValueError) as error:
-            raise InputError("is no name of a file", source=name[:80]) from error
+            raise InputError("expected a plain file name", source=name[:80]) from error
         if not path.is_relative_to(self.folder):
             raise InputError("lies outside of the club folder", source=name[:80])
         return path
@@ -254,7 +254,7 @@ class Club:
 
         Raises
         ------
-        InputError : a name that is none
+        InputError : an empty or too long name
         """
         name = named(name, "a session")
         with self.database.writing() as connection:

@@ -39,20 +39,22 @@ def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
 
     Raises
     ------
-    InputError : no film by its name, a size that is none or too large, or too many films
+    InputError : an unsupported file extension, a size of 0 or too large, or too many films
     """
     name = Path(name.replace("\\", "/")).name
     if Path(name).suffix.lower() not in SUFFIXES or len(name) > 200 or not name.isprintable():
-        raise InputError(f"is no film by its name ({', '.join(SUFFIXES)})", source=name[:80])
+        raise InputError(
+            f"unsupported file extension; expected one of {', '.join(SUFFIXES)}", source=name[:80]
+        )
     if not 0 < size <= MAX_FILM:
-        raise InputError(f"a film has 1 byte to {MAX_FILM >> 30} GB", source=name[:80])
+        raise InputError(f"expected a film of 1 byte to {MAX_FILM >> 30} GB", source=name[:80])
     folder = make_directory(club.folder_of(session) / "films")
     with club.database.writing() as connection:
         found = film_in(connection, session, name=name, size=size)
         if found is not None:
             return found
         if shutil.disk_usage(folder).free < size + SPARE:
-            raise InputError("there is no room for it on the disk", source=name[:80])
+            raise InputError("does not fit on the disk", source=name[:80])
         return added_film(connection, session, name, size)
 
 
@@ -102,12 +104,14 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
 
     Raises
     ------
-    InputError : it lies elsewhere, is no film by its name, or is in the session already
+    InputError : it lies elsewhere, has an unsupported extension, or is in the session already
     """
     file = club.name_of(path)
     inside = club.path(file)
     if not inside.is_file() or inside.suffix.lower() not in SUFFIXES:
-        raise InputError(f"is no film ({', '.join(SUFFIXES)})", source=file[:80])
+        raise InputError(
+            f"unsupported file extension; expected one of {', '.join(SUFFIXES)}", source=file[:80]
+        )
     size = inside.stat().st_size
     with club.database.writing() as connection:
         if film_in(connection, session, file=file) is not None:

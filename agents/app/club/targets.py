@@ -104,7 +104,7 @@ def _pattern(target: Target) -> re.Pattern[str]:
 
 def _check_name(name: str) -> None:
     if not re.fullmatch(r"[^\W\d_][\w' -]*", name):
-        raise InputError("the name of a target begins with a letter, and has no signs in it")
+        raise InputError("expected a name of letters and digits that begins with a letter")
     if KNOWN_WORDS.issuperset(name.lower().split()):
         raise InputError(f"{name!r} means something in a call already; choose another name")
 

@@ -102,7 +102,7 @@ def ice_named(club: Club, key: str) -> Ice:
     )
     ice = None if session is None else ice_of(club, session)
     if ice is None:
-        raise InputError(f"there is no ice {key[:40]!r}; choose another")
+        raise InputError(f"unknown ice {key[:40]!r}; choose another")
     return ice
 
 

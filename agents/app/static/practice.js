@@ -73,7 +73,7 @@ function filmLine(film) {
       line.append(element("p", { class: "small warn" }, "Drop it here again to send the rest, if no other device is sending it."));
     }
   }
-  if (film.said) line.append(element("p", { class: "small quiet" }, film.said));
+  if (film.remark) line.append(element("p", { class: "small quiet" }, film.remark));
   if (film.state === "failed") {
     const again = element("button", { type: "button", class: "plain" }, "Try again");
     again.addEventListener("click", () =>

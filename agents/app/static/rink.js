@@ -18,9 +18,9 @@ find("full").addEventListener("click", () => document.querySelector(".now").requ
 
 function speak(words) {
   if (!words || !find("aloud").checked || !window.speechSynthesis) return;
-  const said = words.replace(/(\d) s\b/g, "$1 seconds").replace(/(\d) cm\b/g, "$1 centimetres").replace(/(\d) m\b/g, "$1 metres")
+  const spoken = words.replace(/(\d) s\b/g, "$1 seconds").replace(/(\d) cm\b/g, "$1 centimetres").replace(/(\d) m\b/g, "$1 metres")
     .replace(/(\d) ft\b/g, "$1 feet").replace(/(\d) in\b/g, "$1 inches");
-  speechSynthesis.speak(Object.assign(new SpeechSynthesisUtterance(said), { lang: "en" }));
+  speechSynthesis.speak(Object.assign(new SpeechSynthesisUtterance(spoken), { lang: "en" }));
 }
 
 const isTime = ({ name }) => name === "Split" || name === "Hog to hog";

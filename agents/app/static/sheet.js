@@ -55,10 +55,10 @@ export class Sheet extends EventTarget {
       this.layers[name] = shape("g", { class: name });
       this.world.append(this.layers[name]);
     }
-    this.said = document.createElement("p");
-    this.said.className = "unseen";
-    this.said.setAttribute("aria-live", "polite");
-    svg.after(this.said);
+    this.announcement = document.createElement("p");
+    this.announcement.className = "unseen";
+    this.announcement.setAttribute("aria-live", "polite");
+    svg.after(this.announcement);
     svg.classList.add("sheet");
     svg.append(this.hatching(), this.world);
     this.paint();
@@ -207,7 +207,7 @@ export class Sheet extends EventTarget {
   }
 
   say(words) {
-    this.said.textContent = words;
+    this.announcement.textContent = words;
   }
 
   placeOf(held) {

@@ -51,8 +51,8 @@ let asked = 0;
 export const direction = () => (state.to === "home" ? -1 : 1);
 
 export function say(words, problem = false) {
-  $("said").textContent = words;
-  $("said").classList.toggle("problem", problem);
+  $("status").textContent = words;
+  $("status").classList.toggle("problem", problem);
 }
 
 /** What is still asked for is no longer wanted. */

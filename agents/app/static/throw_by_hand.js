@@ -42,7 +42,7 @@ export function sayHand(found = null) {
   const where = Math.abs(broom) < 0.005 ? "on the centre line" : `${length(broom)} ${broom > 0 ? "right" : "left"}`;
   const turn = Math.abs(spin) < 0.01 ? "none" : call ? `${call.turns.toFixed(1)} turns, ${turnOf(call)}` : spin > 0 ? "counter-clockwise" : "clockwise";
   for (const [id, words] of [["speed", weight], ["broom", where], ["spin", turn]]) {
-    $(`${id}-said`).textContent = words;
+    $(`${id}-value`).textContent = words;
     $(id).setAttribute("aria-valuetext", words);
   }
 }

@@ -91,7 +91,7 @@ def state_of(club: Club, work: WorkQueue, session: Session) -> dict[str, Any]:
                 "state": ("again" if film.id in again else film.state)
                 if film.is_whole
                 else "coming",
-                "said": film.said,
+                "remark": film.said,
                 "mark": film.state is State.FAILED and film.is_whole and camera is not None,
                 "throws": seen.count(film.id),
             }

@@ -12,13 +12,13 @@ from collections.abc import Sequence
 from contextlib import suppress
 from importlib.metadata import version
 from threading import Lock
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import msgspec
 
 from agents.app.club import Club, Job, Session
 from agents.app.club.club import ICE, TRACKS, digest_of_file
-from agents.app.work.jobs import CAUSES, OPEN, requested
+from agents.app.work.jobs import CAUSES, OPEN, Reported, requested
 from agents.coaching import (
     AthleteErrors,
     SessionCauses,
@@ -31,9 +31,6 @@ from agents.coaching.throw_sheet import HANDS_LIST, hands_beside
 from curling_env.errors import CurlingError, InputError
 from curling_env.ice import load_ice
 from friction_estimation.tracks.throw_list import THROW_LIST, load_tracks, throws_beside
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 
 class ComingError(CurlingError):

@@ -7,21 +7,18 @@ film itself stays as it is, and is what is tracked.
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import cv2
 import numpy as np
 
 from agents.app.club import Club, Film, Session
 from agents.app.club.club import PLAYABLE
+from agents.app.work.jobs import Reported
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
 from curling_env.typing import Progress
 from friction_estimation.film.video import Film as OpenedFilm
 from friction_estimation.film.writer import film_writer
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 WIDEST = 1280
 """Of a copy [px]."""

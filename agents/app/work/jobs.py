@@ -113,8 +113,6 @@ def do_job(folder: Path, number: int) -> None:
     """
     import cv2
 
-    from agents.app.work.jobs import Reported
-
     cv2.setNumThreads(1)
     club = Club(folder)
     job = club.database.row(Job, "select * from job where id = ?", number)

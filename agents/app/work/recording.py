@@ -7,14 +7,13 @@ from __future__ import annotations
 
 import re
 from contextlib import closing
-from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.club import encoded
 from agents.app.club.films import take_film
 from agents.app.club.session_files import load_part, part_path
 from agents.app.work.glance import Glance
-from agents.app.work.jobs import submit
+from agents.app.work.jobs import Reported, submit
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.camera.camera import Camera
@@ -27,9 +26,6 @@ from friction_estimation.tracking.films.shared_cameras import camera_from
 
 SOURCE = r"\d{1,3}|(?:rtsps?|rtmps?|https?|udp|rtp|srt)://\S{1,500}"
 """Cameras of this machine by their number, and streams by their address; no files."""
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 
 def do_record(club: Club, session: Session, progress: Reported, given: str = "") -> None:

@@ -7,7 +7,7 @@ import hashlib
 from collections.abc import Iterable
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import cv2
 import numpy as np
@@ -19,6 +19,7 @@ from agents.app.views.hands import hands_of
 from agents.app.views.throws import leaderboard, missed_by, points_of, sheets_of, throw_numbers
 from agents.app.work.causes import ComingError, errors_of, sessions_with_causes
 from agents.app.work.film_copy import smaller
+from agents.app.work.jobs import Reported
 from agents.coaching import ThrowSheet
 from agents.coaching.calls import shown_call
 from agents.coaching.throw_sheet import HANDS_LIST
@@ -27,9 +28,6 @@ from curling_env.infrastructure.files.storage import write_text
 from curling_env.infrastructure.files.writing import make_directory
 from friction_estimation.film.video import Film
 from friction_estimation.tracks.throw_list import THROW_LIST
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 WIDEST, QUALITY, EVERY = 480, 30.0, 2
 """Clips: their width [px], compression, and which of the frames they have."""

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Session
 from agents.app.club.club import DISCOVERY, digest_of_file
 from agents.app.club.session_files import write_files
 from agents.app.work.causes import prepare
+from agents.app.work.jobs import Reported
 from curling_env.infrastructure.files.writing import make_directory, together
 from curling_env.infrastructure.provenance import provenance
 from friction_estimation.tracks.throw_list import load_tracks
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 
 def do_measure(club: Club, session: Session, progress: Reported, given: str = "") -> None:

@@ -3,22 +3,18 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from agents.app.club import Club, Film, Session
 from agents.app.club.films import waits
 from agents.app.club.records import State
 from agents.app.club.session_files import Part, keep_part, load_part, part_path, write_files
-from agents.app.work.jobs import submit
+from agents.app.work.jobs import Reported, submit
 from curling_env.errors import CurlingError, InputError
 from curling_env.infrastructure.provenance import sha256_of
 from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking import TrackedFilm, track_each
 from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras, camera_document
-
-if TYPE_CHECKING:
-    from agents.app.work.jobs import Reported
 
 
 def do_track(club: Club, session: Session, progress: Reported, given: str = "") -> None:
@@ -40,12 +36,12 @@ def do_track(club: Club, session: Session, progress: Reported, given: str = "") 
         marks = sha256_of(scenes[film.id])
         try:
             scene = load_scene(scenes[film.id])
-            said = _track_film(club, session, film, scene, progress)
+            remark = _track_film(club, session, film, scene, progress)
         except CurlingError as error:
             problem = error.problem if isinstance(error, InputError) else str(error)
             set_state(club, film, State.FAILED, problem, marks)
         else:
-            set_state(club, film, State.DONE, said, marks)
+            set_state(club, film, State.DONE, remark, marks)
     if films:
         write_files(club, session)  # numbers of later throws are final now
     if again and session.ice_of is not None:
@@ -66,17 +62,17 @@ def scene_file(club: Club, session: Session, film: Film) -> Path:
 
 
 def set_state(
-    club: Club, film: Film, state: State, said: str = "", marks: str | None = None
+    club: Club, film: Film, state: State, remark: str = "", marks: str | None = None
 ) -> None:
     """Write how far tracking of a film is, and with which marks it was done."""
     query = "update film set state = ?, said = ?, marks = coalesce(?, marks) where id = ?"
-    club.database.write(query, state, said, marks, film.id)
+    club.database.write(query, state, remark, marks, film.id)
 
 
 def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress: Reported) -> str:
     """Track a film, throw by throw; return what there is to say of it."""
     found: list[TrackedFilm] = []
-    said: list[str] = []
+    remarks: list[str] = []
     path = part_path(club, session, film)
     kept = load_part(path)
     camera = None if kept is None else kept.camera
@@ -94,7 +90,7 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         scene,
         checkpoints=checkpoints,
         cameras=SharedCameras(keep=True),
-        left_out=lambda why: said.append(f"left out: {why}"),
+        left_out=lambda why: remarks.append(f"left out: {why}"),
         progress=progress,
     ):
         found.append(one)
@@ -105,8 +101,8 @@ def _track_film(club: Club, session: Session, film: Film, scene: Scene, progress
         moved = 0.0 if one.found is None else one.found.moved_px
         if moved:
             far = f"by {moved:.1f} px" if moved < 100 else "far"
-            said.append(f"the camera had moved {far} since it was marked, and was solved again")
+            remarks.append(f"the camera had moved {far} since it was marked, and was solved again")
     if found and (again or len(found) <= least):
         keep()
     checkpoints.delete()
-    return "; ".join(dict.fromkeys(said))
+    return "; ".join(dict.fromkeys(remarks))

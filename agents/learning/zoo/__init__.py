@@ -22,6 +22,6 @@ def file_of(algorithm: str) -> Path:
     """
     if algorithm not in ALGORITHMS:
         raise InputError(
-            f"there are hyperparameters for {', '.join(ALGORITHMS)}, not for {algorithm[:40]!r}"
+            f"no hyperparameters for {algorithm[:40]!r}; expected one of {', '.join(ALGORITHMS)}"
         )
     return Path(__file__).with_name(f"{algorithm}.yml")

@@ -87,7 +87,7 @@ class GameCore:
 
     Raises
     ------
-    InputError : an option that makes no sense
+    InputError : an invalid option
     """
 
     def __init__(

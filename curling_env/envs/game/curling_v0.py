@@ -86,7 +86,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
 
     Raises
     ------
-    InputError : an option that makes no sense
+    InputError : an invalid option
 
     Notes
     -----

@@ -205,7 +205,7 @@ class EndCore(GameCore, Core[Ends]):
 
         Raises
         ------
-        InputError : an option that is unknown or makes no sense
+        InputError : an unknown option, or an invalid value
         """
         asked = reset_options(options, RESET_OPTIONS)
         hammer = self._hammer

@@ -50,7 +50,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
 
     Raises
     ------
-    InputError : an option that makes no sense
+    InputError : an invalid option
 
     Notes
     -----

@@ -36,7 +36,7 @@ class CurlingEndVectorEnv(EndCore, EnvsTogether[Ends]):
 
     Raises
     ------
-    InputError : a setting that makes no sense, or that only a single end can have
+    InputError : an invalid setting, or that only a single end can have
     """
 
     def __init__(

@@ -148,7 +148,7 @@ class MatchCore(GameCore):
 
         Raises
         ------
-        InputError : an option that makes no sense
+        InputError : an invalid option
         """
         asked = dict(options)
         ice = self.ices.draw(rng, self.ices.given(asked))
@@ -175,7 +175,7 @@ class MatchCore(GameCore):
 
         Raises
         ------
-        InputError : an action that is none
+        InputError : an invalid action
         """
         before, thrower = match.state, match.to_throw
         assert thrower is not None

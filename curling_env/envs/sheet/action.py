@@ -50,8 +50,8 @@ class ThrowRange:
             try:
                 low, high = map(float, given)
             except (TypeError, ValueError):
-                said = str(given)[:40]
-                raise InputError(f"the range of {name} must be two numbers, got {said}") from None
+                shown = str(given)[:40]
+                raise InputError(f"the range of {name} must be two numbers, got {shown}") from None
             if not (lowest <= low < high <= highest) or (name == "speed" and low <= 0):
                 raise InputError(
                     f"the range of {name} must rise within {lowest:g} and {highest:g}, "

@@ -227,7 +227,7 @@ class SheetCore(Core[Sheets]):
 
         Raises
         ------
-        InputError : an option that is unknown or makes no sense, or more stones than there are
+        InputError : an unknown option, or an invalid value, or more stones than there are
             places for
         """
         asked = reset_options(options, RESET_OPTIONS)

@@ -50,7 +50,7 @@ class CurlingSheetEnv(SheetCore, SingleEnv[Sheets]):
 
     Raises
     ------
-    InputError : an option that makes no sense
+    InputError : an invalid option
 
     Notes
     -----

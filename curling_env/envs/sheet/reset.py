@@ -158,7 +158,7 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
 
     Raises
     ------
-    InputError : an unknown option, or one that makes no sense
+    InputError : an unknown or invalid option
     """
     level = _level(options["level"])
     goal = _goal(options["target"], ice.sheet.width / 2)

@@ -33,7 +33,7 @@ class CurlingSheetVectorEnv(SheetCore, EnvsTogether[Sheets]):
 
     Raises
     ------
-    InputError : a setting that makes no sense, or that only a single sheet can have
+    InputError : an invalid setting, or that only a single sheet can have
     """
 
     def __init__(

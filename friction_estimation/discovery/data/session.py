@@ -272,9 +272,7 @@ def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
     """Refuse what would take hours, or more memory than there is."""
     count = len({track.throw for track in tracks})
     if count > MAX_SESSION_THROWS:
-        raise InputError(
-            f"{count} throws are no session; at most {MAX_SESSION_THROWS} are taken at a time"
-        )
+        raise InputError(f"{count} throws are too many; expected at most {MAX_SESSION_THROWS}")
     for track in tracks:
         if len(track) > MAX_THROW_ROWS:
             raise InputError(

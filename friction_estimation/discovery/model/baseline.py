@@ -49,7 +49,7 @@ def base_model(ice: Ice | None, session: Session) -> Model:
         if card is not None:
             terms.append(_term(card, effect.parameters, set(effect.sigma)))
         elif effect.name not in catalogue():
-            raise InputError(f"unknown effect {effect.name!r}; known are {', '.join(known)}")
+            raise InputError(f"unknown effect {effect.name!r}; expected one of {', '.join(known)}")
         # Others hold nothing to fit: remarks, and factors by which the tracks were corrected.
     return Model(
         ice=ice,

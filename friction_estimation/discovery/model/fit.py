@@ -232,7 +232,7 @@ def fit(
         with np.errstate(over="ignore", invalid="ignore", divide="ignore"):
             _, linear = linearise(model, session, noise, states, ln_factors)
             if shared:
-                spread = _likeliest_spread(linear)
+                spread = _most_likely_spread(linear)
                 linear = replace(linear, model=replace(model, spread=spread))
             here = linear.deviance()
         if present is not None and not here < present.deviance + 1e-6:
@@ -309,7 +309,7 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
     return states, ln_factors
 
 
-def _likeliest_spread(linear: Linearisation) -> float:
+def _most_likely_spread(linear: Linearisation) -> float:
     """The spread that minimises F at the present parameters.
 
     The spread that a step foresees is that of its end as if all were linear. Where it is nearly

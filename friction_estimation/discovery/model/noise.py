@@ -249,7 +249,7 @@ def _estimate_channel(
         claimed = session.claimed_turn if channels == (2,) else session.claimed
         return least, claimed, bounds[1]
     size = max(_rough_size(fast_part(session, residuals)[:, list(channels)], series), least)
-    white, fading, memory = likeliest_noise(series, size, memory=bounds, before=before)
+    white, fading, memory = most_likely_noise(series, size, memory=bounds, before=before)
     if fading < lasting_turn:
         # What lasts was projected out, and with it most of the error of a heading.
         fading, memory = lasting_turn, bounds[1]
@@ -300,7 +300,7 @@ def _rough_size(fast: Floats, series: Sequence[Series]) -> float:
     return float(np.median(left))
 
 
-def likeliest_noise(
+def most_likely_noise(
     series: Sequence[Series],
     size: float,
     *,

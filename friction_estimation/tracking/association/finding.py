@@ -15,7 +15,7 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import coarse_path
 from friction_estimation.tracking.association.linking import RestingPlace, left_near, link
-from friction_estimation.tracking.association.paths import RESTING, Path, likeliest_paths
+from friction_estimation.tracking.association.paths import RESTING, Path, most_likely_paths
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
 from friction_estimation.tracking.films.steady_film import SteadyFilm
@@ -60,7 +60,7 @@ def find_stones(
     area = scene.sheet.width * scene.sheet.length
     last = float(film.sample[-1][0]) + 1.0
     seen = detector.detect(film.sample)
-    paths = likeliest_paths(seen, area)
+    paths = most_likely_paths(seen, area)
     places = _places(detector.at_rest, paths, seen)
     thrown = thrown_path(paths, seen, 2 * model.radius)
     left = [] if thrown is None else left_near(thrown, places, seen, 2 * model.radius)
@@ -69,7 +69,7 @@ def find_stones(
         for low, high in _spans([place.until for place in left]):
             dense = film.between(low, high, numbers.DENSE_STEP)
             seen = seen.joined(detector.detect(one for one in dense if one[0] not in known))
-        paths = likeliest_paths(seen, area)
+        paths = most_likely_paths(seen, area)
         places = _places(detector.at_rest, paths, seen)
         thrown = thrown_path(paths, seen, 2 * model.radius)
     if thrown is None:

@@ -67,7 +67,7 @@ class Path:
         return bool((self.mode == SLIDING).any())
 
 
-def likeliest_paths(seen: Detections, area: float, among: Integers | None = None) -> list[Path]:
+def most_likely_paths(seen: Detections, area: float, among: Integers | None = None) -> list[Path]:
     """Return all paths whose log odds are above `numbers.SURE`, the most likely first.
 
     Parameters

@@ -20,7 +20,7 @@ from friction_estimation.tracking.association.paths import (
     RESTING,
     SLIDING,
     Path,
-    likeliest_paths,
+    most_likely_paths,
 )
 from friction_estimation.tracking.detection.background import find_background, sheet_region
 from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
@@ -107,7 +107,7 @@ def find_throws(
     if seen is None:
         return []
     area = scene.sheet.width * scene.sheet.length
-    moves = throws_among(likeliest_paths(seen, area), seen, small, area)
+    moves = throws_among(most_likely_paths(seen, area), seen, small, area)
     found: list[ThrowInFilm] = []
     free = 0.0
     for one in without_returns(moves, slid_back):  # no two stones are thrown at once
@@ -196,7 +196,7 @@ def _separate(paths: Sequence[Path], seen: Detections, area: float) -> list[Path
         parts = [slides_of(path, seen) for path in paths]
         found += [own[0] for own in parts]
         later = [part.at for own in parts for part in own[1:]]
-        paths = likeliest_paths(seen, area, np.concatenate(later)) if later else []
+        paths = most_likely_paths(seen, area, np.concatenate(later)) if later else []
     return found
 
 

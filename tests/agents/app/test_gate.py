@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import pytest
 
-from agents.app import WorkQueue, sharing
+from agents.app import WorkQueue, gate
 from agents.app.application import application
 from agents.app.gate import FORM, MAX_BODY, MAX_PIECE, Door
 
@@ -96,7 +96,7 @@ def test_shared_each_door_has_its_own_secret(club):
 
 
 def test_sharing_is_a_switch_with_links_that_only_show(browser, club, serve_club, monkeypatch):
-    monkeypatch.setattr(sharing, "network_address", lambda: "127.0.0.2")
+    monkeypatch.setattr(gate, "network_address", lambda: "127.0.0.2")
     club.add_session("Tuesday", "2026-11-17", "2", None)
     with serve_club(club) as address:
         page, others = browser.new_page(), browser.new_page()

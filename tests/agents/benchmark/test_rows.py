@@ -83,7 +83,7 @@ def test_normalised_scores_are_nothing_for_chance_and_one_for_the_reference(tmp_
         ({"scores": [{"task": "guard", "runs": [[0.0, 0.5]]}]}, "0.5 is no success of an episode"),
         ({"scores": [{"task": "guard", "runs": [[0.0, 1.0], [1.0]]}]}, "runs"),
         ({"scores": [{"task": "end-greedy", "runs": [[9.0, 1.0]]}]}, "9 is no points"),
-        ({"scores": [{"task": "guard", "runs": [[0.0, 1.0]]}] * 2}, "two scores of one task"),
+        ({"scores": [{"task": "guard", "runs": [[0.0, 1.0]]}] * 2}, "lists a task twice"),
         ({"colour": "red"}, "colour"),
     ],
 )

@@ -289,9 +289,9 @@ def test_a_stone_thrown_backwards_is_a_stone_that_is_removed():
 def test_another_physics_is_remarked_on():
     log = deepcopy(messages_of(golden("extra-end-team1"))[:2])
     log[1]["game"]["simulator"] = {"type": "fcv2"}
-    said_of_it: list[str] = []
-    answers(log, DrawPlayer(), remark=said_of_it.append)
-    assert "'fcv2'" in said_of_it[0]
+    remarks: list[str] = []
+    answers(log, DrawPlayer(), remark=remarks.append)
+    assert "'fcv2'" in remarks[0]
 
 
 # --- breaks of the protocol -----------------------------------------------------------------------

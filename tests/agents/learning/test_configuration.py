@@ -64,7 +64,7 @@ def test_a_file_states_what_is_learned(tmp_path: Path) -> None:
         ("ices: {level: much}", "level must lie within 0 and 1"),
         ("policy_kwargs: {net_arch: [0]}", "net_arch"),
         ("policy_kwargs: {width: 3}", "unknown key 'width' in policy_kwargs"),
-        ("learning_rate: lin_fast", "a schedule is lin_ and a number"),
+        ("learning_rate: lin_fast", "expected a schedule such as lin_"),
         ("n_timesteps: many", "n_timesteps must be a whole number"),
         ("skill: god", "unknown skill 'god'"),
         ("knows: all", "knows must be one of"),

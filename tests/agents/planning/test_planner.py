@@ -346,9 +346,9 @@ def test_the_meaning_of_a_miss_is_stated() -> None:
     assert "from the target to the stone's place of rest" in draw.expectation(draw.best)
     assert " in (" in draw.expectation(draw.best, Units.FEET)
     hit = plan_throw(ice, "takeout", STONE, skill="club")
-    said = hit.expectation(hit.best)
-    assert "succeed (the struck stone is out of play)" in said
-    assert "miss" not in said
+    expected = hit.expectation(hit.best)
+    assert "succeed (the struck stone is out of play)" in expected
+    assert "miss" not in expected
     assert hit.as_dict()["miss_means"] is None
     exact = plan_throw(ice, (0.0, TEE_Y), skill="none")
     assert exact.expectation(exact.best) == ""

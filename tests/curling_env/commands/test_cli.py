@@ -201,7 +201,7 @@ def test_an_interrupt_reports_that_nothing_was_kept(curling: Callable[..., Any])
     assert (result.status, result.out, result.err) == (130, "", message)
 
 
-def test_a_mistake_of_ours_is_not_hidden(
+def test_an_internal_error_is_reported_as_such(
     curling: Callable[..., Any], monkeypatch: pytest.MonkeyPatch
 ) -> None:
     with pytest.raises(ZeroDivisionError):  # as in all tests

@@ -115,7 +115,7 @@ WRONG = {
         ({"opponent": ["draw", "absent"]}, "unknown player 'absent'"),
         ({"hammer": 1}, "hammer must be 'own' or 'opponent' or 'random'"),
         ({"rules": 3}, "unknown set of rules 3"),
-        ({"rules": {"name": "mixed_doubles_2024", "stone": 5}}, "rules have no 'stone'"),
+        ({"rules": {"name": "mixed_doubles_2024", "stone": 5}}, "unknown rule 'stone'"),
         ({"ice_evolution": "usual"}, "ice_evolution must be one of none, typical"),
         ({"ice_evolution": 3}, "ice_evolution must be an IceEvolution or a mapping of wear"),
         ({"weights": [1]}, "weights must be a GameRewardWeights"),
@@ -146,7 +146,7 @@ def test_a_wrong_option_is_reported_with_the_valid_ones(name, options, says):
 @pytest.mark.parametrize(
     ("name", "options", "says"),
     [
-        ("CurlingSheet-v0", {"wind": 3}, "unknown option 'wind'; options are target, stones"),
+        ("CurlingSheet-v0", {"wind": 3}, "unknown option 'wind'; expected one of target, stones"),
         ("CurlingSheet-v0", [("ice", "paper")], "options of reset must be a mapping"),
         ("CurlingSheet-v0", {"ice": 3}, "expected an Ice"),
         ("CurlingEnd-v0", {"state": 3}, "state must be a GameState"),

@@ -86,7 +86,7 @@ def test_the_command_writes_a_scene_that_reads_the_photo_and_a_picture(
     ("marks", "message"),
     [
         ({"away_tee": (60.0, 60.0)}, "tee and hog_centre of one end"),
-        ({"away_tee": (60.0, 60.0), "tea": (1.0, 1.0)}, "nothing is called 'tea'"),
+        ({"away_tee": (60.0, 60.0), "tea": (1.0, 1.0)}, "unknown point 'tea'"),
         ({"away_tee": (9e3, 60.0), "away_hog_centre": (1.0, 1.0)}, "away_tee at .* outside"),
         ({"away_tee": (60.0, 60.0), "away_hog_centre": (61.0, 60.0)}, "at the same place"),
     ],

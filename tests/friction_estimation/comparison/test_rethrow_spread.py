@@ -74,7 +74,7 @@ def sigmas(comparisons: list[Comparison]) -> np.ndarray:
     [(6, 0.0, 0.0, 0.0), (6, 0.0, 0.0, 0.008), (12, 0.03, 6e-4, 0.0)],
     ids=["noise", "noise with a memory", "ice"],
 )
-def test_errors_are_as_large_as_was_said(sliding, count, share, curl_sigma, slow):
+def test_errors_are_as_large_as_was_reported(sliding, count, share, curl_sigma, slow):
     truth = {"share": share, "curl_sigma": curl_sigma, "slow": slow}
     found = sigmas(list(sessions(sliding, believed_ice(share, curl_sigma), count, **truth)))
     # The throws of one session share its ice, so that twelve sessions tell it to a fifth.

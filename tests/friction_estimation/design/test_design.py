@@ -65,7 +65,7 @@ def test_both_ends_and_given_speeds_are_used():
     assert draw == pytest.approx(2.24, abs=0.01)
 
 
-def test_what_no_session_reaches_is_said():
+def test_what_no_session_reaches_is_reported():
     plan = design_throws(resolution=1.0, precision=0.001, speeds=[3.0])
     assert not plan.reached
     assert "out of reach" in plan.in_words()

@@ -30,14 +30,14 @@ def names(found):
     return [e["name"] for e in document(found)["effects"]]
 
 
-def test_one_direction_only_is_said(make_session):
+def test_one_direction_only_is_reported(make_session):
     tracks = [track for track in make_session([CURL], throws=20) if track.throw % 2 == 0]
     found = discover(tracks)
     assert names(found) == ["curl"]
     assert ONE_WAY in text_of(found)
 
 
-def test_no_variety_of_spin_is_said(make_session):
+def test_no_variety_of_spin_is_reported(make_session):
     tracks = [t for t in make_session([CURL], throws=24) if t.theta[-1] > t.theta[0]]
     assert len(tracks) >= 8
     found = discover(tracks)
@@ -106,7 +106,7 @@ def test_nothing_on_the_sheet_is_one_line(curling, make_session, tmp_path):
         open_session(tracks)
 
 
-def test_a_base_ice_of_other_ice_is_said(make_session, rng):
+def test_a_base_ice_of_other_ice_is_reported(make_session, rng):
     plain = Ice.uniform(0.02)
     mu = plain.friction.mu * np.exp(rng.normal(0, 0.3, plain.friction.mu.shape))
     wrong = replace(plain, friction=replace(plain.friction, mu=mu))

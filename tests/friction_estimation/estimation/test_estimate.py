@@ -163,7 +163,7 @@ def test_even_ice_is_found_even_on_film(sliding, as_filmed):
     assert np.concatenate(inside).mean() > 0.9
 
 
-def test_rows_that_are_said_to_err_more_count_less(sliding, rng):
+def test_rows_that_are_reported_to_err_more_count_less(sliding, rng):
     """Of half of all rows, far away, the errors are six times as large, and the track says so."""
     errors = {}
     for seed in range(10):

@@ -26,10 +26,10 @@ def few_ends(monkeypatch):
 
 
 def test_learning_backwards_resumes_and_excludes_held_out_ends(tmp_path, capsys):
-    said: list[str] = []
-    begin = run_league(tmp_path, TINY, report=said.append)
-    assert all(words.startswith("−ln p of the score of 2 held-out ends") for words in said)
-    assert "worse by" in said[0]
+    reports: list[str] = []
+    begin = run_league(tmp_path, TINY, report=reports.append)
+    assert all(words.startswith("−ln p of the score of 2 held-out ends") for words in reports)
+    assert "worse by" in reports[0]
 
     def backwards() -> ValueNetwork:
         return learn_backwards(TINY, tmp_path, begin, workers=1)

@@ -90,7 +90,7 @@ def test_films_go_on_being_sent_whatever_page_is_open(context, address, club):
     assert sizes == {name: size for name, size in PIECES if name.endswith(".mp4")}
     # The refusal is still shown after others have arrived.
     page.goto(f"{address}practice/1")
-    page.get_by_text("notes.txt: is no film").wait_for()
+    page.get_by_text("notes.txt: unsupported file extension").wait_for()
 
 
 def test_what_is_typed_is_saved_by_going_on(context, address, club):

@@ -34,7 +34,7 @@ def test_a_session_begins_with_a_new_camera(visitor, club):
         {"camera": "new", "camera_name": "a", "size": "1x1"},
     ],
 )
-def test_what_cannot_be_begun_is_said_and_not_begun(visitor, club, fields):
+def test_what_cannot_be_begun_is_reported_and_not_begun(visitor, club, fields):
     answer = begin(visitor, **fields)
     assert answer.status == 422
     assert 'role="alert"' in answer.text

@@ -32,7 +32,7 @@ def test_an_address_keeps_its_session(visitor, club, name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_a_session_that_is_not_there_is_said_so(visitor, name):
+def test_a_session_that_is_not_there_is_reported(visitor, name):
     answer = visitor.get(f"{name}/77")
     assert answer.status == 404
     assert "no such session" in answer.text
@@ -60,7 +60,7 @@ def fillings(path: str):
         if not path.endswith("events")
     ],
 )
-def test_nothing_that_is_sent_is_a_mistake_of_the_program(visitor, club, method, path):
+def test_no_input_causes_an_internal_error(visitor, club, method, path):
     club.add_session("Tuesday", "2026-11-17", "1", None)
     sent = {
         "application/x-www-form-urlencoded": f"csrf={visitor.token}&name=%00&kind=&made=%FF&x=1",

@@ -27,7 +27,7 @@ def friday_of(ice):
     return EarlierIce(id=7, name="Friday", ice=ice, centre=centre_of(ice))
 
 
-def test_a_keener_ice_takes_longer_and_is_said_so():
+def test_a_keener_ice_takes_longer_and_is_reported():
     result = ice_document(ice(0.95), earlier=[friday_of(ice())])
     (friday,) = result["earlier"]
     assert friday["words"].startswith("keener today: 0.")

@@ -51,7 +51,7 @@ def test_a_stone_in_the_way_is_moved():
 @pytest.mark.parametrize(
     ("speed", "ends"), [(1.2, "stops before the hog line"), (3.0, "runs over the back line")]
 )
-def test_what_leaves_play_is_said(speed, ends):
+def test_what_leaves_play_is_reported(speed, ends):
     result = run(ICE, form(throw={"speed": speed, "angle": 0.0, "spin": 0.0}))
     assert result["ends"] == ends
     assert not result["in_play"]

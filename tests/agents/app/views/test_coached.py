@@ -129,7 +129,9 @@ def test_nothing_is_worked_out_when_someone_looks(visitor, evening, monkeypatch)
         assert visitor.get(screen).status == 200, screen
 
 
-def test_work_that_failed_is_said_and_begun_again_only_when_asked_for(visitor, evening, work_off):
+def test_work_that_failed_is_reported_and_begun_again_only_when_asked_for(
+    visitor, evening, work_off
+):
     club, session, before = evening
     page = f"hand-or-ice/{session.id}?believed={before.id}&athlete=Bo"
     name = f"causes {session.id} {before.id}"
@@ -164,7 +166,7 @@ def test_one_throw_has_an_address_and_its_parts_lead_to_its_rest(visitor, evenin
     ("query", "status"),
     [("throw=99", 404), ("throw=x", 422), ("athlete=Zoe", 404), ("believed=77", 404)],
 )
-def test_what_is_not_there_is_said_so(visitor, evening, query, status):
+def test_what_is_not_there_is_reported(visitor, evening, query, status):
     assert visitor.get(f"hand-or-ice/{evening[1].id}?{query}").status == status
 
 

@@ -1,4 +1,4 @@
-"""Discovery as work beside the server: its report is what the ice page tells."""
+"""Discovery as work beside the server: its report is what the ice page shows."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def test_what_discovery_says_of_a_session_is_found_by_its_page(club, visitor, rn
     found = findings_of(club, session)
     assert found is not None
     assert found.verdict.startswith("Nothing is named: 3 throws slide freely")
-    assert found.missing == ()
+    assert not found.missing
     assert found.next_throws
 
 

@@ -28,7 +28,7 @@ def track(rows: int = 20, seconds: float = 10.0, throw: int = 0) -> Trajectory:
     [
         ([track(), track(rows=20_001, throw=7)], "throw 7 has 20001 rows"),
         ([track(seconds=901.0)], "throw 0 lasts 901 s"),
-        ([track(throw=k) for k in range(1001)], "1001 throws are no session"),
+        ([track(throw=k) for k in range(1001)], "1001 throws are too many"),
         ([track(), track(throw=2), track(throw=2)], "two tracks are of throw 2 and stone 0"),
     ],
 )

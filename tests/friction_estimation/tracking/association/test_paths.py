@@ -8,7 +8,7 @@ import pytest
 from friction_estimation.synthetic import FilmSpec
 from friction_estimation.tracking.association.finding import thrown_path
 from friction_estimation.tracking.association.linking import RestingPlace, link
-from friction_estimation.tracking.association.paths import RESTING, SLIDING, likeliest_paths
+from friction_estimation.tracking.association.paths import RESTING, SLIDING, most_likely_paths
 from friction_estimation.tracking.association.recording import (
     is_throw,
     slides_of,
@@ -60,7 +60,7 @@ def test_a_throw_is_found_among_other_things_and_in_gaps():
     true = slide(times, (0.0, -11.0), (0.03, 2.0))
     true[[7, 8, 9, 20]] = np.nan
     seen = detections(times, [true])
-    path = likeliest_paths(seen, AREA)[0]
+    path = most_likely_paths(seen, AREA)[0]
     k = seen.frame[path.at]
     assert np.hypot(*(seen.xy[path.at] - true[k]).T).max() < 0.15
     assert len(path.at) >= 33
@@ -75,7 +75,7 @@ def test_a_stone_at_rest_stays_at_rest(step, seed):
     times = np.arange(0.0, 34.0, step)
     true = slide(times, (0.0, -11.0), (0.03, 1.9))
     seen = detections(times, [true], clutter=1, seed=seed)
-    path, *others = likeliest_paths(seen, AREA)
+    path, *others = most_likely_paths(seen, AREA)
     assert not others
     t = seen.t[path.at]
     assert (path.mode[t > 19.8] == RESTING).all()
@@ -85,7 +85,7 @@ def test_a_stone_at_rest_stays_at_rest(step, seed):
 
 def test_nothing_is_found_among_what_is_no_stone():
     seen = detections(np.arange(0.0, 24.0, 0.6), [], clutter=5)
-    assert not any(is_throw(path, seen) for path in likeliest_paths(seen, AREA))
+    assert not any(is_throw(path, seen) for path in most_likely_paths(seen, AREA))
 
 
 @pytest.mark.parametrize("speed", [0.8, 1.4])
@@ -93,7 +93,7 @@ def test_a_walker_is_no_throw(speed):
     times = np.arange(0.0, 20.0, 0.5)
     way = speed * times + 0.05 * np.sin(12 * times)
     seen = detections(times, [np.column_stack([0.5 + 0 * times, -12 + way])])
-    assert not any(is_throw(path, seen) for path in likeliest_paths(seen, AREA))
+    assert not any(is_throw(path, seen) for path in most_likely_paths(seen, AREA))
 
 
 def test_a_stone_that_is_pushed_back_is_another_part_of_its_path():
@@ -101,7 +101,7 @@ def test_a_stone_that_is_pushed_back_is_another_part_of_its_path():
     thrown = slide(times, (0.0, -11.0), (0.0, 2.2))
     back = np.where(times > 26.0, 1.2 * (times - 26.0), 0.0)
     seen = detections(times, [thrown - np.column_stack([0 * back, back])], clutter=2)
-    parts = [part for path in likeliest_paths(seen, AREA) for part in slides_of(path, seen)]
+    parts = [part for path in most_likely_paths(seen, AREA) for part in slides_of(path, seen)]
     throws = [part for part in parts if is_throw(part, seen)]
     assert len(throws) == 1
     assert 20.0 < seen.t[throws[0].at[-1]] < 27.5
@@ -112,7 +112,7 @@ def test_the_throw_ends_where_its_stone_rests_before_it_is_moved_again():
     thrown = slide(times, (0.0, -11.0), (0.0, 2.2))
     away = np.where(times > 30.0, 0.8 * (times - 30.0), 0.0)
     seen = detections(times, [thrown + np.column_stack([away, 0 * away])], clutter=1)
-    path = thrown_path(likeliest_paths(seen, AREA), seen, 2 * RADIUS)
+    path = thrown_path(most_likely_paths(seen, AREA), seen, 2 * RADIUS)
     assert path is not None
     assert path.mode[-1] == RESTING
     assert 26.0 < seen.t[path.at[-1]] < 31.5
@@ -124,7 +124,7 @@ def test_a_stone_that_nothing_hit_did_not_start_from_rest():
     thrown = slide(times - 4.0, (0.0, -11.0), (0.0, 2.2))
     thrown[times < 4.0] = (0.0, -10.9)
     seen = detections(times, [thrown], clutter=1)
-    path = thrown_path(likeliest_paths(seen, AREA), seen, 2 * RADIUS)
+    path = thrown_path(most_likely_paths(seen, AREA), seen, 2 * RADIUS)
     assert path is not None
     assert path.mode[0] != RESTING
     assert seen.t[path.at[0]] < 5.5
@@ -146,7 +146,7 @@ def test_stones_that_touch_go_on_as_two_equal_weights_do():
     thrown = np.where(later[:, None], slide(times - hit, rests - aim, kept), before + offset)
     struck = slide(np.maximum(times - hit, 0.0), rests, given)
     seen = detections(times, [thrown, struck], clutter=1)
-    path = next(p for p in likeliest_paths(seen, AREA) if p.mode[0] != RESTING)
+    path = next(p for p in most_likely_paths(seen, AREA) if p.mode[0] != RESTING)
     lies = np.hypot(*(seen.xy - rests).T) < 0.1
     place = RestingPlace(xy=rests, until=hit - 0.05, at=np.flatnonzero(lies & (seen.t < hit)))
     movers = link(path, [place], seen, 2 * RADIUS)
@@ -169,7 +169,7 @@ def test_a_stone_that_is_lost_for_a_while_is_one_throw(camera):
     true = slide(times, (0.0, -11.0), (0.03, 2.2))
     true[(times > 8.0) & (times < 14.0)] = np.nan
     seen = detections(times, [true], clutter=0)
-    paths = likeliest_paths(seen, AREA)
+    paths = most_likely_paths(seen, AREA)
     ends = [seen.t[path.at[[0, -1]]] for path in paths]
     assert not any(first < 8.0 and last > 14.0 for first, last in ends)
     (one,) = throws_among(paths, seen, camera, AREA)
@@ -193,7 +193,7 @@ def test_what_moves_between_throws_is_no_throw(camera):
     second = slide(np.maximum(times - 64.0, 0.0), (0.3, -11.0), (0.0, 2.3))
     second[times < 64.0] = np.nan
     seen = detections(times, [first, person, second], clutter=1)
-    moves = throws_among(likeliest_paths(seen, AREA), seen, camera, AREA)
+    moves = throws_among(most_likely_paths(seen, AREA), seen, camera, AREA)
     slid_back = []
     found = list(without_returns(moves, lambda begin, end: slid_back.append((begin, end))))
     assert [one.first for one in found] == pytest.approx([0.0, 64.0], abs=1.0)

@@ -11,7 +11,7 @@ from friction_estimation.camera.pose import camera_from_scene
 from friction_estimation.synthetic import FilmSpec, scene_of
 from friction_estimation.tracking import TrackingOptions
 from friction_estimation.tracking.association.coarse import coarse_path
-from friction_estimation.tracking.association.paths import likeliest_paths
+from friction_estimation.tracking.association.paths import most_likely_paths
 from friction_estimation.tracking.detection.detections import Detections
 from friction_estimation.tracking.measuring import follower
 
@@ -35,8 +35,7 @@ def test_a_shoe_that_was_taken_for_the_stone_at_first_is_left(monkeypatch):
         alone=~nothing,
         times=times,
     )
-    (path,) = likeliest_paths(seen, 200.0)
-    assert isinstance(path, Path)
+    (path,) = most_likely_paths(seen, 200.0)
     shoe = np.array([0.05, -14.6])
 
     def fit(frame, channels, origin, camera, look, start, others, people):
