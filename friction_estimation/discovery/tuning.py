@@ -266,9 +266,9 @@ MAP_SHAPES = (
     *((length, np.inf) for length in (1.0, 1.5, 2.1, 3.0, 4.2, 6.0)),
 )
 """Correlation lengths [m] and Matérn orders that are tried."""
-MAP_SHARE = 0.999
+MAP_SHARE = 0.9999
 """Part of the field's variance, where stones ran, that its patterns must hold."""
-MOST_MAP_PATTERNS = 90
+MOST_MAP_PATTERNS = 120
 """Most patterns of a field."""
 BETTER_MAP = 1.0
 """Fall of −2 ln likelihood from which on a map of another length is taken."""

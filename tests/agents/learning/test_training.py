@@ -16,7 +16,6 @@ pytest.importorskip("stable_baselines3")
 from agents import TrainedPolicy
 from agents.learning import (
     ALGORITHMS,
-    RandomIces,
     TrainingSettings,
     best_throw,
     compare_with_planner,
@@ -31,6 +30,7 @@ from agents.learning import (
     write_model,
 )
 from curling_env.envs import CurlingSheetEnv
+from curling_env.envs.random_ice import RandomIces
 from curling_env.errors import InputError
 from curling_env.ice import load_ice
 from curling_env.sheet import HOUSE_RADIUS, TEE_Y, Direction, tee

@@ -244,7 +244,7 @@ def test_a_first_step_compiles_only_the_needed_kernels() -> None:
         ["advance_and_sample", "integrate"],
         ["advance_and_sample", "integrate"],
         ["_slide_all", "advance_and_sample", "integrate"],
-        ["_play_all", "_slide_all", "advance_and_sample", "integrate"],
+        ["_slide_all", "advance_and_sample", "integrate"],
     ]
     for one in found:
         assert set(one["effects"]) == {effect.name for effect in load_ice("standard").effects}
