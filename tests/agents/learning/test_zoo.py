@@ -35,5 +35,5 @@ def test_files_are_found_by_the_name_of_the_algorithm():
         [sys.executable, "-m", "agents.learning.zoo", "sac"], capture_output=True, text=True
     )
     assert done.stdout.strip() == str(file_of("sac"))
-    with pytest.raises(InputError, match="no hyperparameters for 'dqn'; expected one of ppo, sac, td3"):
+    with pytest.raises(InputError, match="no hyperparameters for 'dqn'; expected one of ppo, sac"):
         file_of("dqn")
