@@ -9,7 +9,7 @@ itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import cv2
@@ -50,6 +50,8 @@ FITTED_CURVES = CURVES[:-2]
 line is meant."""
 
 
+CROSSING = 0.1
+"""Points nearer to another curve are not measured [m]."""
 CURVE_STEP = 0.25
 """Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
@@ -64,7 +66,6 @@ class Markings:
     normal : (n, 2) unit vectors across the curve
     width : (n,) width of a line, 0 for the edge of an area [m]
     clear : (n,) distance along the normal to the next thing that is painted [m]
-    apart : (n,) distance from the nearest other curve, which may cross this one [m]
     bend : (n,) how much the curve bends, away from its normal: 1 / radius [1/m]
     group : (n,) number of the group of neighbours that are searched for together
     curve : (n,) index of the curve's name in `CURVES`
@@ -74,7 +75,6 @@ class Markings:
     normal: Floats
     width: Floats
     clear: Floats
-    apart: Floats
     bend: Floats
     group: Integers
     curve: Integers
@@ -132,7 +132,7 @@ def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
 
 @lru_cache(maxsize=4)
 def markings_of(sheet: Sheet) -> Markings:
-    """The markings of a sheet whose place the rule book fixes.
+    """The markings of a sheet whose place the rule book fixes, but not where curves cross.
 
     Source
     ------
@@ -149,15 +149,14 @@ def markings_of(sheet: Sheet) -> Markings:
         normal=np.concatenate([normal for _, normal in points]),
         width=np.array([one.width for one in painted])[number],
         clear=np.array([one.clear for one in painted])[number],
-        apart=np.empty(0),
         bend=np.array([1 / one.radius if one.radius else 0.0 for one in painted])[number],
         group=group,
         curve=np.array([CURVES.index(one.name) for one in painted])[number],
     )
-    apart = np.stack([one.distance(markings.xy) - one.width / 2 for one in painted])
+    apart = np.stack([one.distance(markings.xy) for one in painted])
     names = np.array([CURVES.index(one.name) for one in painted])
     apart[names[:, None] == markings.curve] = np.inf
-    return replace(markings, apart=apart.min(axis=0))
+    return markings[apart.min(axis=0) > CROSSING]
 
 
 def fitted_markings(sheet: Sheet) -> Markings:
@@ -424,7 +423,6 @@ def _measurable(
         )
         usable &= camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
         usable &= markings.clear * scale > MIN_CLEARANCE_PX
-        usable &= markings.apart * np.minimum(length, scale) > 3 * EDGE_BLUR_PX
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves an edge that bends towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX
