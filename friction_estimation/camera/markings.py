@@ -50,8 +50,6 @@ FITTED_CURVES = CURVES[:-2]
 line is meant."""
 
 
-CROSSING = 0.1
-"""Points nearer to another curve are not measured [m]."""
 CURVE_STEP = 0.25
 """Distance between the points of a drawn line [m]; small enough that distortion looks smooth."""
 
@@ -153,10 +151,29 @@ def markings_of(sheet: Sheet) -> Markings:
         group=group,
         curve=np.array([CURVES.index(one.name) for one in painted])[number],
     )
-    apart = np.stack([one.distance(markings.xy) for one in painted])
-    names = np.array([CURVES.index(one.name) for one in painted])
-    apart[names[:, None] == markings.curve] = np.inf
-    return markings[apart.min(axis=0) > CROSSING]
+    return _without_crossings(markings)
+
+
+def _without_crossings(markings: Markings) -> Markings:
+    """Leave out the points at which another line crosses or touches, as wide as it blurs."""
+    x, y = markings.xy.T
+    depth = np.abs(y)
+    upright = np.abs(markings.normal[:, 0]) > 0.5
+    ring = (markings.width == 0) & (np.abs(np.hypot(x, depth - TEE_Y)) < HOUSE_RADIUS + 0.01)
+    bad = ring & ((np.abs(x) < 0.06) | (np.abs(depth - TEE_Y) < 0.06))
+    bad |= ring & (np.abs(depth - BACK_LINE_Y) < 0.12)
+    bad |= ~ring & upright & (np.abs(depth - HOG_LINE_Y - 0.05) < 0.25)
+    bad |= (
+        ~ring
+        & upright
+        & (np.abs(x) > 1)
+        & ((np.abs(depth - TEE_Y) < 0.1) | (np.abs(depth - BACK_LINE_Y) < 0.1))
+    )
+    bad |= ~ring & ~upright & (np.abs(x) < 0.3)
+    bad |= (markings.curve == CURVES.index("back line")) & (np.abs(x) < 0.8)
+    from_ring = np.abs(np.abs(x)[:, None] - np.array(RING_RADII)).min(axis=1)
+    bad |= (markings.curve == CURVES.index("tee line")) & (from_ring < 0.1)
+    return markings[~bad]
 
 
 def fitted_markings(sheet: Sheet) -> Markings:
@@ -204,14 +221,6 @@ class PaintedCurve:
         way = self.stop - self.start
         normal = np.array([way[1], -way[0]]) / np.hypot(*way)
         return self.start + share[:, None] * way, np.tile(normal, (len(share), 1))
-
-    def distance(self, xy: Floats) -> Floats:
-        """Distances of points (n, 2) from it, (n,) [m]."""
-        if self.radius:
-            return np.abs(np.linalg.norm(xy - self.start, axis=1) - self.radius)
-        way = self.stop - self.start
-        share = np.clip((xy - self.start) @ way / (way @ way), 0.0, 1.0)
-        return np.linalg.norm(self.start + share[:, None] * way - xy, axis=1)
 
 
 def painted_curves(sheet: Sheet) -> list[PaintedCurve]:
