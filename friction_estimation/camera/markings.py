@@ -9,7 +9,7 @@ itself.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import lru_cache
 
 import cv2
@@ -64,7 +64,6 @@ class Markings:
     normal : (n, 2) unit vectors across the curve
     width : (n,) width of a line, 0 for the edge of an area [m]
     clear : (n,) distance along the normal to the next thing that is painted [m]
-    apart : (n,) distance from the nearest other curve, which may cross this one [m]
     bend : (n,) how much the curve bends, away from its normal: 1 / radius [1/m]
     group : (n,) number of the group of neighbours that are searched for together
     curve : (n,) index of the curve's name in `CURVES`
@@ -74,7 +73,6 @@ class Markings:
     normal: Floats
     width: Floats
     clear: Floats
-    apart: Floats
     bend: Floats
     group: Integers
     curve: Integers
@@ -132,7 +130,7 @@ def keypoints_of(sheet: Sheet) -> dict[str, tuple[float, float]]:
 
 @lru_cache(maxsize=4)
 def markings_of(sheet: Sheet) -> Markings:
-    """The markings of a sheet whose place the rule book fixes.
+    """The markings of a sheet whose place the rule book fixes, but not where curves cross.
 
     Source
     ------
@@ -149,15 +147,33 @@ def markings_of(sheet: Sheet) -> Markings:
         normal=np.concatenate([normal for _, normal in points]),
         width=np.array([one.width for one in painted])[number],
         clear=np.array([one.clear for one in painted])[number],
-        apart=np.empty(0),
         bend=np.array([1 / one.radius if one.radius else 0.0 for one in painted])[number],
         group=group,
         curve=np.array([CURVES.index(one.name) for one in painted])[number],
     )
-    apart = np.stack([one.distance(markings.xy) - one.width / 2 for one in painted])
-    names = np.array([CURVES.index(one.name) for one in painted])
-    apart[names[:, None] == markings.curve] = np.inf
-    return replace(markings, apart=apart.min(axis=0))
+    return _without_crossings(markings)
+
+
+def _without_crossings(markings: Markings) -> Markings:
+    """Leave out the points at which another line crosses or touches, as wide as it blurs."""
+    x, y = markings.xy.T
+    depth = np.abs(y)
+    upright = np.abs(markings.normal[:, 0]) > 0.5
+    ring = (markings.width == 0) & (np.abs(np.hypot(x, depth - TEE_Y)) < HOUSE_RADIUS + 0.01)
+    bad = ring & ((np.abs(x) < 0.06) | (np.abs(depth - TEE_Y) < 0.06))
+    bad |= ring & (np.abs(depth - BACK_LINE_Y) < 0.12)
+    bad |= ~ring & upright & (np.abs(depth - HOG_LINE_Y - 0.05) < 0.25)
+    bad |= (
+        ~ring
+        & upright
+        & (np.abs(x) > 1)
+        & ((np.abs(depth - TEE_Y) < 0.1) | (np.abs(depth - BACK_LINE_Y) < 0.1))
+    )
+    bad |= ~ring & ~upright & (np.abs(x) < 0.3)
+    bad |= (markings.curve == CURVES.index("back line")) & (np.abs(x) < 0.8)
+    from_ring = np.abs(np.abs(x)[:, None] - np.array(RING_RADII)).min(axis=1)
+    bad |= (markings.curve == CURVES.index("tee line")) & (from_ring < 0.1)
+    return markings[~bad]
 
 
 def fitted_markings(sheet: Sheet) -> Markings:
@@ -205,14 +221,6 @@ class PaintedCurve:
         way = self.stop - self.start
         normal = np.array([way[1], -way[0]]) / np.hypot(*way)
         return self.start + share[:, None] * way, np.tile(normal, (len(share), 1))
-
-    def distance(self, xy: Floats) -> Floats:
-        """Distances of points (n, 2) from it, (n,) [m]."""
-        if self.radius:
-            return np.abs(np.linalg.norm(xy - self.start, axis=1) - self.radius)
-        way = self.stop - self.start
-        share = np.clip((xy - self.start) @ way / (way @ way), 0.0, 1.0)
-        return np.linalg.norm(self.start + share[:, None] * way - xy, axis=1)
 
 
 def painted_curves(sheet: Sheet) -> list[PaintedCurve]:
@@ -424,7 +432,6 @@ def _measurable(
         )
         usable &= camera.sees(np.column_stack([markings.xy, np.zeros(len(markings.xy))]))
         usable &= markings.clear * scale > MIN_CLEARANCE_PX
-        usable &= markings.apart * np.minimum(length, scale) > 3 * EDGE_BLUR_PX
         usable &= (markings.width == 0) | (markings.width * scale < MAX_LINE_WIDTH_PX)
         # Blur moves an edge that bends towards its inner side.
         usable &= radius_px > MIN_RADIUS_PX

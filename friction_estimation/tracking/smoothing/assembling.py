@@ -66,6 +66,7 @@ def assemble_all(
         refined,
         released=thrown.path.released,
         contacts=contacts[0],
+        touched=bool(contacts[0]),
     )
     if found is None:
         return None
@@ -73,7 +74,7 @@ def assemble_all(
     tracks: list[tuple[float, FilmTrack]] = []
     for one, times in zip(hit, contacts[1:], strict=True):
         after = without_before(one.measured, min(times))
-        track = assemble(after, one.appearance, refined, contacts=sorted(times)[1:])
+        track = assemble(after, one.appearance, refined, contacts=sorted(times)[1:], touched=True)
         if track is not None:
             track = replace(track, contacts=tuple(sorted(times)))
             tracks.append((forward * float(one.path.xy[0, 1]), track))
@@ -163,6 +164,7 @@ def assemble(
     *,
     released: float = -np.inf,
     contacts: Sequence[float] = (),
+    touched: bool = False,
 ) -> FilmTrack | None:
     """Smooth the measurements, and keep the rows in which the stone was seen.
 
@@ -170,6 +172,7 @@ def assemble(
     ----------
     released : when the thrower lets go [s]
     contacts : when the stone hits or is hit [s]
+    touched : whether it touches others at all, so that no other jump of its velocity is sought
 
     Returns
     -------
@@ -191,9 +194,9 @@ def assemble(
     def smoothed(*jumps: float) -> SmoothPath:
         return smooth_path(t, xy, sigma, released=released, contacts=(*contacts, *jumps))
 
-    path, jump = smoothed_with_jump(smoothed, released)
+    path, jump = (smoothed(), None) if touched else smoothed_with_jump(smoothed, released)
     off = misfits(path)
-    behind = _left_behind(path, contacts, jump)
+    behind = None if touched or jump is not None else _left_behind(path)
     ages = measured.ages.seen().around(t)
     place = path.place
     if appearance.uncertainty is not None:
@@ -235,10 +238,8 @@ def assemble(
     )
 
 
-def _left_behind(path: SmoothPath, contacts: Sequence[float], jump: float | None) -> int | None:
+def _left_behind(path: SmoothPath) -> int | None:
     """The row from which on a path slows down more than ice slows a stone; None if none does."""
-    if contacts or jump is not None:
-        return None
     way = np.abs(path.place[:, 1] - path.place[0, 1])
     fast = np.flatnonzero(
         (deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
