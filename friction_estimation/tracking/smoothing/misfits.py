@@ -61,6 +61,9 @@ def smoothed_with_jump(
     t = plain.t[plain.weight > 0]
     bad = t[_is_off(plain)[plain.weight > 0]]
     moments = ((t[1:-2] + t[2:-1]) / 2)[t[1:-2] > released]
+    # A jump before or after a few measurements would explain any error of these.
+    low, high = t[0] + numbers.MISFIT_AROUND, t[-1] - numbers.MISFIT_AROUND
+    moments = moments[(moments > low) & (moments < high)]
     if len(bad):
         moments = moments[np.abs(moments[:, None] - bad).min(axis=1) < numbers.MISFIT_AROUND * 2]
     if not len(bad) or not len(moments):
@@ -73,7 +76,7 @@ def smoothed_with_jump(
             found = smoothed(moment)
             if found.unlikelihood < best.unlikelihood:
                 best, when = found, moment
-        tried = when + reach * np.linspace(-1.0, 1.0, 8)
+        tried = np.clip(when + reach * np.linspace(-1.0, 1.0, 8), low, high)
         reach /= 4
     gain = plain.unlikelihood - best.unlikelihood
     left = _is_off(best) & (np.abs(best.t - when) < numbers.MISFIT_AROUND)
