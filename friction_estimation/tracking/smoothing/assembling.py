@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import pairwise
 
@@ -26,9 +26,11 @@ from friction_estimation.tracking.measuring.heading import (
 from friction_estimation.tracking.measuring.measurements import Measurements
 from friction_estimation.tracking.measuring.others import OtherStone
 from friction_estimation.tracking.smoothing.misfits import (
-    Misfit,
-    deceleration,
+    left_behind,
+    loss_in_words,
+    misfit_sigma,
     misfits,
+    misfits_in_words,
     smoothed_with_jump,
 )
 from friction_estimation.tracking.smoothing.smoother import (
@@ -196,7 +198,7 @@ def assemble(
 
     path, jump = (smoothed(), None) if touched else smoothed_with_jump(smoothed, released)
     off = misfits(path)
-    behind = None if touched or jump is not None else _left_behind(path)
+    behind = None if touched or jump is not None else left_behind(path)
     ages = measured.ages.seen().around(t)
     place = path.place
     if appearance.uncertainty is not None:
@@ -218,7 +220,7 @@ def assemble(
         t=t[kept],
         xy=place[kept],
         theta=theta[kept],
-        sigma_xy=np.sqrt(noise**2 + common**2 + _misfit_sigma(path, off, behind)[kept] ** 2),
+        sigma_xy=np.sqrt(noise**2 + common**2 + misfit_sigma(path, off, behind)[kept] ** 2),
         sigma_theta=sigma_theta[kept] if appearance.has_handle else np.empty(0),
     )
     return FilmTrack(
@@ -232,61 +234,10 @@ def assemble(
         refined=refined,
         contacts=tuple(contacts),
         unexplained=(
-            *_loss_in_words(path, jump, behind),
-            *_misfits_in_words(off, contacts),
+            *loss_in_words(path, jump, behind),
+            *misfits_in_words(off, contacts),
         ),
     )
-
-
-def _left_behind(path: SmoothPath) -> int | None:
-    """The row from which on a path slows down more than ice slows a stone; None if none does."""
-    way = np.abs(path.place[:, 1] - path.place[0, 1])
-    fast = np.flatnonzero(
-        (deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
-    )
-    return int(fast[0]) if len(fast) else None
-
-
-def _misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) -> Floats:
-    """Standard error of each coordinate by what no stone does alone, (n,) [m]."""
-    sigma = np.zeros(len(path.t))
-    for one in off:
-        sigma[(path.t >= one.first) & (path.t <= one.last)] = numbers.MISFIT_ERROR * one.by
-    if behind is not None:  # the stone may have slid on
-        speed = float(np.hypot(*path.velocity[behind]))
-        since = np.clip(path.t - path.t[behind], 0.0, speed / numbers.DECELERATION)
-        way = since - 0.5 * numbers.DECELERATION * since**2 / speed
-        there = path.place[behind] + way[:, None] * path.velocity[behind]
-        sigma[behind:] = np.hypot(sigma, np.hypot(*(there - path.place).T))[behind:]
-    return sigma
-
-
-def _loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> Iterator[str]:
-    """A loss of more speed than ice takes, at once or while the track stays behind."""
-    if behind is not None:
-        yield (
-            f"from {path.t[behind]:.1f} s on it slows down more than ice slows a stone: the track "
-            "may have stayed behind"
-        )
-    if jump is None:
-        return
-    after = min(int(np.searchsorted(path.t, jump)), len(path.t) - 1)
-    before = max(after - 1, 0)
-    loss = np.hypot(*path.velocity[before]) - np.hypot(*path.velocity[after])
-    way = abs(path.place[after, 1] - path.place[0, 1])
-    if loss > numbers.SUDDEN_LOSS and way > numbers.OUT_OF_HAND:
-        yield (
-            f"at {jump:.1f} s it loses speed as if it hit a stone, and none is found there: from "
-            "then on the track may be that of another stone"
-        )
-
-
-def _misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterator[str]:
-    """Long misfits, except those at a contact."""
-    for one in off:
-        at_contact = any(one.first - 1 < c < one.last + 1 for c in contacts)
-        if one.last - one.first > numbers.MISFIT_REPORTED and not at_contact:
-            yield one.words
 
 
 def _headings(

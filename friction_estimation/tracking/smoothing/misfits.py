@@ -7,6 +7,7 @@ an old picture of it that a codec left behind.
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -102,7 +103,7 @@ def misfits(path: SmoothPath) -> list[Misfit]:
     ]
 
 
-def deceleration(path: SmoothPath) -> Floats:
+def _deceleration(path: SmoothPath) -> Floats:
     """Mean deceleration of a path around each of its times, (n,) [m/s²]."""
     speed = np.hypot(*path.velocity.T)
     low, high = (
@@ -111,6 +112,57 @@ def deceleration(path: SmoothPath) -> Floats:
     )
     lost = np.interp(low, path.t, speed) - np.interp(high, path.t, speed)
     return lost / np.maximum(high - low, numbers.DECELERATION_AROUND)
+
+
+def left_behind(path: SmoothPath) -> int | None:
+    """The row from which on a path slows down more than ice slows a stone; None if none does."""
+    way = np.abs(path.place[:, 1] - path.place[0, 1])
+    fast = np.flatnonzero(
+        (_deceleration(path) > numbers.MOST_DECELERATION) & (way > numbers.OUT_OF_HAND)
+    )
+    return int(fast[0]) if len(fast) else None
+
+
+def misfit_sigma(path: SmoothPath, off: Sequence[Misfit], behind: int | None) -> Floats:
+    """Standard error of each coordinate by what no stone does alone, (n,) [m]."""
+    sigma = np.zeros(len(path.t))
+    for one in off:
+        sigma[(path.t >= one.first) & (path.t <= one.last)] = numbers.MISFIT_ERROR * one.by
+    if behind is not None:  # the stone may have slid on
+        speed = float(np.hypot(*path.velocity[behind]))
+        since = np.clip(path.t - path.t[behind], 0.0, speed / numbers.DECELERATION)
+        way = since - 0.5 * numbers.DECELERATION * since**2 / speed
+        there = path.place[behind] + way[:, None] * path.velocity[behind]
+        sigma[behind:] = np.hypot(sigma, np.hypot(*(there - path.place).T))[behind:]
+    return sigma
+
+
+def loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> Iterator[str]:
+    """A loss of more speed than ice takes, at once or while the track stays behind."""
+    if behind is not None:
+        yield (
+            f"from {path.t[behind]:.1f} s on it slows down more than ice slows a stone: the track "
+            "may have stayed behind"
+        )
+    if jump is None:
+        return
+    after = min(int(np.searchsorted(path.t, jump)), len(path.t) - 1)
+    before = max(after - 1, 0)
+    loss = np.hypot(*path.velocity[before]) - np.hypot(*path.velocity[after])
+    way = abs(path.place[after, 1] - path.place[0, 1])
+    if loss > numbers.SUDDEN_LOSS and way > numbers.OUT_OF_HAND:
+        yield (
+            f"at {jump:.1f} s it loses speed as if it hit a stone, and none is found there: from "
+            "then on the track may be that of another stone"
+        )
+
+
+def misfits_in_words(off: Sequence[Misfit], contacts: Sequence[float]) -> Iterator[str]:
+    """Long misfits, except those at a contact."""
+    for one in off:
+        at_contact = any(one.first - 1 < c < one.last + 1 for c in contacts)
+        if one.last - one.first > numbers.MISFIT_REPORTED and not at_contact:
+            yield one.words
 
 
 def _is_off(path: SmoothPath) -> Flags:
