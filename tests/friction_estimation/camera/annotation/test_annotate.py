@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import urllib.error
 import urllib.request
+from contextlib import contextmanager
 from dataclasses import replace
 
 import cv2
@@ -39,6 +40,19 @@ def clicks_at(camera, names):
     keypoints = keypoints_of(PAPER_SHEET)
     points = np.array([[*keypoints[name], 0.0] for name in names])
     return {n: tuple(px) for n, px in zip(names, camera.project(points).tolist(), strict=True)}
+
+
+READY = "still.complete && still.naturalWidth > 0 && film"
+
+
+@contextmanager
+def served(annotation, page, save=lambda made: None):
+    """The page, served and ready; what it still asks for at the end is called off."""
+    with AnnotationServer(annotation, save) as server:
+        page.goto(server.url)
+        page.wait_for_function(READY)
+        yield server
+        page.goto("about:blank")
 
 
 @pytest.fixture
@@ -170,9 +184,7 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
         )
         page.mouse.click(x, y)
 
-    with AnnotationServer(annotation, lambda made: save_scene(made, output)) as server:
-        page.goto(server.url)
-        page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
+    with served(annotation, page, lambda made: save_scene(made, output)) as server:
         assert page.is_disabled("#save")
         assert "the thrower's end" in page.inner_text("#task")
         for name in CORNERS[:3]:
@@ -203,9 +215,7 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
 
 
 def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
-    with AnnotationServer(annotation, lambda made: None) as server:
-        page.goto(server.url)
-        page.wait_for_function("still.complete && still.naturalWidth > 0 && film")
+    with served(annotation, page) as server:
         page.click("circle[data-keypoint=home_tee]")
         assert "home tee" in page.inner_text("#task")
         page.focus("circle[data-keypoint=away_hog_left]")
@@ -213,14 +223,9 @@ def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
         assert "away hog left" in page.inner_text("#task")
 
 
-READY = "still.complete && still.naturalWidth > 0 && film"
-
-
 def test_save_and_state_are_in_sight_on_a_small_laptop(annotation, page):
-    with AnnotationServer(annotation, lambda made: None) as server:
-        page.set_viewport_size({"width": 1366, "height": 768})
-        page.goto(server.url)
-        page.wait_for_function(READY)
+    page.set_viewport_size({"width": 1366, "height": 768})
+    with served(annotation, page):
         for part in ("#save", "#state", "#task", "#picture", "#keypoints", "#above"):
             box = page.locator(part).bounding_box()
             assert box["y"] >= 0
@@ -230,9 +235,7 @@ def test_save_and_state_are_in_sight_on_a_small_laptop(annotation, page):
 
 def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, page):
     _, camera, _ = seen
-    with AnnotationServer(annotation, lambda made: None) as server:
-        page.goto(server.url)
-        page.wait_for_function(READY)
+    with served(annotation, page) as server:
         asked = []
         for _ in range(2):  # boards hide both corners of the far end
             page.evaluate("selected = CORNERS.slice(2).find(name => !away.has(name))")
@@ -252,9 +255,7 @@ def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, pa
 def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
     _, camera, _ = seen
     corners = ["home_left", "home_right", "away_right", "away_left"]
-    with AnnotationServer(annotation, lambda made: None) as server:
-        page.goto(server.url)
-        page.wait_for_function(READY)
+    with served(annotation, page) as server:
         assert page.is_disabled("#undo")
         for name in corners:
             page.evaluate("px => addClick(px)", list(clicks_at(camera, [name])[name]))
@@ -279,9 +280,7 @@ def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
 def test_an_answer_to_clicks_that_have_changed_since_is_left_aside(annotation, seen, page):
     clicks = clicks_at(seen[1], CORNERS)
     held = []
-    with AnnotationServer(annotation, lambda made: None) as server:
-        page.goto(server.url)
-        page.wait_for_function(READY)
+    with served(annotation, page) as server:
         page.route("**/solve", lambda route: held.append(route))
         with page.expect_request("**/solve"):
             page.evaluate("clicks => { Object.values(clicks).forEach(addClick); }", clicks)
@@ -301,9 +300,7 @@ def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
         has_touch=True, viewport={"width": 820, "height": 1180}, bypass_csp=True
     )
     page = context.new_page()
-    with AnnotationServer(annotation, lambda made: None) as server:
-        page.goto(server.url)
-        page.wait_for_function(READY)
+    with served(annotation, page) as server:
         box = page.locator("#picture").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         fingers = context.new_cdp_session(page)
