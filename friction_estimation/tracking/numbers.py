@@ -138,8 +138,6 @@ STANDING = 0.12
 
 ONE_THROW_SECONDS = 60.0
 """A film of one throw that is no longer than this is tracked as it is [s]."""
-SHORT_SECONDS = 28.0
-"""A shorter film is looked through only if tracking it shows a second throw, or none [s]."""
 LOOK_STEP = 0.4
 """Time between two looks at a long film, where key frames come so often [s]."""
 MAX_KEY_GAP = 1.05
