@@ -46,8 +46,8 @@ $(STAMP): $(CORE) constraints.txt
 		--editable '.[$(EXTRAS)]'
 	@touch $@
 
-demo: $(CORE)  ## film, track, estimate, plan and throw: the main job on films it renders, into runs/demo
-	$(BIN)/curling demo -o runs/demo
+demo: $(CORE)  ## film, track, estimate, plan and throw on rendered films, into runs/demo; DEMO='--throws 12'
+	$(BIN)/curling demo -o runs/demo $(DEMO)
 
 test: setup browser docs  ## all tests, with the browser and the site that some need
 	$(SINGLE) $(BIN)/pytest -n $(JOBS) --dist worksteal -q
