@@ -79,6 +79,9 @@ bench: setup  ## speed, one line per measure
 figures: setup  ## measure the quick figures of figures.json again (GROUP=physics for one group) and compare
 	$(BIN)/python scripts/figures.py check $(GROUP)
 
+figures-%: setup  # one group: make figures-films, make figures-inference
+	$(BIN)/python scripts/figures.py check $*
+
 figures-page: setup  ## docs/results.md, from figures.json
 	$(BIN)/python scripts/figures.py page
 
