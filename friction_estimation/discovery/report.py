@@ -172,7 +172,7 @@ def _calibration(found: Calibration) -> dict[str, Any]:
     what = QUANTITIES[found.name].singular
     return _effect(
         found.name,
-        f"every {what} in the tracks, by a {what} that was given",
+        f"every {what} in the tracks, according to the given {what}",
         {
             "known": [{"measured": r.measured, "true": r.true} for r in found.references],
             "standard_errors": number(abs(found.factor - 1.0) / max(found.stderr, 1e-12)),
@@ -191,7 +191,7 @@ def _undecidable(found: Discovery) -> dict[str, Any]:
         f"throws alone cannot show that {' or '.join(what)} are off by a factor: friction absorbs "
         f"it. Give {' and '.join(checks)}."
         if open_
-        else "lengths and times were checked against what was given."
+        else "lengths and times were checked against the given ones."
     )
     return {"names": open_, "why": why}
 

@@ -53,8 +53,8 @@ def sentence(found: Discovery) -> str:
     count = len(found.session)
     if not found.enough:
         return (
-            f"Nothing is named: {count} {'throw slides' if count == 1 else 'throws slide'} freely, "
-            f"and fewer than {LEAST_THROWS} cannot tell an effect from chance."
+            f"No effect is named: {count} {'throw slides' if count == 1 else 'throws slide'} "
+            f"freely, and naming one needs {LEAST_THROWS} or more."
         )
     before, after, floor = (
         100.0 * found.gaps[name].rest_error for name in ("before", "after", "noise_floor")
@@ -97,7 +97,7 @@ def _off(found: Discovery) -> list[str]:
         if c.clearly_off and c.references
     ]
     if found.events:
-        parts.append(f"something happened once in throw {_and([str(t) for t in found.events])}")
+        parts.append(f"a single event disturbed throw {_and([str(t) for t in found.events])}")
     return parts
 
 
@@ -127,8 +127,8 @@ def _centimetres(value: float) -> str:
 def doubts(found: Discovery) -> list[str]:
     """Return a sentence for each alternative to a named effect, with the throw to settle it."""
     return [
-        f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws cannot tell"
-        f"{f'; a throw would: {other.throw}' if other.throw else ''}."
+        f"{name[0].upper()}{name[1:]} or {readable(other.name)}? These throws do not decide"
+        f"{f'; this one would: {other.throw}' if other.throw else ''}."
         for effect in found.effects
         for name in [readable(effect.label)]
         for other in found.alternatives.get(effect.label, [])
@@ -140,7 +140,7 @@ def remarks(found: Discovery) -> list[str]:
     sentences: list[str] = []
     corrected = _corrections(found)
     if corrected and (found.effects or found.unknown):
-        sentences.append(f"As to the model given, {_and(corrected)}.")
+        sentences.append(f"In the given model, {_and(corrected)}.")
     strengths = [c["name"] for c in changes(found) if _is_strength(c)]
     if "sweeping" in [effect.label for effect in found.effects] + strengths:
         gain = metres_gained(found)
@@ -152,7 +152,7 @@ def spoken(report: Mapping[str, Any]) -> str:
     """Return a report for a terminal: the verdict, then alternatives and remarks, a line each."""
     lines = [report["verdict"], *report["doubts"], *report["remarks"]]
     lines += [
-        f"Most would be learnt from: {t['words']}." for t in report.get("next_throws", [])[:1]
+        f"Most informative next throw: {t['words']}." for t in report.get("next_throws", [])[:1]
     ]
     return "\n".join(lines)
 
@@ -202,7 +202,7 @@ def _change_in_words(change: Mapping[str, Any]) -> str:
         return (
             f"{name} is {100 * abs(part):.0f} % {'stronger' if part > 0 else 'weaker'} than given"
         )
-    return f"the {parameter} of {name} is {after:.2g} and not {before:.2g}"
+    return f"the {parameter} of {name} is {after:.2g}, not {before:.2g}"
 
 
 def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
@@ -254,6 +254,6 @@ def gain_in_words(gain: Mapping[str, Any]) -> str:
     ----------
     gain : ``metres_gained`` of a report
     """
-    way = "{:.2f} ± {:.2f} m further" if gain["value"] >= 0 else "{:.2f} ± {:.2f} m less far"
+    way = "{:.2f} ± {:.2f} m further" if gain["value"] >= 0 else "{:.2f} ± {:.2f} m shorter"
     how_far = way.format(abs(gain["value"]), gain["stderr"])
-    return f"a draw swept over the last third of its way runs {how_far}"
+    return f"a draw swept over the last third of its path runs {how_far}"

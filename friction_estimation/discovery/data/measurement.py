@@ -47,7 +47,7 @@ def measurement_effects_through(scene: Scene) -> tuple[EffectCard, ...]:
         size = (round(2 * scene.camera_matrix[0, 2]), round(2 * scene.camera_matrix[1, 2]))
     if size is None:
         raise InputError(
-            "discovery sees no film: give the image's width and height, or a camera matrix",
+            "missing; expected the picture's width and height, or a camera_matrix",
             source=scene.source,
             where="image_size",
         )

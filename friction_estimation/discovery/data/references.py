@@ -111,11 +111,12 @@ def read_reference(text: str, name: QuantityError) -> Reference:
         numbers = []
     if len(numbers) not in (2, 3) or not all(np.isfinite(n) and n > 0 for n in numbers):
         raise InputError(
-            f"{quantity.option} wants MEASURED,TRUE[,ERROR], positive numbers, got {text!r}"
+            f"{quantity.option}: expected positive numbers MEASURED,TRUE[,ERROR], got {text!r}"
         )
     if not 0.5 < numbers[0] / numbers[1] < 2.0:
         raise InputError(
-            f"{quantity.option} {text}: {numbers[0]:g} cannot be {numbers[1]:g} mismeasured"
+            f"{quantity.option} {text}: expected a measured value within a factor of two of the "
+            "true one"
         )
     error = numbers[2] if len(numbers) == 3 else quantity.usual_error
     return Reference(measured=numbers[0], true=numbers[1], error=error)
@@ -136,8 +137,8 @@ def calibrate(name: QuantityError, references: Sequence[Reference]) -> Calibrati
     if len(references) > 1 and far.max() > 4.0:
         odd = references[int(np.argmax(far))]
         raise InputError(
-            f"the references for {name} contradict one another: {odd.measured:g} for {odd.true:g} "
-            f"is a factor of {odd.measured / odd.true:.3f}, together they say {factor:.3f}"
+            f"the references for {name} contradict each other: {odd.measured:g} for {odd.true:g} "
+            f"is a factor of {odd.measured / odd.true:.3f}, all together give {factor:.3f}"
         )
     stderr = float(1.0 / np.sqrt((sigma**-2).sum()))
     return Calibration(name=name, factor=factor, stderr=stderr, references=tuple(references))

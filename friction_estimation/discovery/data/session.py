@@ -276,12 +276,12 @@ def _refuse_beyond_a_session(tracks: Sequence[Trajectory]) -> None:
     for track in tracks:
         if len(track) > MAX_THROW_ROWS:
             raise InputError(
-                f"throw {track.throw} has {len(track)} rows; at most {MAX_THROW_ROWS} are used, so "
-                "leave some out evenly"
+                f"throw {track.throw} has {len(track)} rows; expected at most {MAX_THROW_ROWS} "
+                "(keep every second one)"
             )
         if track.duration > MAX_THROW_SECONDS:
             raise InputError(
-                f"throw {track.throw} lasts {track.duration:.0f} s; no throw lasts longer than "
+                f"throw {track.throw} lasts {track.duration:.0f} s; expected at most "
                 f"{MAX_THROW_SECONDS:.0f} s"
             )
 
@@ -293,8 +293,8 @@ def _refuse_repeated_throws(tracks: Sequence[Trajectory]) -> None:
         key = int(track.throw), int(track.stone)
         if key in known:
             raise InputError(
-                f"two tracks are of throw {key[0]} and stone {key[1]}; number the throws, as by "
-                "dataclasses.replace(track, throw=k)"
+                f"two tracks have throw {key[0]} and stone {key[1]}; expected a number for each "
+                "throw (dataclasses.replace(track, throw=k))"
             )
         known.add(key)
 
@@ -308,8 +308,8 @@ def refuse_too_many_cells(ice: Ice | None) -> None:
     """
     if ice is not None and ice.friction.mu.size > MAX_MAP_CELLS:
         raise InputError(
-            f"an ice of {ice.friction.mu.size} cells is too fine to be fitted; at most "
-            f"{MAX_MAP_CELLS} can be, of 0.1 m"
+            f"an ice of {ice.friction.mu.size} cells is too fine to be fitted; expected at most "
+            f"{MAX_MAP_CELLS} cells (of 0.1 m)"
         )
 
 
@@ -438,7 +438,7 @@ def _with_heading(
     if len(seen) < LEAST_THROWS:
         return pairs, []
     blind = [slide.track.throw for slide, rows in pairs if not _turns(slide, rows)]
-    return seen, [f"throw {k}: no heading was seen, nor which way it turned" for k in blind]
+    return seen, [f"throw {k}: neither heading nor rotation was measured" for k in blind]
 
 
 def _turns(slide: FreeSlide, rows: Indices) -> bool:
@@ -452,9 +452,7 @@ def _elsewhere(track: Trajectory) -> str:
     x, y = np.abs(np.median(track.xy, axis=0))
     if x > FURTHEST_ACROSS or y > FURTHEST_ALONG:
         place = f"around x = {np.median(track.xy[:, 0]):.1f}, y = {np.median(track.xy[:, 1]):.1f} m"
-        return (
-            f"throw {track.throw} runs off the sheet, {place}: of another sheet or another scene?"
-        )
+        return f"throw {track.throw} lies off the sheet, {place}; check its scene and sheet"
     return ""
 
 

@@ -41,7 +41,7 @@ def test_report_ice_and_page(twice, must_fit, request):
     assert re.fullmatch(sentence, report["verdict"])
     assert report["verdict"] in messages.splitlines()
     assert len(report["next_throws"]) == 3
-    assert f"Most would be learnt from: {report['next_throws'][0]['words']}." in messages
+    assert f"Most informative next throw: {report['next_throws'][0]['words']}." in messages
     assert {"curl", "friction"} == set(report["next_throws"][0]["teaches"])
     assert printed["next_throws"] == report["next_throws"]
     assert load_ice(found / "ice.json").effect("curl") is not None
