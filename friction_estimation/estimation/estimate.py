@@ -26,11 +26,11 @@ from friction_estimation.tracks.free_slide import FreeSlide
 Method = Literal["trajectory", "paper"]
 
 SPINS_BY_BENDS = (
-    "No heading was measured: to which side a stone turned is read from the bend of its path, and "
-    "how fast it turned is believed."
+    "No heading was measured: the direction of rotation is inferred from the bend of the path, "
+    "and the rate of rotation is assumed."
 )
 GATES_SHOW = (
-    "Gate times show one friction for the sheet and how it follows the speed; differences from "
+    "Gate times show one friction for the sheet and its dependence on speed; differences from "
     "place to place and forces across the sheet need tracks from film."
 )
 _NORMAL_95 = 1.959964
