@@ -1,6 +1,6 @@
 """The lens of a camera from pictures of a chessboard or a ChArUco board.
 
-The board is held before the camera in several tilts. The corners of its squares, found to a
+The board is held in front of the camera at several tilts. The corners of its squares, located to a
 fraction of a pixel, give focal lengths, principal point and distortion.
 """
 
@@ -156,7 +156,7 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
         grid = np.column_stack([columns.ravel(), rows.ravel()]) * board.square
         return grid.astype(np.float64), corners.reshape(-1, 2).astype(np.float64)
     best: tuple[Floats, Floats] | None = None
-    for legacy in (False, True):  # boards from before OpenCV 4.6 begin with the other colour
+    for legacy in (False, True):  # boards made before OpenCV 4.6 begin with the other colour
         drawn = cv2.aruco.CharucoBoard(
             (board.columns, board.rows), board.square, board.marker_size, board.markers()
         )
@@ -170,10 +170,10 @@ def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
 
 
 def _chessboard_corners(grey: Image, shape: tuple[int, int]) -> Floats | None:
-    """The inner corners of a chessboard in a picture, (n, 2) [px]; None where it is not found.
+    """Return the inner corners of a chessboard in a picture, (n, 2) [px]; None if it is not found.
 
-    OpenCV's search takes 170 bytes and a microsecond a pixel. So a large picture is searched in
-    a smaller one, and the corners are placed again in the large one.
+    OpenCV's search takes 170 bytes and a microsecond per pixel. A large picture is therefore
+    searched in a reduced copy, and the corners are refined in the original.
     """
     scale = min(1.0, math.sqrt(BOARD_SEARCH_PX / grey.size))
     small = (
@@ -284,7 +284,7 @@ def _solved(
 
 
 def save_lens(calibration: LensCalibration, path: str | Path) -> None:
-    """Write a camera file, whose keys may also stand in a scene file."""
+    """Write a camera file, whose keys may also be in a scene file."""
     lens = calibration.lens
     write_json(
         path,
