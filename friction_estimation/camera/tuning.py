@@ -25,7 +25,8 @@ BOARD_MAX_RMS_PX = 3.0
 BOARD_MAX_FOCAL_SIGMA = 0.03
 """Maximum relative standard error of the focal length."""
 BOARD_MIN_TILT_DEG = 5.0
-"""Boards that all face the camera cannot separate focal length and distance."""
+"""Minimum tilt of some board: views that all face the camera cannot separate focal length and
+distance."""
 BOARD_LAST_TERM_GAIN = 0.95
 """Maximum ratio of the misfits with and without the last radial term for it to be kept."""
 

@@ -177,9 +177,7 @@ class Stream:
         begin: int | None = None
         last = -np.inf
         unseen: list[Packet] = []
-        with suppress(
-            FFmpegError
-        ):  # The stream was interrupted; the frames received before are kept.
+        with suppress(FFmpegError):  # an interrupted stream keeps its frames
             for packet in self._film.demux(self._video):
                 shown = timestamp_of(packet)
                 if packet.dts is not None and shown is not None:

@@ -8,7 +8,7 @@ from friction_estimation.tracking.films.film_track import FilmTrack
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
 
 UNSURE_HEIGHT = 0.05
-"""Relative standard error of a camera's height above which it is questioned."""
+"""Relative standard error of a camera's height above which it is reported."""
 
 
 def film_in_words(one: TrackedFilm) -> str:

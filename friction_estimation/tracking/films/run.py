@@ -1,4 +1,4 @@
-"""Films to tracks, throw by throw, with what an interrupted call has already tracked."""
+"""From films to tracks, throw by throw, reusing the throws of an interrupted call."""
 
 from __future__ import annotations
 
@@ -78,10 +78,10 @@ def track_each(
     left_out: Callable[[str], object] | None = None,
     progress: Progress = no_progress,
 ) -> Iterator[TrackedFilm]:
-    """Track films, and yield what is found of each throw as soon as it is known.
+    """Track films, and yield each throw as soon as it is tracked.
 
-    The built-in tracker cuts a film of several throws into these. Another tracker is given whole
-    films, as is the built-in one where `throws` numbers them.
+    The built-in tracker cuts a film into its throws. Another tracker gets whole films, as does the
+    built-in one if `throws` numbers them.
 
     Parameters
     ----------
