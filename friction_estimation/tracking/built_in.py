@@ -1,4 +1,4 @@
-"""The built-in tracker: all stones of one throw, from its film to their tracks."""
+"""The built-in tracker: from the film of one throw to the tracks of all its stones."""
 
 from __future__ import annotations
 

@@ -301,10 +301,9 @@ def without_returns(
 
 
 def slides_of(path: Path, seen: Detections) -> list[Path]:
-    """Return the parts of a path up to where its object is moved again: after rest, a gain of speed
-    or a reversal.
+    """Return the parts of a path up to where its object is moved again.
 
-
+    That is after rest, or at a gain of speed or a reversal.
 
     Parameters
     ----------
