@@ -212,8 +212,8 @@ BLOB_RIM_PX = 1.5
 MIN_LEARNING_LIKENESS = 0.3
 """Minimum similarity of sightings for the estimation of the appearance."""
 MAX_UNEXPLAINED = 0.2
-"""Maximum unexplained share of the difference from the empty ice. Stones have 0.04 to 0.1; people have
-0.3 to 0.5."""
+"""Maximum unexplained share of the difference from the empty ice. Stones have 0.04 to 0.1; people
+have 0.3 to 0.5."""
 PEOPLE_NEAR = 1.5
 """Maximum distance of a person who may be mistaken for a stone, or hide it [m]."""
 FRAMES_WITH_PEOPLE = 3
