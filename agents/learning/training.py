@@ -161,7 +161,7 @@ def train(
     except CurlingError:
         model.logger.close()
         if not earlier_logs:
-            shutil.rmtree(logs, ignore_errors=True)  # they tell of nothing
+            shutil.rmtree(logs, ignore_errors=True)  # they have no information
         raise
     model.logger.close()
     save_model(folder / "model.npz", model, settings, known)

@@ -79,7 +79,7 @@ def stable_baselines_policy(path: str | Path) -> Any:
 
 
 class _BestOfThoseThere:
-    """Policy that values every action, and takes the best of those that there are.
+    """Policy that values every action, and takes the best available one.
 
     Parameters
     ----------

@@ -359,8 +359,7 @@ MIN_CHROMA = 25.0
 SAME_HUE = np.radians(35.0)
 """Maximum difference of the hues of one handle [rad]."""
 
-# --- misfits: motion that no free stone has
-# --------------------------------------------------------------------
+# --- misfits: motion that no free stone has -------------------------------------------------------
 
 MISFIT_AROUND, MISFIT_TIMES, LEAST_MISFIT = 0.5, 5.0, 0.02
 """Time before and after an outlying measurement [s], and its minimum distance from the path through
