@@ -1,4 +1,4 @@
-"""Many sheets of `CurlingSheet-v0` side by side, whose throws are simulated together."""
+"""Many sheets of `CurlingSheet-v0` with throws simulated together."""
 
 from __future__ import annotations
 
