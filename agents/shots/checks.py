@@ -62,7 +62,7 @@ def _overlaps(stones: Stones) -> Iterator[str]:
         pair = np.unravel_index(np.argmin(apart), apart.shape)
         deep = 100 * (2 * LINES.stone_radius - apart.min())
         both = " and ".join(f"{stones[k].team.label} stone {stones[k].number + 1}" for k in pair)
-        yield f"{both} lie {deep:.0f} cm in each other"
+        yield f"{both} overlap by {deep:.0f} cm"
 
 
 def error_needed(position: Floats, written: int) -> float:

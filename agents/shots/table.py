@@ -123,10 +123,10 @@ class TableEnd(PlacedEnd):
         if self.agrees:
             return ""
         if self.stopped:
-            return "stones were not thrown, and the end was not scored as they lay"
+            return "the end was stopped, and not scored by its stones"
         if self.short_by <= READING_ERROR:
-            return "a measure: places are not known well enough to tell which stone is nearer"
-        return "a place is wrong, or the score"
+            return "a measurement: positions are not exact enough to decide which stone is nearer"
+        return "a position or the score is wrong"
 
 
 @dataclass(frozen=True, kw_only=True)

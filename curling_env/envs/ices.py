@@ -121,7 +121,7 @@ class EpisodeIces(Generic[Made]):
     @usual.setter
     def usual(self, ice: IceOption) -> None:
         if self._has_ices:
-            raise InputError("this environment draws its ice from ices; set none as well")
+            raise InputError("ice cannot be set: this environment draws its ice from ices")
         self._usual = load_ice(ice)
 
     @property

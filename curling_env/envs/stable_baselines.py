@@ -102,7 +102,7 @@ class CurlingVecEnv(VecEnv):
         """
         first = self._options[0] if self._options else {}
         if any(options != first for options in self._options):
-            raise InputError("environments side by side begin with the same options")
+            raise InputError("expected the same reset options for all environments")
         return first or None
 
     def step_async(self, actions: Any) -> None:
@@ -145,7 +145,7 @@ class CurlingVecEnv(VecEnv):
 
     def set_attr(self, attr_name: str, value: Any, indices: EnvIndices = None) -> None:
         """Not possible: the environments share their attributes."""
-        raise InputError("environments side by side share their attributes; make new ones")
+        raise InputError("attributes are shared by all environments; make new environments")
 
     def env_method(
         self, method_name: str, *method_args: Any, indices: EnvIndices = None, **method_kwargs: Any

@@ -92,7 +92,8 @@ class Board:
         code = getattr(cv2.aruco, f"DICT_{self.dictionary.upper()}", None)
         if code is None:
             raise InputError(
-                f"OpenCV has no dictionary {self.dictionary!r}; one is 4X4_250", source="dictionary"
+                f"unknown dictionary {self.dictionary!r}; expected one such as 4X4_250",
+                source="dictionary",
             )
         found = cv2.aruco.getPredefinedDictionary(code)
         if len(found.bytesList) < self.columns * self.rows // 2:
@@ -225,8 +226,8 @@ def calibrate_lens(
         size = size or own
         if own != size:
             raise InputError(
-                f"is {own[0]} × {own[1]} px where the others are {size[0]} × {size[1]} px; "
-                "all pictures must come from one camera as it films",
+                f"has {own[0]} × {own[1]} px, the first {size[0]} × {size[1]} px; expected "
+                "pictures from one camera at the size of its films",
                 source=path,
             )
         found = find_board(grey, board)
@@ -236,7 +237,7 @@ def calibrate_lens(
     if size is None or len(views) < BOARD_MIN_VIEWS:
         raise InputError(
             f"a {board.kind} of {board.columns} × {board.rows} squares was found in {len(views)} "
-            f"of {len(images)} pictures; {BOARD_MIN_VIEWS} or more are needed",
+            f"of {len(images)} pictures; expected {BOARD_MIN_VIEWS} or more",
             source="images",
         )
     return _solved(views, size, tuple(used), tuple(unused))
@@ -266,7 +267,7 @@ def _solved(
     rms_px, matrix, distortion, turns, _, sigma, *_ = with_last_term if better else plain
     if rms_px > BOARD_MAX_RMS_PX:
         raise InputError(
-            f"the corners are missed by {rms_px:.1f} px; is the board what was described?",
+            f"the reprojection error is {rms_px:.1f} px; check the kind and squares of the board",
             source="images",
         )
     lens = Lens(

@@ -208,12 +208,11 @@ class _Photo:
         wide = [metres * two.px_per_metre for metres in PHOTO_SEARCHES]
         best = solver.most_likely((search.best(seed), wide) for seed in range(PHOTO_TRIALS))
         if best is None:
-            raise InputError("no rings and hog line are found near what was clicked")
+            raise InputError("no rings and hog line found near the marks")
         if best.wrong:
             raise InputError(
-                "no camera agrees with all of the paint: the "
-                f"{' and '.join(best.wrong)} would be elsewhere; check the "
-                "clicks, and that the rings and the hog line are in view"
+                f"no camera agrees with all of the paint (not with the {', '.join(best.wrong)}); "
+                "check the marks, and that the rings and the hog line are in view"
             )
         return best
 

@@ -156,7 +156,7 @@ def marked_camera(scene: Scene, size: tuple[int, int]) -> RefinedCamera:
         if solved is not None and solved[0] <= limit_px:
             return solved[1]
     raise InputError(
-        "no camera above the ice sees these points so; " + _suspect(scene, lens, limit_px),
+        "no camera above the ice fits these points; " + _suspect(scene, lens, limit_px),
         source=scene.source,
         where="corners_px" if scene.has_corners else "points",
     )
@@ -224,8 +224,8 @@ def _check_axis(scene: Scene, size: tuple[int, int]) -> None:
     if off.max() > MAX_AXIS_OFFSET:
         raise InputError(
             f"the principal point ({matrix[0, 2]:g}, {matrix[1, 2]:g}) px is far from the "
-            f"middle of a film of {size[0]} × {size[1]} px: intrinsics of another resolution? "
-            "image_size tells which they belong to",
+            f"middle of a film of {size[0]} × {size[1]} px; for a matrix of another picture size "
+            "give image_size",
             source=scene.source,
             where="camera_matrix",
         )
@@ -245,5 +245,5 @@ def _suspect(scene: Scene, lens: Lens, limit_px: float) -> str:
     alone = [k for k, rest in enumerate(others) if agree(ice[rest], px[rest])]
     if len(alone) == 1:
         x, y = ice[alone[0]]
-        return f"point {alone[0] + 1}, of ({x:g}, {y:g}) m on the ice, contradicts all others"
-    return "check that each is the right one"
+        return f"point {alone[0] + 1}, at ({x:g}, {y:g}) m on the ice, contradicts all others"
+    return "check each of them"

@@ -79,7 +79,7 @@ class Scene:
     def __post_init__(self) -> None:
         n = len(self.points_px)
         if n < MIN_POINTS:
-            self._refuse(f"four points of the ice or more are needed, got {n}")
+            self._refuse(f"expected four or more points on the ice, got {n}")
         for name, points in (("px", self.points_px), ("sheet", self.sheet_points)):
             if _in_a_line(points):
                 self._refuse(f"the points lie in a line ({name}); spread them over the ice")
@@ -152,7 +152,7 @@ class Scene:
         if abs(size[1] - scale * own[1]) > SIZE_ROUNDING_PX * max(1.0, scale):
             self._refuse(
                 f"the scene {what} {own[0]} × {own[1]} px, and this one has {size[0]} × "
-                f"{size[1]} px, another shape; {advice}",
+                f"{size[1]} px, another aspect ratio; {advice}",
                 "image_size" if self.picture_size is None else "picture_size",
             )
 

@@ -45,7 +45,7 @@ def uniform_bound(
 
     Raises
     ------
-    InputError : a number that is not positive, or throws too short to tell anything
+    InputError : a number that is not positive, or throws that are too short
     """
     check_positive(mu=mu, noise=noise, fps=fps)
     information = 0.0
@@ -59,7 +59,7 @@ def uniform_bound(
         response = _beyond_release(t, -0.5 * GRAVITY * t[:, None] ** 2)
         information += float((response**2).sum()) / noise**2
     if information == 0.0:
-        raise InputError("throws too short to tell friction: fewer than 4 frames each")
+        raise InputError("the throws are too short; expected at least 4 frames each")
     return information**-0.5
 
 

@@ -137,9 +137,7 @@ class GameCore:
         )
         with_shots = one_of("actions", actions, ("throws", "shots")) == "shots"
         if with_shots and "action" in (sweeping, choices):
-            raise InputError(
-                "shots have no sweeping and no choices; those are for actions='throws'"
-            )
+            raise InputError("sweeping and choices as actions need actions='throws', got 'shots'")
         self.action: GameAction | ShotActions = ShotActions() if with_shots else throws
         self.weights = dataclass_from(
             GameRewardWeights, "weights", GameRewardWeights() if weights is None else weights

@@ -129,7 +129,7 @@ class ResetDistribution:
             apart = np.hypot(*(placed - goal).T)
             if not self.task.has_target_stone or (apart >= 2 * self.stone_radius + MIN_GAP).all():
                 return goal
-        raise InputError("there is no room for the target stone among the stones given")
+        raise InputError("there is no room for the target stone among the given stones")
 
     def _sample_stones(self, count: int, rng: np.random.Generator, taken: Floats) -> Floats:
         """Draw positions of stones that touch neither each other nor others; (count, 2)."""
@@ -184,10 +184,7 @@ def check_level_counts(options: Mapping[str, Any]) -> None:
     target, stones = options["target"], options["stones"]
     given = target is not None and not isinstance(target, str)
     if options["level"] is not None and given and not (is_whole_number(stones) and stones):
-        raise InputError(
-            "a level says how far the target spreads and how many stones lie; with a target and no "
-            "number of stones it has no meaning"
-        )
+        raise InputError("level needs a random target or a number of stones, which it scales")
 
 
 def _direction(direction: Any) -> Direction | None:

@@ -276,7 +276,7 @@ def task_named(name: str | Task) -> Task:
 
     Raises
     ------
-    InputError : an unknown name, or something that is no task
+    InputError : an unknown name, or an object that is not a task
     """
     if not isinstance(name, str):
         task = name
@@ -289,7 +289,7 @@ def task_named(name: str | Task) -> Task:
         parts = [part for part in vars(Task) if not part.startswith("_")]
         missing = next(part for part in parts if not hasattr(task, part))
         raise InputError(
-            f"{str(name)[:60]!r} is no task: it has no {missing}; give one of "
+            f"{str(name)[:60]!r} is not a task (it has no {missing}); expected one of "
             f"{', '.join(task_names())}, module:Class, or a Task"
         )
     return task

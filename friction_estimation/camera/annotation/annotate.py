@@ -114,7 +114,7 @@ class Annotation:
             most = max(3, MAX_STILL_PIXELS // (film.size[0] * film.size[1]))
             frames = [frame for _, frame in film.sample(min(STILLS, most))]
             if not frames:
-                raise InputError("not a film that can be decoded", source=path)
+                raise InputError("cannot be decoded; expected a film", source=path)
             stills = [_median(frames), *frames]
         return cls(name=path.name, stills=stills, sheet=sheet, known=known or {})
 
@@ -135,8 +135,8 @@ class Annotation:
             name = names.get((np.round(xy, 3) + 0.0).tobytes())
             if name is None:
                 raise InputError(
-                    "only corners and crossings of lines can be clicked on the page; "
-                    f"({xy[0]:g}, {xy[1]:g}) m is neither",
+                    f"({xy[0]:g}, {xy[1]:g}) m cannot be marked on the page; expected a corner or "
+                    "a crossing of lines",
                     source=scene.source,
                     where=f"points[{i}]",
                 )
@@ -163,7 +163,9 @@ class Annotation:
         """
         keypoints = keypoints_of(self.sheet)
         if unknown := sorted(clicks.keys() - keypoints.keys()):
-            raise InputError(f"no such keypoint of the ice: {', '.join(unknown)}")
+            raise InputError(
+                f"unknown keypoint {unknown[0]!r}; expected one of {', '.join(sorted(keypoints))}"
+            )
         if len(clicks) < MIN_POINTS:
             raise InputError(f"click {MIN_POINTS - len(clicks)} more: four keypoints are needed")
         only_corners = clicks.keys() == set(CORNERS)

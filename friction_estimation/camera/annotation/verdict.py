@@ -38,8 +38,8 @@ def problems_of(refined: RefinedCamera, apart_px: Mapping[str, float]) -> list[s
     name = max(apart_px, key=lambda one: apart_px[one])
     if apart_px[name] > MAX_CLICK_SHARE * refined.camera.size[0]:
         problems.append(
-            f"The {name.replace('_', ' ')} is {apart_px[name]:.0f} px from where the paint puts it:"
-            " move it onto the paint."
+            f"The mark of the {name.replace('_', ' ')} is {apart_px[name]:.0f} px from the paint: "
+            "move it onto the paint."
         )
     if off := refined.missed:
         problems.append(

@@ -422,10 +422,10 @@ def moved(track: Trajectory) -> str:
     if len(track.sigma_xy):
         error = np.maximum(error, track.sigma_xy[rows][moving][:, None])
     if way[-1] < numbers.LEAST_THROW or (len(t) > 3 and not slides_as_stone(t, xy, error)):
-        return "what moves there keeps its speed, as a stone does that is carried or pushed"
+        return "the moving object keeps its speed, as a carried or pushed stone does"
     late = track.xy[track.t >= track.t[-1] - numbers.RESTED]
     if np.hypot(*(late[-1] - late[0])) < numbers.SAME_PLACE and is_before_its_hog_line(track.xy):
-        return "what moves there stops before the near hog line, as no thrown stone does"
+        return "the moving object stops before the near hog line, as no thrown stone does"
     return ""
 
 

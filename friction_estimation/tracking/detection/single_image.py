@@ -86,8 +86,8 @@ def find_stones_in_image(
     size = (picture.shape[1], picture.shape[0])
     if size != camera.size:
         raise InputError(
-            f"the picture has {size[0]} × {size[1]} px, "
-            f"the scene is of {camera.size[0]} × {camera.size[1]} px"
+            f"expected a picture of {camera.size[0]} × {camera.size[1]} px as in the scene, "
+            f"got {size[0]} × {size[1]} px"
         )
     detector = OnIce(Detector(), camera, model, sheet)
     if not detector.sees_stones:

@@ -25,7 +25,7 @@ def film_in_words(one: TrackedFilm) -> str:
         f"to about {sigma:.1f} mm{hidden}",
         f"the paint on the ice agrees to {found.refined.rms_px:.2f} px"
         if found.refined.measured
-        else "the paint on the ice could not check the marked points",
+        else "the marked points could not be compared with the paint",
         *_camera_in_words(found),
     ]
     struck = sum(bool(other.contacts) for other in found.others)

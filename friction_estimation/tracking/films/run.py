@@ -106,7 +106,7 @@ def track_each(
     scenes = [scenes] if isinstance(scenes, Scene) else list(scenes)
     if len(scenes) not in (1, len(films)):
         raise InputError(
-            f"one scene for all films or one for each: {len(films)} films, {len(scenes)} scenes",
+            f"expected one scene for all {len(films)} films or one for each, got {len(scenes)}",
             source="--scene",
         )
     scenes *= len(films) // len(scenes)

@@ -40,8 +40,8 @@ class Misfit:
     @property
     def words(self) -> str:
         return (
-            f"from {self.first:.1f} to {self.last:.1f} s its places are up to {self.by:.2f} m off "
-            "the path of a sliding stone: something beside it may have been taken for it"
+            f"from {self.first:.1f} to {self.last:.1f} s it is up to {self.by:.2f} m off the path "
+            "of a sliding stone: another object may have been tracked"
         )
 
 
@@ -147,7 +147,7 @@ def loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> I
     if behind is not None:
         yield (
             f"from {path.t[behind]:.1f} s on it slows down more than ice slows a stone: the track "
-            "may have stayed behind"
+            "may lag behind the stone"
         )
     if jump is None:
         return
@@ -157,8 +157,8 @@ def loss_in_words(path: SmoothPath, jump: float | None, behind: int | None) -> I
     way = abs(path.place[after, 1] - path.place[0, 1])
     if loss > numbers.SUDDEN_LOSS and way > numbers.OUT_OF_HAND:
         yield (
-            f"at {jump:.1f} s it loses speed as if it hit a stone, and none is found there: from "
-            "then on the track may be that of another stone"
+            f"at {jump:.1f} s it loses speed as if it hit a stone, but no stone is found there: "
+            "from then on the track may be of another stone"
         )
 
 

@@ -59,7 +59,7 @@ def with_warnings(
     """
     followed = {id(one.path): one.measured.seen for one in hit}
     warnings = [
-        f"the stone that lay at {place_in_words(one.fit.xy)} left unseen and has no track"
+        f"the stone at {place_in_words(one.fit.xy)} disappeared unseen and has no track"
         for one in others
         if np.isfinite(one.rests.until) and followed.get(id(one.rests.path), 0) < numbers.MIN_FITS
     ]

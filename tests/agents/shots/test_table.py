@@ -50,7 +50,7 @@ def test_an_end_that_does_not_count_as_written_has_a_fault_a_kind_and_a_size(tmp
     table = read_shots(small.write(tmp_path))
     (end,) = table.ends
     assert not end.agrees
-    assert end.kind == "a place is wrong, or the score"
+    assert end.kind == "a position or the score is wrong"
     assert end.short_by > 0.1
     faults = [fault for fault in table.faults if fault.file == "Stones.csv"]
     assert [fault.row for fault in faults] == [row + 9]

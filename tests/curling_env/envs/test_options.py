@@ -100,7 +100,7 @@ WRONG = {
         ({"direction": ["away"]}, "direction must be"),
         ({"stones": True}, "stones must be a number or places"),
         ({"level": True}, "level must be"),
-        ({"level": 1, "target": (0.0, 0.0)}, "a level says how far the target spreads"),
+        ({"level": 1, "target": (0.0, 0.0)}, "level needs a random target or a number of stones"),
         ({"skill": {"sigma_speed": True}}, "sigma_speed of skill must be a number, got True"),
         ({"ices": {"level": False}}, "level of ices must be a number, got False"),
         ({"fps": "30"}, "fps must lie"),
