@@ -55,7 +55,7 @@ def record_tier(
 
     Raises
     ------
-    InputError : an unknown task or tier, shots in single throws, or a dataset lies there already
+    InputError : an unknown task or tier, shots in single throws, or an existing dataset
     ModuleNotFoundError : Minari is not installed
     """
     about = task_of(task)

@@ -97,7 +97,7 @@ class _BestOfThoseThere:
         Parameters
         ----------
         observation : (k,) of the environment
-        action_masks : (n,) 0 for each action that there is not
+        action_masks : (n,) 0 for each unavailable action
         deterministic : always true: values have no probabilities
         """
         if action_masks is None:

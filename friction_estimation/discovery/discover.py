@@ -161,7 +161,8 @@ def discover(
     ----------
     tracks : measured throws, in order of play
     ice : model of the ice; uniform Coulomb friction on a symmetric running band by default
-    scene : scene of the camera that filmed the tracks; a wrong lens is then sought in its image
+    scene : scene of the camera that filmed the tracks; distortion of its lens is then estimated in
+        its image
     references : calibrations of lengths and times by known ones; they replace those of the ice
     seed : seed of the choice of held-out throws
     progress : progress

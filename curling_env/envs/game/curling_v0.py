@@ -92,9 +92,8 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     -----
     ``reset(options=…)`` takes `last_stone`, "home" or "away" (random without it), and
     `power_play`, "left" or "right", and `throw_first`, for the first end of mixed doubles; `ice`
-    and `known_ice` for one game; or `state`, a `GameState` to go on from. Other options are
-    ignored, as PettingZoo asks.
-    ``state`` may be kept and put back at any moment.
+    and `known_ice` for one game; or `state`, a `GameState` to start from. Other options are
+    ignored, as PettingZoo requires. ``state`` may be kept and restored at any time.
     """
 
     metadata = {  # noqa: RUF012  # pyright: ignore[reportIncompatibleVariableOverride]

@@ -132,7 +132,7 @@ class Asked(NamedTuple):
     ----------
     hammer : the team that delivers last
     power_play : side of the agent's power play
-    states : for each end a state to go on from; None to begin new ones
+    states : initial state of each end; None for new ends
     ice : the ice, and what is to be known of it
     """
 

@@ -56,7 +56,7 @@ class CurlingEndEnv(EndCore, SingleEnv[Ends]):
     -----
     ``reset(options=…)`` takes `hammer`, `ice` and `known_ice` for one end, and in mixed doubles
     `power_play`, "left" or "right", for an end in which the agent decides (with `hammer`
-    "random" it is ignored where the opponent does); or `state`, a `GameState` to go on from.
+    "random" it is ignored where the opponent does); or `state`, a `GameState` to start from.
 
     ``state`` may be kept and put back at any moment: it is frozen, so a search branches from it
     without copying. The same state and action always have the same outcome, including the

@@ -64,7 +64,7 @@ class Policy:
         ----------
         observation : of the environment
         memory : what the last call of the episode returned; None at its beginning
-        masks : returns the actions that there are, (n,) 1 or 0; None for all
+        masks : returns the available actions, (n,) 1 or 0; None for all
         """
         options: dict[str, Any] = {}
         if self._predicts and "deterministic" in self._takes:

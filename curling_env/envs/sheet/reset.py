@@ -65,7 +65,7 @@ class ResetDistribution:
 
     Parameters
     ----------
-    task : what a throw is asked to do
+    task : task of the throw
     direction : the end played to; None for either
     goal : (2,) the task's goal, delivery frame [m]; None for a random one
     level : difficulty, 0 to 1: how far random goals spread from the task's easiest goal, and up to
@@ -154,7 +154,7 @@ def reset_distribution(options: Mapping[str, Any], ice: Ice, task: Task) -> Rese
     ----------
     options : all of POSITION_OPTIONS, as `CurlingSheetEnv` takes them
     ice : the ice, which knows the size of sheet and stone
-    task : what a throw is asked to do
+    task : task of the throw
 
     Raises
     ------

@@ -113,7 +113,7 @@ class GuardTask:
 
     Parameters
     ----------
-    length_error : how much longer or shorter than asked the guard may lie [m]
+    length_error : maximum distance of the guard from its target along the sheet [m]
     spread : largest distance of random goals from the easiest, sideways and along play [m]
     """
 

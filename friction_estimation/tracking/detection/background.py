@@ -69,7 +69,7 @@ class Blob:
     ----------
     low_px, high_px : (2,) bounding box of its solid core, inclusive [px]
     area_px : number of pixels in the core
-    whole_px : (2,) width and height of all of it, with its shadow and whatever touches it [px]
+    whole_px : (2,) width and height of all of it, with its shadow and anything that touches it [px]
     darker : whether it is darker than the background in some colour. Only the empty place of
         something that lay there through most of the film is not.
     """

@@ -95,7 +95,7 @@ class Checkpoints:
         return self.folder / f"film-{key[:24]}.npz"
 
     def _report(self) -> None:
-        keep(f"what was tracked is kept in {self.folder}; repeat the command to go on from there")
+        keep(f"what was tracked is kept in {self.folder}; repeat the command to continue")
 
 
 _LABELS = ("throw", "stone", "clock")
@@ -109,7 +109,7 @@ def digest(film: Path, **choices: Any) -> str:
     ----------
     film : its path, size and time of change count, and the content of a table of times beside it;
         so does the command that runs
-    choices : whatever else decides the tracks, for JSON
+    choices : other settings that affect the tracks, for JSON
     """
     stat = film.stat() if film.exists() else None
     beside = film.with_name(fitted(film.name, TIMES_SUFFIX))

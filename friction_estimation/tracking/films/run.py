@@ -38,7 +38,7 @@ def track_films(
     scenes : one for all films, or one for each; scenes or paths of scene files
     tracker : finds the stones in a film; by default the built-in one, `track_film`
     resume_beside : path of a file; the tracks of each film are kept in a folder beside it until all
-        films are tracked, so that an interrupted call goes on there. None: nothing is kept
+        films are tracked, so that an interrupted call continues. None: nothing is kept
     progress : called with the number of frames done in a film and the expected number of all
 
     Returns
