@@ -78,7 +78,7 @@ WRONG = {
             {"ice": 3},
             "expected an Ice, an ice file or one of club, fcv1, fitted, paper, standard",
         ),
-        ({"task": 3}, "no task"),
+        ({"task": 3}, "is not a task"),
         ({"throws": "2"}, "throws must be a whole number"),
         ({"throws": True}, "throws must be a whole number"),
         ({"weights": 3}, "weights must be a RewardWeights or a mapping of distance"),

@@ -189,7 +189,7 @@ def test_a_calibration_serves_a_resized_film_and_refuses_a_cropped_one():
         (["blank.png"], ["--squares", "2x2"], "4 × 4 to 100 × 100 squares"),
         (["blank.png"], ["--squares", "4x3"], "4 × 4 to 100 × 100 squares"),
         (["blank.png"], ["--square-size", "-1"], "positive length of at most 10 metres"),
-        (["blank.png"], ["--board", "charuco", "--dictionary", "9X9"], "no dictionary"),
+        (["blank.png"], ["--board", "charuco", "--dictionary", "9X9"], "unknown dictionary"),
         (["blank.png"], ["--board", "charuco", "--squares", "40x40"], "has only 250 markers"),
     ],
 )

@@ -102,7 +102,7 @@ def test_evidence_of_earlier_releases_is_read(session, tmp_path):
     np.savez(evidence_path(path), **{**columns, **each, "rows": [len(k) for k in tracks]})
     assert load_evidence(ice, path).tracks == list(tracks)
     np.savez(evidence_path(path), **{**columns, **each, "rows": [len(tracks[0])]})
-    with pytest.raises(InputError, match="whole evidence"):
+    with pytest.raises(InputError, match="is incomplete"):
         load_evidence(ice, path)
 
 
