@@ -17,7 +17,6 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.film.video import Film
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.finding import FilmStones, find_stones
-from friction_estimation.tracking.association.recording import throws_among
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
@@ -117,12 +116,10 @@ def track_film(
         raise InputError("the thrown stone is seen in fewer than five frames", source=steady.path)
     came = arrived(stones, steady.sample, ice, refined.camera, appearance)
     found = with_warnings(found, hit, others, came)
-    area = scene.sheet.width * scene.sheet.length
     found = replace(
         found,
         stabiliser=steady.stabiliser,
         moved_px=moved_px,
-        shows_several=len(throws_among(stones.paths, stones.seen, stone.found_by, area)) > 1,
         unexplained=(*found.unexplained, *steady.remarks),
     )
     return found.numbered(throw)

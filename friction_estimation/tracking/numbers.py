@@ -139,9 +139,6 @@ STANDING = 0.12
 
 ONE_THROW_SECONDS = 60.0
 """Maximum duration of a film that is tracked whole, as one throw [s]."""
-SHORT_SECONDS = 28.0
-"""Maximum duration of a film that is searched for throws only if tracking shows a second throw, or
-none [s]."""
 LOOK_STEP = 0.4
 """Time between two looks at a long film with frequent key frames [s]."""
 MAX_KEY_GAP = 1.05

@@ -35,14 +35,11 @@ class FilmStones:
     thrown : the thrown stone
     resting : those that rest when the film begins, with their paths where they were hit
     arrived : where others rest when it ends, each (2,) [m]
-    seen, paths : all detections, and the paths of the association through them
     """
 
     thrown: SeenStone
     resting: tuple[RestingStone, ...]
     arrived: tuple[Floats, ...]
-    seen: Detections
-    paths: Sequence[Path]
 
 
 def find_stones(
@@ -114,8 +111,6 @@ def _stones_of(
         thrown=stone,
         resting=tuple(resting),
         arrived=tuple(_arrived(paths, seen)),
-        seen=seen,
-        paths=paths,
     )
 
 

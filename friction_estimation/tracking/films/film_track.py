@@ -62,7 +62,6 @@ class FilmTrack:
     stabiliser : undoes the camera's sway in a frame; None where the camera stood still
     moved_px : how far the camera has moved since it was solved for earlier films [px]; 0 where it
         stood still or is solved for this film first
-    shows_several : whether the frames that were looked through first show several throws
     """
 
     trajectory: Trajectory
@@ -78,7 +77,6 @@ class FilmTrack:
     unexplained: tuple[str, ...] = ()
     stabiliser: Stabiliser | None = None
     moved_px: float = 0.0
-    shows_several: bool = False
 
     @property
     def not_seen(self) -> str:

@@ -65,7 +65,6 @@ def cut(
     film: Film,
     scene: Scene,
     *,
-    look_through: bool = False,
     left_out: Callable[[str], object] = lambda why: None,
     progress: Progress = no_progress,
 ) -> list[Piece]:
@@ -75,7 +74,6 @@ def cut(
     ----------
     film : of one throw or of many
     scene : its camera's view of the sheet
-    look_through : whether even a film is looked through that is so short that it hardly shows two
     left_out : called with each skipped part of a film that is cut, and the reason
     progress : called with the number of frames passed and the expected number of all
 
@@ -83,8 +81,6 @@ def cut(
     ------
     InputError : points that do not fit the film, or a long film in which nothing is thrown
     """
-    if not look_through and is_short(film):
-        return [Piece.whole(film)]
     back: list[tuple[float, float]] = []
     throws = find_throws(
         film,
@@ -111,11 +107,6 @@ def cut(
         begin = film.begin_of(part)
         pieces.append(Piece(path=film.path, film=part, begin=begin, end=begin + part.duration))
     return pieces
-
-
-def is_short(film: Film) -> bool:
-    """Return whether a film is probably too short for two throws."""
-    return film.duration < min(numbers.SHORT_SECONDS, numbers.ONE_THROW_SECONDS)
 
 
 def minutes(t: float) -> str:
