@@ -1,4 +1,4 @@
-"""The built-in tracker: all stones of one throw, from its film to their tracks."""
+"""The built-in tracker: from the film of one throw to the tracks of all its stones."""
 
 from __future__ import annotations
 
@@ -153,8 +153,8 @@ def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:
 def _no_stone(look: object | None, path: Path) -> InputError:
     """The reason why a path is not a thrown stone's."""
     if look is None:
-        return InputError("the thrown stone is nowhere wholly in the image", source=path)
+        return InputError("the thrown stone is never completely in the picture", source=path)
     return NoThrowError(
-        "no thrown stone found: what slides along the ice does not look like a stone",
+        "no thrown stone found: no sliding object looks like a stone",
         source=path,
     )

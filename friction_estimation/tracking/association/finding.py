@@ -1,4 +1,4 @@
-"""All stones of a film as its sampled frames show them: thrown, resting, and hit."""
+"""All stones of a film, from its sampled frames: thrown, resting, and hit."""
 
 from __future__ import annotations
 
@@ -121,7 +121,7 @@ def _apart(t: Floats, xy: Floats, other_t: Floats, other_xy: Floats) -> float:
 
 
 def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
-    """Places (2,) at which stones rest when the film ends that moved before [m]."""
+    """Return final resting places (2,) of stones that moved [m]."""
     end = seen.times[-numbers.END_FRAMES :][0]
     found: list[Floats] = []
     for path in paths:
@@ -133,10 +133,10 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
 
 
 def thrown_paths(paths: Sequence[Path], seen: Detections, touching: float) -> list[Path]:
-    """Return the paths that slide, go some way and were not hit, the most likely first.
+    """Return the paths that slide over some distance and were not hit, the most likely first.
 
-    A stone that was not hit does not start from rest: the one that rested before is another stone.
-    A stone that came to rest and moves again is moved by someone.
+    A stone that was not hit does not start from rest: the one that rested there is another stone. A
+    stone that came to rest and moves again is moved by someone.
 
     Parameters
     ----------
@@ -167,7 +167,7 @@ def _may_hit(one: Path, path: Path, begin: int, seen: Detections, touching: floa
 
 
 def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:
-    """Spans of time around moments [s], joined where they overlap."""
+    """Return spans of time around moments [s], joined if they overlap."""
     spans: list[tuple[float, float]] = []
     for moment in sorted(moments):
         low = max(moment - numbers.DENSE_BEFORE, 0.0)
@@ -182,7 +182,7 @@ def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:
 def _places(
     at_rest: Sequence[Floats], paths: Sequence[Path], seen: Detections
 ) -> list[RestingPlace]:
-    """Places where stones rest at first: on still ice, or at the beginning of a path."""
+    """Return the initial resting places of stones: on still ice, or at the beginning of a path."""
     rests = [np.flatnonzero(_near(xy, seen) & seen.still) for xy in at_rest]
     for path in paths:
         moves = np.flatnonzero(path.mode != RESTING)

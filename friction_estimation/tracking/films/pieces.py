@@ -17,7 +17,7 @@ from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.recording import find_throws
 
 STILL_FRAMES = 25
-"""Frames in which a film without a throw is checked for a camera that moves."""
+"""Number of frames in which a film without a throw is checked for a moving camera."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -68,7 +68,7 @@ def cut(
     left_out: Callable[[str], object] = lambda why: None,
     progress: Progress = no_progress,
 ) -> list[Piece]:
-    """The throws of a film in order; all of it where it is short and shows no more than one.
+    """Return the throws of a film in order; the whole film if it is short and shows at most one.
 
     Parameters
     ----------

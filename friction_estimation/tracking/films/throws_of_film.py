@@ -1,4 +1,4 @@
-"""The throws of one film: cut, and tracked one after the other; what was tracked before is read."""
+"""Throws of one film: cut, and tracked one after the other; kept results are read."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from friction_estimation.tracking.films.tracked_film import TrackedFilm
 
 @dataclass(kw_only=True, eq=False)
 class ThrowTracker:
-    """Tracks the throws of films, numbered in order.
+    """Tracker of the throws of films, numbered in order.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ class ThrowTracker:
         Parameters
         ----------
         like : films of the same scene that follow
-        throw : number of its throw, where it is known to show one; None: it is cut into its throws
+        throw : number of its only throw; None to cut the film into its throws
 
         Returns
         -------
@@ -59,7 +59,7 @@ class ThrowTracker:
 
         Raises
         ------
-        InputError : a film that shows no throw at all, and what the tracker raises
+        InputError : a film without a throw, or an error of the tracker
         """
         pieces = [Piece.whole(film)] if throw is not None else self._pieces(film, scene)
         camera = self._camera_of(scene, pieces, like)
@@ -88,7 +88,7 @@ class ThrowTracker:
         return self.tracker.track(piece, scene, camera, self.progress, sampled=sampled)
 
     def _pieces(self, film: Path, scene: Scene) -> list[Piece]:
-        """The throws of a film, or all of it where it shows one throw only."""
+        """Return the throws of a film, or the whole film if it shows one throw only."""
         if not self.tracker.is_built_in:
             return [Piece.whole(film)]
         options = self.tracker.options
@@ -103,13 +103,13 @@ class ThrowTracker:
     def _camera_of(
         self, scene: Scene, pieces: Sequence[Piece], like: Sequence[Path]
     ) -> RefinedCamera | None:
-        """The camera that all films of the scene share; None where each is solved by itself."""
+        """Return the camera shared by all films of the scene; None if each is solved separately."""
         if not self.tracker.shares_cameras:
             return None
         return self.cameras.of(scene, pieces, like, self.progress)
 
     def _key(self, piece: Piece, scene: Scene, camera: RefinedCamera | None) -> str:
-        """A text that differs where anything differs that decides the tracks of a piece."""
+        """Return a digest of everything that determines the tracks of a piece."""
         if self.checkpoints is None:
             return ""
         return digest(
@@ -121,7 +121,7 @@ class ThrowTracker:
         )
 
     def _kept(self, key: str, piece: Piece) -> TrackedFilm | None:
-        """Return what an interrupted call has tracked of a piece; None if nothing is kept."""
+        """Return the kept tracks of a piece; None without any."""
         if self.checkpoints is None or self._done < self.always_track:
             return None
         kept = self.checkpoints.load(key)
@@ -131,7 +131,7 @@ class ThrowTracker:
         return TrackedFilm(film=piece.path, tracks=tuple(tracks), summary=summary, resumed=True)
 
     def _keep(self, one: TrackedFilm, key: str, scene: Scene, *, even_alone: bool) -> None:
-        """Keep what was tracked, and the camera with which that went well."""
+        """Keep the tracks, and the camera that was used."""
         if one.found is not None:
             self.cameras.note(scene, one.found)
         if self.checkpoints is not None and (even_alone or self.several_films):
@@ -140,13 +140,13 @@ class ThrowTracker:
     def _next(
         self, one: TrackedFilm, piece: Piece, scene: Scene, throw: int | None = None
     ) -> TrackedFilm:
-        """The next throw under its number."""
+        """Number the next throw."""
         number = self._done if throw is None else throw
         self._done += 1
         return replace(one.numbered(number, piece), scene=scene)
 
 
 def alone(error: InputError) -> InputError:
-    """Return an error without its context: the pictures of a throw that is dropped."""
+    """Return an error without its context, which has the pictures of a dropped throw."""
     error.__cause__ = error.__context__ = None
     return error.with_traceback(None)

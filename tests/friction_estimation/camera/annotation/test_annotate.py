@@ -128,7 +128,7 @@ def test_a_camera_is_questioned_where_the_picture_contradicts_it(tmp_path):
     ("change", "words"),
     [
         (lambda m: {k: m[k] for k in list(m)[:3]}, "click 1 more"),
-        (lambda m: {**m, "moon": (1, 1)}, "no such keypoint of the ice: moon"),
+        (lambda m: {**m, "moon": (1, 1)}, "unknown keypoint 'moon'; expected one of "),
         (lambda m: {**m, "home_left": m["home_right"], "home_right": m["home_left"]}, "cross"),
         (lambda m: {**m, "home_left": (-40.0, 700.0)}, "outside the image"),
     ],
@@ -153,7 +153,7 @@ def test_clicking_continues_from_a_scene(seen, tmp_path):
 def test_clicking_does_not_continue_from_a_point_without_a_name(seen):
     path, _, scene = seen
     moved = replace(scene, sheet_points=scene.sheet_points + np.array([0.1, 0.0]))
-    with pytest.raises(InputError, match="only corners and crossings"):
+    with pytest.raises(InputError, match="expected a corner or a crossing of lines"):
         Annotation.from_scene(path, moved)
 
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import numpy as np
-import pytest
 
 from curling_env.trajectory import Trajectory
 from friction_estimation import load_scene
