@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 from urllib.parse import parse_qsl
 
 from starlette.exceptions import HTTPException
@@ -18,10 +18,6 @@ from agents.app.rendering import rendered
 from curling_env.errors import InputError
 from curling_env.infrastructure.files.reading import parse_json
 
-if TYPE_CHECKING:
-    from agents.app.work.queue import WorkQueue
-
-
 MAX_FIELDS = 200
 """Fields of a form."""
 
@@ -29,11 +25,6 @@ MAX_FIELDS = 200
 def club_of(request: Request) -> Club:
     """The club whose app this is."""
     return request.app.state.club
-
-
-def work_of(request: Request) -> WorkQueue:
-    """The long work of the club."""
-    return request.app.state.work
 
 
 def at(request: Request, path: str) -> str:
@@ -51,7 +42,7 @@ def session_of(request: Request) -> Session | None:
 
     Raises
     ------
-    HTTPException : 404, the address names one that there is not
+    HTTPException : 404, the address names one that does not exist
     """
     club = club_of(request)
     number = request.path_params.get("session")
@@ -59,7 +50,9 @@ def session_of(request: Request) -> Session | None:
         return next(iter(club.sessions()), None)
     found = club.session(number)
     if found is None:
-        raise HTTPException(404, "There is no such session.")
+        raise HTTPException(
+            404, f"Session {number} does not exist or was removed; choose another one."
+        )
     return found
 
 
@@ -131,7 +124,7 @@ def number_in(text: str, what: str) -> int:
     InputError : it is none
     """
     if not (text.isascii() and text.isdecimal() and len(text) < 18):
-        raise InputError(f"expected the number of {what}")
+        raise InputError(f"expected the number of {what}, not {text[:20]!r}")
     return int(text)
 
 

@@ -330,7 +330,9 @@ def named(text: str, what: str) -> str:
     """
     name = " ".join("".join(c if c.isprintable() else " " for c in text).split())
     if not 1 <= len(name) <= LONGEST_NAME:
-        raise InputError(f"the name of {what} has 1 to {LONGEST_NAME} letters")
+        raise InputError(
+            f"the name of {what} has {len(name)} letters; expected 1 to {LONGEST_NAME}"
+        )
     return name
 
 

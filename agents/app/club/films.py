@@ -54,7 +54,7 @@ def begin_film(club: Club, session: Session, name: str, size: int) -> Film:
         if found is not None:
             return found
         if shutil.disk_usage(folder).free < size + SPARE:
-            raise InputError("does not fit on the disk", source=name[:80])
+            raise InputError("does not fit on the disk; free some space", source=name[:80])
         return added_film(connection, session, name, size)
 
 
@@ -115,7 +115,7 @@ def take_film(club: Club, session: Session, path: Path) -> Film:
     size = inside.stat().st_size
     with club.database.writing() as connection:
         if film_in(connection, session, file=file) is not None:
-            raise InputError("is in this session already", source=file[:80])
+            raise InputError("this film is already in the session", source=file[:80])
         return added_film(connection, session, inside.name, size, file=file, received=size)
 
 

@@ -53,7 +53,7 @@ def report(request: Request) -> Response:
     number = request.path_params["athlete"]
     athlete = next((one for one in club.athletes() if one.id == number), None)
     if session is None or athlete is None:
-        raise HTTPException(404, "There is no such athlete.")
+        raise HTTPException(404, f"Athlete {number} does not exist in this session of the club.")
     path = report_path(club, session, athlete)
     if not path.exists():
         raise ComingError([requested(club, REPORT, session, str(number))])

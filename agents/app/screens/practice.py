@@ -41,11 +41,10 @@ from agents.app.pages import (
     number_in,
     page,
     session_of,
-    work_of,
 )
 from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.views.progress import events, job_events, state_of
-from agents.app.work.jobs import OPEN
+from agents.app.work import jobs
 from curling_env.errors import InputError
 from friction_estimation.camera.annotation.verdict import SHEETS as OFFERED
 from friction_estimation.camera.annotation.verdict import size_in_words
@@ -87,7 +86,7 @@ def show(request: Request) -> Response:
         notes=[] if session is None else club.notes(session),
         removed=[] if session is None else removed_in(club, session),
         removed_sessions=removed_sessions(club),
-        state=None if session is None else state_of(club, work_of(request), session),
+        state=None if session is None else state_of(club, session),
     )
 
 
@@ -113,7 +112,7 @@ async def rename(request: Request) -> Response:
         elif other is None:
             changed(connection, table, number, name=name)
         elif table not in MERGED:
-            raise InputError(f"there is a {table} of that name already", source=name)
+            raise InputError(f"another {table} has this name; choose another", source=name)
         else:
             query = f"update throw set {table}_id = ? where {table}_id = ?"
             connection.execute(query, (other[0], number))
@@ -148,13 +147,13 @@ async def receive_piece(request: Request) -> Response:
 
 def cancel(request: Request) -> Response:
     """End work."""
-    work_of(request).cancel(request.path_params["job"])
+    jobs.cancel(club_of(request), request.path_params["job"])
     return Response(status_code=204)
 
 
 def work_again(request: Request) -> Response:
     """Begin work once more that failed or was cancelled."""
-    work_of(request).again(request.path_params["job"])
+    jobs.retry(club_of(request), request.path_params["job"])
     return Response(status_code=204)
 
 
@@ -162,7 +161,8 @@ async def watch_work(request: Request) -> Response:
     """Server-sent events: how far some work is, by its numbers."""
     asked = request.query_params.get("jobs", "")[:LONGEST_LIST]
     numbers = {number_in(part, "a piece of work") for part in asked.split(",") if part}
-    return StreamingResponse(job_events(work_of(request), numbers), media_type="text/event-stream")
+    result = job_events(club_of(request), request.app.state.closed, numbers)
+    return StreamingResponse(result, media_type="text/event-stream")
 
 
 def again(request: Request) -> Response:
@@ -213,15 +213,15 @@ def record(request: Request, session: Session, form: dict[str, str]) -> None:
     source = form.get("source", "")
     if not source or len(source) > 500:
         raise InputError("expected the number of a camera, or the address of a stream")
-    work_of(request).submit("record", session, source)
+    jobs.submit(club_of(request), "record", session, source)
 
 
 def ask_for_work(request: Request, session: Session, form: dict[str, str]) -> None:
     """Track what waits, estimate the ice, or look for what it lacks."""
     kind = form.get("kind", "")
     if kind not in WORK:
-        raise InputError("no such work")
-    work_of(request).submit(kind, session)
+        raise InputError(f"expected one of {', '.join(WORK)}", source="work")
+    jobs.submit(club_of(request), kind, session)
 
 
 def write_note(request: Request, session: Session, form: dict[str, str]) -> None:
@@ -254,7 +254,7 @@ async def do(request: Request) -> Response:
 
 async def watch(request: Request) -> Response:
     """Server-sent events: how far all is."""
-    result = events(club_of(request), work_of(request), _session(request))
+    result = events(club_of(request), request.app.state.closed, _session(request))
     return StreamingResponse(result, media_type="text/event-stream")
 
 
@@ -278,7 +278,7 @@ def _session(request: Request) -> Session:
 def _film(request: Request) -> Film:
     film = club_of(request).film(request.path_params["film"])
     if film is None:
-        raise HTTPException(404, "There is no such film.")
+        raise HTTPException(404, "That film does not exist or was removed.")
     return film
 
 
@@ -288,7 +288,7 @@ def _track_if_marked(request: Request, session: Session) -> None:
     camera = club.camera(session.camera_id)
     waiting = any(waits(club, session, film) for film in club.films(session))
     if waiting and camera is not None and camera.scene is not None:
-        work_of(request).submit("track", session)
+        jobs.submit(club, "track", session)
 
 
 def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
@@ -298,15 +298,15 @@ def _chosen_camera(club: Club, form: dict[str, str]) -> Camera | None:
         name = named(form.get("camera_name", ""), "the camera")
         size = SHEETS.get(form.get("size", ""))
         if size is None:
-            raise InputError("no such size of the ice")
+            raise InputError(f"expected one of {', '.join(SHEETS)}", source="size of the ice")
         if any(camera.name == name for camera in club.cameras()):
-            raise InputError("there is a camera of that name already", source=name)
+            raise InputError("another camera has this name; choose another", source=name)
         return club.add(Camera, name=name, length=size.length, width=size.width)
     if not chosen:
         return None
     camera = club.camera(number_in(chosen, "a camera"))
     if camera is None:
-        raise InputError("there is no such camera")
+        raise InputError("unknown camera; choose one from the list")
     return camera
 
 
@@ -325,21 +325,21 @@ async def deal(request: Request) -> Response:
     if deed == "remove" and kind != "throw":
         film = club.film(number) if kind == "film" else None
         if kind == "session" or (film is not None and film.state is State.RUNNING):
-            _end_work(request, page, "" if film is None else "track")
+            _end_work(club, page, "" if film is None else "track")
     await run_in_threadpool(REMOVALS[deed], club, kind, number)
     there = club.session(page)
     return go_to(request, f"practice/{there.id}#removed" if there else "practice#removed")
 
 
-def _end_work(request: Request, number: int, kind: str) -> None:
+def _end_work(club: Club, number: int, kind: str) -> None:
     """End the work on a session, or that of one kind, which then goes on with the rest."""
-    session, work = club_of(request).session(number), work_of(request)
-    jobs = [] if session is None else work.jobs(session)
-    ended = [job for job in jobs if job.state in OPEN and kind in ("", job.kind)]
+    session = club.session(number)
+    work = [] if session is None else jobs.jobs(club, session)
+    ended = [job for job in work if job.state in jobs.OPEN and kind in ("", job.kind)]
     for job in ended:
-        work.cancel(job.id)
+        jobs.cancel(club, job.id)
     if session is not None and kind and ended:
-        work.submit(kind, session)
+        jobs.submit(club, kind, session)
 
 
 SCREEN = Screen(

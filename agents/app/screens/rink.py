@@ -8,7 +8,7 @@ from starlette.routing import Route
 
 from agents.app.club.club import changed, named_row
 from agents.app.club.session_files import SWEPT
-from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of, work_of
+from agents.app.pages import Screen, club_of, form_of, go_to, page, session_of
 from agents.app.screens.throws import entry_of, reading_of
 from agents.app.views.progress import state_of
 from agents.app.views.throws import ELSEWHERE, HIT, POINTS, leaderboard, sheets_of
@@ -35,7 +35,7 @@ def show(request: Request) -> Response:
         request,
         "rink.html",
         session=session,
-        state=state_of(club, work_of(request), session),
+        state=state_of(club, session),
         filming=running(club, "record", session),
         marked=camera is not None and bool(camera.scene),
         latest=throws[-1] if throws else None,

@@ -163,7 +163,7 @@ def show_track(request: Request) -> Response:
     session, throw = _asked_for(request)
     found = throw_view(club_of(request), session, throw)
     if found is None:
-        raise HTTPException(404, "Its track is not there.")
+        raise HTTPException(404, "The track of this throw is missing; track its film again.")
     return JSONResponse(found)
 
 
@@ -183,7 +183,7 @@ def show_copy(request: Request) -> Response:
 
 def _sent(path: Path | None) -> Response:
     if path is None or not path.is_file():
-        raise HTTPException(404, "There is no such film.")
+        raise HTTPException(404, "That film does not exist or was removed.")
     kind = mimetypes.guess_type(path.name)[0] or "application/octet-stream"
     if not kind.startswith("video/"):
         kind = "application/octet-stream"
@@ -196,7 +196,7 @@ def make_playable(request: Request) -> Response:
     film = club.film(request.path_params["film"])
     session = None if film is None else club.session(film.session_id)
     if film is None or session is None:
-        raise HTTPException(404, "There is no such film.")
+        raise HTTPException(404, "That film does not exist or was removed.")
     return JSONResponse({"job": requested(club, COPY, session, str(film.id)).id})
 
 
@@ -221,10 +221,10 @@ async def enter(request: Request) -> Response:
     for what, most in LONGEST.items():
         if len(given.get(what, "")) > most:
             raise InputError(
-                f"has {len(given[what])} letters; at most {most} are kept", source=what
+                f"has {len(given[what])} letters; expected at most {most}", source=what
             )
     if given.get("hand", "right") not in [hand.value for hand in Hand]:
-        raise InputError("a hand is right or left")
+        raise InputError("expected right or left", source="hand")
     was = parse_json(form.get("was") or "{}", source="was")
     if not isinstance(was, dict):
         raise InputError("expected an object", source="was")
@@ -315,7 +315,7 @@ def _asked_for(request: Request) -> tuple[Session, Throw]:
     label = request.path_params["throw"]
     throw = next((one for one in throws if one.label == label), None)
     if session is None or throw is None:
-        raise HTTPException(404, "There is no such throw.")
+        raise HTTPException(404, "That throw does not exist or was removed.")
     return session, throw
 
 

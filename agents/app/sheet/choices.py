@@ -33,6 +33,8 @@ ATHLETE = "athlete:"
 MOST_SESSIONS = 60
 MOST_NEW = 6
 """Ices, the latest, that are looked through when someone looks at a season."""
+KEPT_FORM = 2
+"""Version of `Centre` in the database."""
 REPORTS = (f"{DISCOVERY}/report.json", "report.json")
 """Places of a discovery's report in the folder of a session."""
 
@@ -67,6 +69,7 @@ def centre_of_session(club: Club, session: Session, *, only_kept: bool = False) 
     only_kept : return nothing rather than work
     """
     digest = digest_of_file(club.ice_of(session))
+    digest = digest and f"{digest}/{KEPT_FORM}"
     of, _, kept = session.draws.partition(" ")
     if not digest or of == digest:
         return msgspec.json.decode(kept, type=Centre | None) if digest else None

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections import deque
+from collections.abc import Collection
 from importlib import import_module
 from pathlib import Path
 
@@ -47,6 +48,35 @@ def submit(club: Club, kind: str, session: Session, given: str = "") -> Job:
     return found
 
 
+def jobs(club: Club, session: Session | None = None) -> list[Job]:
+    """Return the work on a session, or all, the latest first."""
+    number = None if session is None else session.id
+    query = "select * from job where coalesce(session_id = ?, true) order by id desc"
+    return club.database.rows(Job, query, number)
+
+
+def jobs_by_number(club: Club, numbers: Collection[int]) -> list[Job]:
+    """Return work by its numbers, the latest first."""
+    marks = ", ".join("?" * len(numbers))
+    query = f"select * from job where id in ({marks}) order by id desc"
+    return club.database.rows(Job, query, *numbers)
+
+
+def cancel(club: Club, number: int) -> None:
+    """Cancel work; the queue stops its process. Files that it has written stay."""
+    query = "update job set state = 'cancelled', left = null where id = ? and state in (?, ?)"
+    club.database.write(query, number, *OPEN)
+
+
+def retry(club: Club, number: int) -> None:
+    """Run work again that failed or was cancelled."""
+    query = (
+        "update job set state = 'waiting', share = 0, problem = null "
+        "where id = ? and state in ('failed', 'cancelled')"
+    )
+    club.database.write(query, number)
+
+
 def running(club: Club, kind: str, session: Session) -> Job | None:
     """Return work of a kind on a session that has not ended; None if there is no such work."""
     query = (
@@ -86,8 +116,8 @@ KINDS = {
     "track": ("tracking", "Tracking"),
     "record": ("recording", "Recording"),
     "estimate": ("sessions", "Estimating the ice"),
-    "discover": ("sessions", "Looking for what the ice map leaves unexplained"),
-    CAUSES: ("sessions", "Working out why throws missed, and how the stones differ"),
+    "discover": ("sessions", "Looking for effects that the ice map does not explain"),
+    CAUSES: ("sessions", "Analysing why throws missed, and how the stones differ"),
     COPY: ("film_copy", "Making a copy that this browser plays"),
     REPORT: ("report", "Making a report with clips"),
     MEASURE: ("sessions", "Measuring the throws"),

@@ -16,7 +16,7 @@ import pytest
 
 pytest.importorskip("starlette", reason="the extra `app` is not installed")
 
-from agents.app import Club, WorkQueue, do_job, token_for
+from agents.app import Club, WorkQueue, do_job, jobs, token_for
 from agents.app.application import application
 from curling_env.infrastructure import listening, serving
 
@@ -117,7 +117,7 @@ def work_off() -> Callable[[Club], list[str]]:
 
     def work(club: Club) -> list[str]:
         done: list[str] = []
-        for job in WorkQueue(club).jobs()[::-1]:
+        for job in jobs(club)[::-1]:
             if job.state == "waiting":
                 with club.database.writing() as connection:
                     connection.execute("update job set state = 'running' where id = ?", (job.id,))

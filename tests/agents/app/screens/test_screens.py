@@ -35,7 +35,7 @@ def test_an_address_keeps_its_session(visitor, club, name):
 def test_a_session_that_is_not_there_is_reported(visitor, name):
     answer = visitor.get(f"{name}/77")
     assert answer.status == 404
-    assert "no such session" in answer.text
+    assert "Session 77 does not exist or was removed" in answer.text
 
 
 def test_what_is_not_a_number_is_no_page(visitor):

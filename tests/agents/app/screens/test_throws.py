@@ -240,7 +240,7 @@ def test_nothing_that_is_typed_is_cut(visitor, club, session):
     assert club.throw(throw.id).note == note
     assert note in visitor.get(f"throws/{session.id}/{throw.label}").text
     answer = enter(visitor, session, throw, note="y" * 6000)
-    assert "has 6000 letters; at most 5000 are kept" in answer.text
+    assert "has 6000 letters; expected at most 5000" in answer.text
     for path in ("practice", f"throws/{session.id}", f"throws/{session.id}/1", "throw"):
         assert "maxlength" not in visitor.get(path).text
     # The table that commands read has the beginning of it.

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from agents.app import Part, WorkQueue, keep_part, removed_in, take_film
+from agents.app import Part, jobs, keep_part, removed_in, take_film
 from agents.app.club.club import added
 from agents.app.views.progress import state_of
 from agents.app.work import tracking
@@ -87,7 +87,7 @@ def test_other_marks_track_a_film_again_and_entries_follow_their_throws(
     from agents.app.screens.marking import _save
 
     _save(club, club.camera(session.camera_id), replace(scene, points_px=scene.points_px + 7.0))
-    (result,) = state_of(club, WorkQueue(club), session)["films"]
+    (result,) = state_of(club, session)["films"]
     assert result["state"] == "again"
     assert "tracked with other marks" in visitor.get(f"throws/{session.id}").text
     # Another throw is found before both, a little later in the film, and half a metre to the right.
@@ -100,7 +100,7 @@ def test_other_marks_track_a_film_again_and_entries_follow_their_throws(
     assert [one.called for one in throws] == ["draw 0", "draw 1", ""]
     rests = {one.throw: one.xy[-1, 0] for one in read_tracks(club.tracks_of(session))}
     assert rests == {0: 0.5, 1: 0.5, 2: 0.5}
-    (result,) = state_of(club, WorkQueue(club), session)["films"]
+    (result,) = state_of(club, session)["films"]
     assert result["state"] == "done"
 
 
@@ -121,7 +121,7 @@ def test_ice_that_was_estimated_from_films_is_estimated_again_with_them(
     monkeypatch.setattr(tracking, "track_each", tracker(track(10.0), track(80.0)))
     visitor.post(f"practice/{session.id}/work", {"kind": "track"})
     work_off(club)
-    assert [job.kind for job in WorkQueue(club).jobs(session)] == ["estimate", "track"]
+    assert [job.kind for job in jobs(club, session)] == ["estimate", "track"]
 
 
 def test_a_throw_that_is_found_twice_counts_once(club, filmed):
