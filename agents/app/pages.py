@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import parse_qsl
@@ -12,7 +12,7 @@ from starlette.requests import Request
 from starlette.responses import HTMLResponse, RedirectResponse, Response
 from starlette.routing import BaseRoute, Route
 
-from agents.app.club import Club, Session
+from agents.app.club import Club, Film, Session
 from agents.app.gate import token_for
 from agents.app.rendering import rendered
 from curling_env.errors import InputError
@@ -54,6 +54,19 @@ def session_of(request: Request) -> Session | None:
             404, f"Session {number} does not exist or was removed; choose another one."
         )
     return found
+
+
+def film_of(request: Request) -> Film:
+    """Return the film that the address names.
+
+    Raises
+    ------
+    HTTPException : 404, the address names one that does not exist
+    """
+    film = club_of(request).film(request.path_params["film"])
+    if film is None:
+        raise HTTPException(404, "That film does not exist or was removed.")
+    return film
 
 
 def page(
@@ -101,6 +114,19 @@ async def form_of(request: Request) -> dict[str, str]:
     except ValueError as error:
         raise InputError(f"a form has at most {MAX_FIELDS} fields") from error
     return {name: value.strip() for name, value in fields}
+
+
+def text_in(form: Mapping[str, str], name: str, most: int) -> str:
+    """A text of a form; empty where the form lacks it.
+
+    Raises
+    ------
+    InputError : more than `most` letters
+    """
+    text = form.get(name, "")
+    if len(text) > most:
+        raise InputError(f"has {len(text)} letters; expected at most {most}", source=name)
+    return text
 
 
 async def document_of(request: Request) -> dict[str, Any]:

@@ -12,8 +12,8 @@ from starlette.responses import Response
 from starlette.routing import Route
 
 from agents.app.club import Camera, Club, Film, Session
-from agents.app.club.club import CAMERAS, changed, digest_of_file, plain
-from agents.app.club.films import note_marks, waits
+from agents.app.club.club import CAMERAS, changed, plain
+from agents.app.club.films import waits
 from agents.app.pages import club_of, session_of
 from agents.app.work.jobs import submit
 from curling_env.errors import InputError
@@ -131,17 +131,12 @@ def _keep_from(club: Club, session: Session, film: Film, before: Camera, scene: 
 
 def _save(club: Club, camera: Camera, scene: Scene) -> None:
     file = camera.scene or f"{CAMERAS}/{camera.id}-{plain(camera.name)}.scene.json"
-    path = club.path(file)
-    before = digest_of_file(path)
     try:
-        save_scene(scene, path)
+        save_scene(scene, club.path(file))
     except OSError as error:
         raise InputError(str(error)) from error
     size = {"length": scene.sheet.length, "width": scene.sheet.width}
-    with club.database.writing() as connection:
-        changed(connection, "camera", camera.id, scene=file, **size)
-        if digest_of_file(path) != before:
-            note_marks(connection, "coalesce(film.camera_id, session.camera_id) = ?", camera.id)
+    club.change("camera", camera.id, scene=file, **size)
 
 
 # The token stands in the address, because that page's script knows of none.

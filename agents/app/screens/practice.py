@@ -5,18 +5,16 @@ from __future__ import annotations
 import datetime
 
 from starlette.concurrency import run_in_threadpool
-from starlette.exceptions import HTTPException
 from starlette.requests import Request
 from starlette.responses import JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
 
-from agents.app.club import Camera, Club, Film, Session
+from agents.app.club import Camera, Club, Session
 from agents.app.club.club import changed, named
 from agents.app.club.films import (
     add_piece,
     begin_film,
     films_there,
-    note_marks,
     take_film,
     waits,
 )
@@ -36,11 +34,13 @@ from agents.app.pages import (
     Screen,
     club_of,
     document_of,
+    film_of,
     form_of,
     go_to,
     number_in,
     page,
     session_of,
+    text_in,
 )
 from agents.app.screens.marking import MARKING, can_be_marked
 from agents.app.views.progress import events, job_events, state_of
@@ -60,8 +60,8 @@ LONGEST_LIST = 400
 """Letters of a list of numbers, and of what an ice technician enters."""
 CONDITIONS = ("pebble", "temperature", "humidity", "scrape")
 """Of the ice, entered for each session."""
-LONGEST_NOTE = 5000
-"""Letters of a remark."""
+LONGEST_NOTE, LONGEST_ADDRESS = 5000, 500
+"""Letters of a remark, and of the address of a camera."""
 
 
 def show(request: Request) -> Response:
@@ -135,7 +135,7 @@ async def announce_film(request: Request) -> Response:
 
 async def receive_piece(request: Request) -> Response:
     """The next piece of a film; the last one sets off tracking."""
-    club, film = club_of(request), _film(request)
+    club, film = club_of(request), film_of(request)
     begin = number_in(request.query_params.get("begin", ""), "the first byte")
     film = add_piece(club, film, begin, await request.body())
     if film.is_whole:
@@ -167,7 +167,7 @@ async def watch_work(request: Request) -> Response:
 
 def again(request: Request) -> Response:
     """Track a film once more that could not be tracked."""
-    club, film = club_of(request), _film(request)
+    club, film = club_of(request), film_of(request)
     if film.state is State.FAILED:
         club.change("film", film.id, state=State.WAITING, said="")
     session = club.session(film.session_id)
@@ -182,10 +182,7 @@ def again(request: Request) -> Response:
 def correct(request: Request, session: Session, form: dict[str, str]) -> None:
     """Correct the name, day and sheet of a session, and the conditions of its ice."""
     name, day, sheet = _about(form)
-    room = {word: form[word] for word in CONDITIONS if word in form}
-    for word, text in room.items():
-        if len(text) > LONGEST_LIST:
-            raise InputError(f"at most {LONGEST_LIST} letters are kept", source=word)
+    room = {word: text_in(form, word, LONGEST_LIST) for word in CONDITIONS if word in form}
     club_of(request).change("session", session.id, name=name, day=day, sheet=sheet, **room)
 
 
@@ -193,11 +190,7 @@ def choose_camera(request: Request, session: Session, form: dict[str, str]) -> N
     """Another camera for a session."""
     club = club_of(request)
     camera = _chosen_camera(club, form)
-    with club.database.writing() as connection:
-        if camera is None or camera.id != session.camera_id:
-            note_marks(connection, "film.camera_id is null and session.id = ?", session.id)
-        number = None if camera is None else camera.id
-        changed(connection, "session", session.id, camera_id=number)
+    club.change("session", session.id, camera_id=None if camera is None else camera.id)
     _track_if_marked(request, session)
 
 
@@ -210,8 +203,8 @@ def take(request: Request, session: Session, form: dict[str, str]) -> None:
 
 def record(request: Request, session: Session, form: dict[str, str]) -> None:
     """Begin to record from a camera."""
-    source = form.get("source", "")
-    if not source or len(source) > 500:
+    source = text_in(form, "source", LONGEST_ADDRESS)
+    if not source:
         raise InputError("expected the number of a camera, or the address of a stream")
     jobs.submit(club_of(request), "record", session, source)
 
@@ -226,9 +219,7 @@ def ask_for_work(request: Request, session: Session, form: dict[str, str]) -> No
 
 def write_note(request: Request, session: Session, form: dict[str, str]) -> None:
     """A remark about the session."""
-    text = form.get("text", "")
-    if len(text) > LONGEST_NOTE:
-        raise InputError(f"a remark has at most {LONGEST_NOTE} letters; this one has {len(text)}")
+    text = text_in(form, "text", LONGEST_NOTE)
     if text:
         now = datetime.datetime.now().isoformat(" ", "minutes")
         club_of(request).add(Note, session_id=session.id, text=text, written=now)
@@ -273,13 +264,6 @@ def _session(request: Request) -> Session:
     session = session_of(request)
     assert session is not None  # the address names one
     return session
-
-
-def _film(request: Request) -> Film:
-    film = club_of(request).film(request.path_params["film"])
-    if film is None:
-        raise HTTPException(404, "That film does not exist or was removed.")
-    return film
 
 
 def _track_if_marked(request: Request, session: Session) -> None:

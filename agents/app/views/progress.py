@@ -27,7 +27,6 @@ from agents.app.work.jobs import (
     CAUSES,
     COPY,
     KINDS,
-    MEASURE,
     OPEN,
     REPORT,
     jobs,
@@ -44,7 +43,7 @@ SILENCE = 20
 """Looks without news after which something is sent all the same, to keep the line open."""
 SHOWN = 5
 """Jobs that have ended, and the latest throws, that are shown."""
-UNLISTED = (CAUSES, COPY, MEASURE, REPORT)
+UNLISTED = (CAUSES, COPY, REPORT)
 """Work that a page begins, and whose end that page shows."""
 
 

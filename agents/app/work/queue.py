@@ -11,13 +11,13 @@ from threading import Event, Thread
 
 from agents.app.club import Club, Job
 from agents.app.club.records import State
-from agents.app.work.jobs import CAUSES, COPY, MEASURE, OPEN, REPORT
+from agents.app.work.jobs import CAUSES, COPY, OPEN, REPORT
 
 MOST = 2
 """Processes at a time."""
 PAUSE = 0.25
 """Between looks at the queue [s]."""
-BESIDE = ("record", CAUSES, COPY, MEASURE, REPORT)
+BESIDE = ("record", CAUSES, COPY, REPORT)
 """Work that goes on beside other work on the same session."""
 MAX_LOSSES = 2
 """Times that work is done again whose process was ended from outside."""
