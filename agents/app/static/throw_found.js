@@ -93,5 +93,5 @@ export function planIt() {
   sheet.aim(state.target);
   keep();
   const json = { ice: state.ice, skill: state.skill, target: state.target, stones: asOwn(lying()), hit: state.hit, handle: state.handle };
-  post("throw/plan", json, (found) => { say(found.expectation ? `${upper(found.expectation)}.` : ""); show(found); });
+  post("throw/plan", json, (found) => { say([found.expectation && `${upper(found.expectation)}.`, found.habit].filter(Boolean).join(" ")); show(found); });
 }

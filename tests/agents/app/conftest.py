@@ -158,8 +158,18 @@ def club(tmp_path: Path) -> Club:
     return Club(tmp_path / "club")
 
 
-@pytest.fixture
-def visitor(club: Club) -> Iterator[Visitor]:
-    """A client that knows the secret; no work is begun."""
+def visitor_of(club: Club) -> Visitor:
     app = application(club, WorkQueue(club), secret=SECRET, hosts=["127.0.0.1", "localhost"])
     return Visitor(app, club=club)
+
+
+@pytest.fixture
+def visitor(club: Club) -> Visitor:
+    """A client that knows the secret; no work is begun."""
+    return visitor_of(club)
+
+
+@pytest.fixture(scope="module")
+def lasting_visitor(tmp_path_factory: pytest.TempPathFactory) -> Visitor:
+    """A client of one club for all tests of a module that only read, or are refused."""
+    return visitor_of(Club(tmp_path_factory.mktemp("club")))
