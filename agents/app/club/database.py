@@ -218,6 +218,7 @@ _SIXTH = (
     "update session set stale = 1 "
     "where id in (select session_id from throw where measures is null)",
     "delete from job where kind = 'measure'",
+    "alter table session drop column draws",
 )
 
 VERSIONS = (_FIRST, _SECOND, _THIRD, _FOURTH, _FIFTH, _SIXTH)
