@@ -28,10 +28,11 @@ def show(request: Request) -> Response:
     named = [one for one in errors if one.name]
     if not named:
         text = (
-            "Enter on the page Throws who threw, and what was called: two throws with a called "
-            "target show how an athlete throws."
+            "Two throws with a called target show how an athlete throws. Enter who threw, and what "
+            "was called, on the page Throws."
         )
-        return page(request, "empty.html", session=session, heading="Athletes", text=text)
+        about = {"heading": "Athletes", "text": text, "next": "throws"}
+        return page(request, "empty.html", session=session, **about)
     return page(
         request,
         "athletes.html",

@@ -44,7 +44,7 @@ def show(request: Request) -> Response:
     believed = _believed(request, club, session)
     answer = causes_of(club, session, believed)
     if answer is None:
-        text = "Why throws missed is shown once the throws and the ice of the session are known."
+        text = "Causes of misses are shown once the throws and the ice of the session are known."
         return page(request, "empty.html", session=session, heading=heading, text=text)
     found = answer.kept.found
     athlete = request.query_params.get("athlete", "")
