@@ -31,12 +31,11 @@ from friction_estimation.appearance.prior import (
     UPRIGHT,
     ShapePrior,
 )
-from friction_estimation.appearance.profile import ProfileFit, fit_profile
+from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ADAPTING_ROUNDS,
     ALIKE_AT_HEIGHTS,
-    CLEAR_GAIN,
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
@@ -143,7 +142,7 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    fit = _settled(crops, look, prior)
+    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
     look = fit.look
     rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
     ahead = rival.unlikelihood() - fit.unlikelihood()
@@ -159,21 +158,6 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     if share > 0.5:
         return replace(look, uncertainty=uncertainty.mixed_with(other, 1 - share))
     return replace(rival.look, uncertainty=other.mixed_with(uncertainty, share))
-
-
-def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ProfileFit:
-    """Fit, and fit again once if that improves clearly; the crops are placed in place.
-
-    Strongly damped steps gain little everywhere, not only at the minimum.
-    """
-    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
-    others = [replace(crop) for crop in crops]
-    again = fit_profile(others, fit.look, prior, ADAPTING_ROUNDS)
-    if again.objective > fit.objective - CLEAR_GAIN:
-        return fit
-    for crop, other in zip(crops, others, strict=True):
-        crop.pose = other.pose
-    return again
 
 
 def turned_alike(look: Appearance) -> Appearance:
