@@ -8,8 +8,8 @@
     curling benchmark runs/ends.npz
 
 `clone` clones a search: in each position of a Minari dataset every shot of the list is simulated
-with the errors of the hand, and the network learns to call the most valuable ones from one
-simulation of each without error.
+with execution errors, and the network learns to call the most valuable ones from one simulation of
+each without error.
 
 `play` learns by proximal policy optimisation (Schulman et al. 2017) with masks, through the public
 environments alone: `gymnasium.make_vec("CurlingEnd-v0")` with shots as actions, reward shaping by
@@ -200,7 +200,7 @@ def main() -> None:
     ways = parser.add_subparsers(dest="way", required=True)
     one = ways.add_parser("clone", help="learn from a dataset of games")
     one.add_argument("data", type=Path, help="folder of `curling record-games`")
-    other = ways.add_parser("play", help="go on by playing")
+    other = ways.add_parser("play", help="continue by playing")
     other.add_argument("--start", type=Path, help="a network, such as one of `clone`")
     other.add_argument("--deliveries", type=int, default=80_000)
     other.add_argument("--keep", action="store_true", help="keep what is written on the way")

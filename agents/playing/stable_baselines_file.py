@@ -79,7 +79,7 @@ def stable_baselines_policy(path: str | Path) -> Any:
 
 
 class _BestOfThoseThere:
-    """Policy that values every action, and takes the best of those that there are.
+    """Policy that values every action, and takes the best available one.
 
     Parameters
     ----------
@@ -97,7 +97,7 @@ class _BestOfThoseThere:
         Parameters
         ----------
         observation : (k,) of the environment
-        action_masks : (n,) 0 for each action that there is not
+        action_masks : (n,) 0 for each unavailable action
         deterministic : always true: values have no probabilities
         """
         if action_masks is None:

@@ -1,8 +1,8 @@
-"""Real ends as a dataset for offline learning, and a policy that copies them.
+"""Real ends as a dataset for offline learning, and a behaviour clone.
 
 An episode is one team's side of an end of `CurlingEnd-v0` by `mixed_doubles_2024`: the observation
-before each of its deliveries, the action that means the throw which explains the shot (see
-`inversion`), and at its last delivery the points of the end.
+before each of its deliveries, the action of the throw that explains the shot (see `inversion`), and
+at its last delivery the points of the end.
 """
 
 from __future__ import annotations
@@ -30,15 +30,15 @@ from curling_env.ice import load_ice
 from curling_env.typing import Floats, Progress, no_progress
 
 DATASET = "curling/doubles-v0"
-"""Identifier of the dataset, which is also the folder under the one asked for."""
+"""Identifier of the dataset, which is also its folder."""
 OPTIONS: dict[str, Any] = {"rules": "mixed_doubles_2024", "opponent": "rulebased"}
-"""Options of `CurlingEnd-v0` whose observations and actions the dataset has."""
+"""Options of `CurlingEnd-v0` for the observations and actions of the dataset."""
 PROTOTYPES = 96
-"""Number of throws among which the copying policy chooses."""
+"""Number of throws among which the clone chooses."""
 FEATURES = 256
 """Number of random features of an observation."""
 PENALTY = 3e-4
-"""Penalty on squared weights of the copying policy."""
+"""Penalty on squared weights of the clone."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,7 +62,7 @@ class Episode:
 
 
 def episodes_of(table: ShotTable, *, progress: Progress = no_progress) -> Iterator[Episode]:
-    """Yield both sides of every whole end; sides with a shot that no throw explains are ignored.
+    """Yield both sides of every complete end; sides with an unexplained shot are ignored.
 
     Parameters
     ----------
@@ -128,12 +128,12 @@ def write_doubles(folder: str | Path, episodes: Sequence[Episode]) -> Path:
     )
 
 
-# --- a policy that copies them -----------------------------------------------------------------
+# --- a behaviour clone --------------------------------------------------------------------------
 
 
 @dataclass(frozen=True, kw_only=True)
 class Copy:
-    """A policy that chooses among throws as often as teams did in such positions.
+    """Policy that chooses throws with the frequencies of teams in similar positions.
 
     Parameters
     ----------
@@ -148,7 +148,7 @@ class Copy:
     weights: Floats
 
     def log_chances(self, observations: Floats) -> Floats:
-        """Logarithm of the probability of each throw, (n, k)."""
+        """Return the logarithm of the probability of each throw, (n, k)."""
         logits = _features(observations, self.project, self.offset) @ self.weights
         return logits - logsumexp(logits, axis=1, keepdims=True)
 
@@ -160,7 +160,7 @@ class Copy:
 
 @dataclass(frozen=True, kw_only=True)
 class CopyScore:
-    """Score of a copy on games that it has not seen.
+    """Score of a clone on held-out games.
 
     Parameters
     ----------
@@ -177,7 +177,7 @@ class CopyScore:
 def fit_copy(
     observations: Floats, actions: Floats, *, seed: int = 0, prototypes: int = PROTOTYPES
 ) -> Copy:
-    """Copy deliveries by multinomial regression on random features (behaviour cloning).
+    """Clone deliveries by multinomial regression on random features (behaviour cloning).
 
     Parameters
     ----------
@@ -222,7 +222,7 @@ def fit_copy(
 
 
 def score_of_copy(copy: Copy, train: Floats, observations: Floats, actions: Floats) -> CopyScore:
-    """Score a copy on deliveries that it has not seen.
+    """Score a clone on held-out deliveries.
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def score_of_copy(copy: Copy, train: Floats, observations: Floats, actions: Floa
 
 
 def copy_score(episodes: Sequence[Episode], *, every: int = 5) -> CopyScore | None:
-    """Score a copy of some games on the others; None with fewer deliveries than a copy needs.
+    """Score a clone of some games on the others; None with too few deliveries.
 
     Parameters
     ----------
@@ -263,7 +263,7 @@ def copy_score(episodes: Sequence[Episode], *, every: int = 5) -> CopyScore | No
 
 
 def deliveries_of(episodes: Sequence[Episode]) -> tuple[Floats, Floats]:
-    """Observations before deliveries, and actions, of some episodes."""
+    """Return observations before deliveries, and actions, of some episodes."""
     seen = np.concatenate([one.observations[:-1] for one in episodes]).astype(np.float64)
     return seen, np.concatenate([one.actions for one in episodes]).astype(np.float64)
 

@@ -1,7 +1,8 @@
-"""Appearance of a stone to a camera: its model, a fit in one frame, and learning its look.
+"""Appearance of a stone in a film: its model, its fit in one frame, and its estimation.
 
 `model` is the shape of a stone, `painting` its picture, `fit` finds it in a frame and `occlusion`
-does so among other stones. `learning` finds from a film what no scene file says of a stone.
+does so among other stones. `learning` estimates the properties of a stone that are not in a scene
+file.
 """
 
 from curling_env.infrastructure.lazy_names import lazy_names

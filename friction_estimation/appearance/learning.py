@@ -1,8 +1,7 @@
-"""Learning a stone's look from a film: its profile, its colours and the camera's blur.
+"""Estimation of a stone's appearance from a film: its profile, its colours and the camera's blur.
 
-Over a throw the camera sees the stone from many distances and sides, and only the right profile
-leaves no residual in all of them. Poses are projected out, so that an error of the profile cannot
-hide in them.
+During a throw the camera sees the stone from many distances and sides, and only the correct profile
+fits all of them. Poses are projected out, so that they cannot absorb an error of the profile.
 """
 
 from __future__ import annotations
@@ -58,7 +57,7 @@ def learn_appearance(
     trimmed: bool = True,
     try_others: bool = True,
 ) -> Appearance:
-    """The look that explains all crops together.
+    """Estimate the appearance that explains all crops together.
 
     Parameters
     ----------
@@ -97,7 +96,7 @@ def learn_appearance(
         every, rounds = REFINEMENTS[-1]
         look = _refined(ordered, max(every, spare), again, prior, rounds)
     look = _of_either_kind(ordered[::spare], look, prior)
-    for crop in crops:  # some were skipped, and some were placed by the other kind's look
+    for crop in crops:  # some were skipped, and some have poses of the other kind
         fit_pose(crop, look)
     return look
 
@@ -105,7 +104,7 @@ def learn_appearance(
 def _refined(
     crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior, rounds: int
 ) -> Appearance:
-    """Refine a look with one of `every` crops; find the poses of all again, in place."""
+    """Refine an appearance with one of `every` crops; find the poses of all again, in place."""
     some = crops[::every]
     look = fit_profile(some, look, prior, rounds).look
     look = replace(look, noise=residual_noise(some, look))
@@ -119,10 +118,10 @@ def _refined(
 def _handle_sought_again(
     crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior
 ) -> Appearance | None:
-    """The look with another handle, if that explains the pictures far better.
+    """Return the appearance with another handle, if that explains the pictures far better.
 
-    A handle is first sought before the shadow is known, and shade, which does not turn with the
-    stone, may be taken for it.
+    The first search for a handle precedes the fit of the shadow, so shade, which does not turn with
+    the stone, may be mistaken for it.
     """
     if not look.has_handle:
         return None
@@ -137,9 +136,9 @@ def _handle_sought_again(
 
 
 def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
-    """Return the look of a reversible stone, or of any stone, whichever is more likely.
+    """Return the appearance of a reversible stone, or of any stone, whichever is more likely.
 
-    Neither is more likely before the pictures are seen. The other look enters the uncertainty, by
+    Both have the same prior probability. The other appearance enters the uncertainty, weighted by
     its likelihood.
     """
     alike = ShapePrior.reversible(prior.typical)
@@ -163,9 +162,9 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
 
 
 def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ProfileFit:
-    """Fit, and fit again once if that leads clearly farther; the crops are placed in place.
+    """Fit, and fit again once if that improves clearly; the crops are placed in place.
 
-    Strongly damped steps gain little anywhere, not at the bottom alone.
+    Strongly damped steps gain little everywhere, not only at the minimum.
     """
     fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
     others = [replace(crop) for crop in crops]
@@ -178,7 +177,7 @@ def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Prof
 
 
 def turned_alike(look: Appearance) -> Appearance:
-    """The look with the mean of foot and bevel for both."""
+    """Return the appearance with the mean of foot and bevel for both."""
     model = look.model
     inset = (model.foot_inset + model.bevel_inset) / 2
     depth = (model.foot_height + model.bevel_height) / 2
@@ -200,7 +199,7 @@ def turned_alike(look: Appearance) -> Appearance:
 def adapt_appearance(
     crops: Sequence[Crop], look: Appearance, model: StoneModel, *, alike: bool = False
 ) -> tuple[Appearance, float]:
-    """A look that was learnt with nearly the same crops, fitted to these.
+    """Fit an appearance from nearly the same crops to these.
 
     Parameters
     ----------
@@ -222,7 +221,7 @@ def adapt_appearance(
 
 
 def _with_shadow(crops: Sequence[Crop], look: Appearance) -> Appearance:
-    """Start a shadow on the side where the ice beside the stone is darkest."""
+    """Initialise the shadow on the side where the ice beside the stone is darkest."""
     costs: list[tuple[float, Appearance]] = []
     tried = [(0.0, 0.0)]
     tried += [(0.04 * np.cos(a), 0.04 * np.sin(a)) for a in np.arange(8) * np.pi / 4]

@@ -1,9 +1,9 @@
-"""The shape of a stone as a camera sees it, and the rectangle of pixels in which it is painted.
+"""Shape of a stone in a picture, and the rectangle of pixels in which it is painted.
 
 The body is a solid of revolution with a rounded foot, a side, a rounded bevel and a flat top. The
 handle is a bar above the top, on a round collar. Each part has a colour, and along a rounded part
 the colour changes gradually to that of the next. The shadow of the stone and its mirror image in
-the ice belong to its picture. How much of a pixel each part covers is computed from signed
+the ice belong to its picture. The share of a pixel that each part covers is computed from signed
 distances and blurred by the camera's point spread, so that a picture is linear in the colours.
 """
 
@@ -26,7 +26,7 @@ CIRCLE = np.array([(np.cos(a), np.sin(a)) for a in np.linspace(0, 2 * np.pi, 48,
 
 @dataclass(frozen=True, kw_only=True)
 class StoneModel:
-    """Shape of a stone and the blur of the camera that sees it.
+    """Shape of a stone and the blur of its camera.
 
     Parameters
     ----------
@@ -163,7 +163,7 @@ class PixelWindow:
         return slice(v, v + rows), slice(u, u + columns)
 
     def seen_by(self, camera: Camera) -> PixelWindow | None:
-        """The same pixels with the lines of sight of another camera."""
+        """Return the same pixels with the lines of sight of another camera."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         corners = np.array([[u, v], [u + columns - 1, v + rows - 1]], dtype=np.float64)
         return window_at(camera, corners, 0.0)

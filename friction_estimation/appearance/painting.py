@@ -32,7 +32,7 @@ Planes = NDArray[np.float32]
 """Painted planes; single precision suffices for their accuracy of a tenth of a grey level."""
 
 SHARP, SOFT = slice(0, 2), slice(2, 5)
-"""Tinted planes that the camera sees as sharply as brightness, and as it sees colour."""
+"""Tinted planes with the blur of brightness, and with that of colour."""
 
 
 def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
@@ -96,7 +96,9 @@ def blurred(
     *,
     sloped: bool = False,
 ) -> Planes:
-    """Tinted planes as the camera sees them, (5, 3, rows, columns): values and slopes by shift."""
+    """Tinted planes at the camera's resolution, (5, 3, rows, columns): values and slopes by
+    shift.
+    """
     rows, columns = window.shape
     out = np.empty((5, 3, rows, columns), dtype=np.float32)
     for planes, parameter in ((SHARP, BLUR_PX), (SOFT, COLOUR_BLUR_PX)):

@@ -1,9 +1,9 @@
-"""Discovery of effects: where measurement and model disagree, and what the model lacks.
+"""Discovery of effects that a model of the ice lacks.
 
-The noise of the tracks is learnt and the baseline is fitted to the same throws (`model`), beside
+The noise of the tracks is estimated and the baseline is fitted to the same throws (`model`), beside
 the systematic errors of the camera. Candidates are scored, fitted and chosen one by one (`search`),
-then tested throw by throw and on throws that nothing was fitted to (`evidence`). A discrepancy that
-no candidate explains is described by the variables that it follows.
+then tested throw by throw and on held-out throws (`evidence`). A discrepancy that no candidate
+explains is described by the variables that it follows.
 """
 
 from curling_env.infrastructure.lazy_names import lazy_names

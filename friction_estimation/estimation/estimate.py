@@ -1,4 +1,4 @@
-"""An estimated ice, and how well it is known."""
+"""Estimated ice with its uncertainty."""
 
 from __future__ import annotations
 
@@ -26,11 +26,11 @@ from friction_estimation.tracks.free_slide import FreeSlide
 Method = Literal["trajectory", "paper"]
 
 SPINS_BY_BENDS = (
-    "No heading was measured: to which side a stone turned is read from the bend of its path, and "
-    "how fast it turned is believed."
+    "No heading was measured: the direction of rotation is inferred from the bend of the path, "
+    "and the rate of rotation is assumed."
 )
 GATES_SHOW = (
-    "Gate times show one friction for the sheet and how it follows the speed; differences from "
+    "Gate times show one friction for the sheet and its dependence on speed; differences from "
     "place to place and forces across the sheet need tracks from film."
 )
 _NORMAL_95 = 1.959964
@@ -39,7 +39,7 @@ _NORMAL_95 = 1.959964
 
 @dataclass(frozen=True, kw_only=True)
 class Estimate:
-    """An ice estimated from throws, and how well it is known.
+    """Ice estimated from throws, with its uncertainty.
 
     Parameters
     ----------
@@ -96,7 +96,9 @@ class Estimate:
 
     @property
     def leftovers(self) -> list[tuple[Floats, Floats]]:
-        """For each throw the times of its fitted rows [s] and what is left along its travel [m]."""
+        """For each throw the times of its fitted rows [s] and the residuals along its travel
+        [m].
+        """
         if self.fit is None:
             return []
         session = self.fit.session
@@ -139,7 +141,7 @@ class Estimate:
         return remarks
 
     def summary(self) -> dict[str, Any]:
-        """The estimate in numbers, for JSON; an error that rounding has lost is null."""
+        """Estimate in numbers, for JSON; an error lost to rounding is null."""
         low, high = self.interval
         is_known = bool(np.isfinite(self.sigma))
         document: dict[str, Any] = {
@@ -178,7 +180,7 @@ class Estimate:
         return document
 
     def _map(self) -> dict[str, Any]:
-        """The map in numbers, with its prior as the data chose it."""
+        """Map in numbers, with the hyperparameters of its prior."""
         friction = self.ice.friction
         seen = friction.observed
         found: dict[str, Any] = {

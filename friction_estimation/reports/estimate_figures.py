@@ -64,7 +64,7 @@ def write_pictures(found: Estimate, folder: Path, units: Units = Units.METRES) -
 
 
 def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
-    """The friction map as a curler reads it, its uncertainty, and the measured paths."""
+    """Save the friction map in a curler's terms, its uncertainty, and the measured paths."""
     sheet, friction = found.ice.sheet, found.ice.friction
     figure = new_figure(13, 4.5)
     top, bottom = figure.subplots(2, 1)
@@ -106,9 +106,7 @@ def save_map(found: Estimate, path: Path, units: Units = Units.METRES) -> None:
 
 
 def _caption(found: Estimate, units: Units) -> str:
-    """The level of the ice in a curler's numbers, and how far the keenest and heaviest places
-    differ.
-    """
+    """Describe the level of the ice in a curler's numbers, and its keenest and heaviest places."""
     draw = DrawWeight(found.ice, found.mu) if found.mu > 0 else None
     words = ""
     if draw is not None and draw.speed is not None:

@@ -156,7 +156,7 @@ def table(
 
 
 def fold(title: str, parts: Sequence[str]) -> str:
-    """Parts of a page that open on a click; nothing without any.
+    """Return parts of a page that open on a click; empty without parts.
 
     Parameters
     ----------
@@ -168,6 +168,6 @@ def fold(title: str, parts: Sequence[str]) -> str:
 
 
 def facts(pairs: Sequence[tuple[str, str]]) -> str:
-    """Numbers to read at a glance, each with what it is: plain text in, HTML out."""
+    """Return numbers with their meaning, as HTML, from plain text."""
     items = "".join(f"<div><b>{escape(value)}</b>{escape(what)}</div>" for value, what in pairs)
     return f"<div class=facts>{items}</div>"

@@ -1,4 +1,4 @@
-"""The table of throws that a coach reads, on pages and in the terminal."""
+"""Table of throws for a coach, on pages and in the terminal."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ def throw_rows(
     *,
     errors: bool = True,
 ) -> ThrowRows:
-    """The table of throws in words.
+    """Return the table of throws in words.
 
-    A column that no throw fills is dropped.
+    A column without values is dropped.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def throws_section(
     units: Units | None = None,
     notes: Notes = NO_NOTES,
 ) -> str:
-    """The table of throws with what its columns mean, as HTML.
+    """Return the table of throws and the meaning of its columns, as HTML.
 
     Parameters
     ----------
@@ -292,7 +292,7 @@ def _errors(throws: Sequence[ThrowMeasures]) -> str:
 def _seconds(value: Measured | None) -> str:
     if value is None:
         return NOT_SEEN
-    # A time known to less than a hundredth is not shown to one.
+    # Times are shown to hundredths only if they are known to hundredths.
     digits = 2 if value.sigma is None or value.sigma < 0.02 else 1
     return f"{value.value:.{digits}f} s"
 

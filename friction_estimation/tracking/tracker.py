@@ -16,14 +16,14 @@ from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 
 TRACKER_GROUP = "curling.trackers"
-"""Entry points under this name are trackers."""
+"""Entry-point group of trackers."""
 BUILT_IN = "built-in"
-"""The name of this project's own tracker, `track_film`."""
+"""Name of the built-in tracker, `track_film`."""
 USUAL = TrackingOptions()
 
 
 class Tracker(Protocol):
-    """A function that finds the stones in the film of one throw.
+    """Function that finds the stones in the film of one throw.
 
     Parameters
     ----------
@@ -103,6 +103,6 @@ def _can_be_called(found: Any) -> bool:
         inspect.signature(found).bind(Path(), None, progress=no_progress)
     except TypeError:
         return False
-    except ValueError:  # a function that is written in C tells no signature
+    except ValueError:  # a function in C has no signature
         return True
     return True

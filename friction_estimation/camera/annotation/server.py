@@ -1,4 +1,4 @@
-"""The page on which keypoints are clicked, served to browsers on this machine, or to a tablet."""
+"""Server of the page on which keypoints are clicked, for browsers on this machine or a tablet."""
 
 from __future__ import annotations
 

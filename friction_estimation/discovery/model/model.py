@@ -1,4 +1,4 @@
-"""The model of a session: an ice, its terms with their parameters, and how it predicts tracks."""
+"""The model of a session: an ice, its terms with their parameters, and its predictions."""
 
 from __future__ import annotations
 
@@ -33,9 +33,9 @@ from friction_estimation.discovery.model.gaussian_field import (
 
 GLOBALS = ("ln_mu", "ln_coupling")
 """Shared parameters of every model: logarithms of a factor on the friction of the whole map, and of
-one on m·r²/I, which says how friction turns a stone and is known to ten per cent at best."""
+one on m·r²/I, the ratio of torque to friction, which is known to ten per cent at best."""
 NO_WEAR = Wear(np.zeros((1, 1, 1)), 0.0)
-"""Wear along the paths of earlier stones, where they wear nothing."""
+"""Wear of zero along the paths of earlier stones."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -72,7 +72,7 @@ class Model:
 
     @cached_property
     def _places(self) -> list[tuple[slice, GaussianField | None]]:
-        """Slices of the shared parameters that belong to each field there may be."""
+        """Slices of the shared parameters of each possible field."""
         fields = (self.systematic_error, self.ripple, self.map_field)
         ends = np.cumsum([len(GLOBALS), *(0 if f is None else len(f) for f in fields)]).tolist()
         return [(slice(*ends[k : k + 2]), field) for k, field in enumerate(fields)]
@@ -89,7 +89,7 @@ class Model:
 
     @cached_property
     def fields(self) -> tuple[tuple[slice, GaussianField], ...]:
-        """The Gaussian fields whose coefficients are fitted, and where these are."""
+        """Fitted Gaussian fields, with the slices of their coefficients."""
         return tuple((place, field) for place, field in self._places if field)
 
     def with_amplitude(self, which: int, amplitude: float) -> Model:
@@ -128,7 +128,7 @@ class Model:
 
     @cached_property
     def beliefs(self) -> list[tuple[int, float, Belief]]:
-        """Place, value and belief of every shared parameter of which something is believed."""
+        """Index, value and prior of every shared parameter that has a prior."""
         places = {name: k for k, name in enumerate(self.names)}
         return [
             (places[term.label, name], term.values[name], belief)
@@ -193,9 +193,9 @@ class Model:
         )
 
     def law_in(self, session: Session) -> Law:
-        """The force law where the stones of a session have worn tracks.
+        """Return the force law with the worn tracks of a session's stones.
 
-        Where they wear the map itself, it has the cells that keep this.
+        If they wear the map itself, it has cells for that.
         """
         law = self.law if wear_along_path(self._ice_with_terms) == 0.0 else self._law_on_wear_cells
         wear = wear_under_contacts(self._ice_with_terms)
@@ -205,8 +205,8 @@ class Model:
 
     @cached_property
     def _law_on_wear_cells(self) -> Law:
-        """The force law, its map divided into the cells that keep wear along paths."""
-        # A fit may pass through friction that no ice has; only its end is judged.
+        """The force law, with its map on the cells for wear along paths."""
+        # A fit may pass through impossible friction; only its result is checked.
         mu = np.broadcast_to(np.minimum(self.law.mu, MAX_FRICTION), self.ice.sheet.shape).copy()
         mapped = replace(self.ice, friction=replace(self.ice.friction, mu=mu), effects=())
         finer = compile_law(mapped.refined(self.wear_refinement))
@@ -216,12 +216,12 @@ class Model:
 
     @property
     def wear_refinement(self) -> int:
-        """Into how many parts a cell's side is divided to keep wear along paths."""
+        """Number of parts of a cell's side for wear along paths."""
         return 1 if self.own_cells_wear else wear_refinement(self.ice.sheet)
 
     @property
     def wear_sheet(self) -> Sheet:
-        """The sheet, divided into the cells that keep wear along paths."""
+        """The sheet, with the cells for wear along paths."""
         sheet = self.ice.sheet
         return replace(sheet, cell_size=sheet.cell_size / self.wear_refinement)
 
@@ -240,9 +240,9 @@ class Model:
         level: LevelError | None = None,
         common: Mapping[tuple[str, str], tuple[float, ...]] | None = None,
     ) -> Ice:
-        """The ice as an ice file holds it.
+        """Return the ice for an ice file.
 
-        Where stones wear tracks into it, its cells are narrow enough to keep them.
+        If stones wear tracks into it, its cells are narrow enough for them.
 
         Parameters
         ----------
@@ -278,7 +278,7 @@ class Model:
         )
 
     def _mapped_ice(self, map_sigma: Floats) -> Ice:
-        """The ice with its friction map, but for the factor on the whole of it."""
+        """Return the ice with its friction map, without the overall factor."""
         assert self.map_field is not None
         friction = self.ice.friction
         mu = friction.mu * np.exp(self.map_field.ln_mu)

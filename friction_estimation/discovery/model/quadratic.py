@@ -1,6 +1,6 @@
 """The quadratic around a point of a fit: its priors, its minimum within bounds, and its variances.
 
-What belongs to single throws is eliminated before, see `elimination`. The spread of the throws'
+Parameters of single throws are eliminated before, see `linearisation`. The spread of the throws'
 frictions and the amplitudes of Gaussian fields are profiled.
 """
 
@@ -66,7 +66,7 @@ def integration_cost(model: Model, total: Floats) -> float:
 
 
 def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
-    """The model with those amplitudes of its fields that minimise F, and that part of F.
+    """Return the model with the amplitudes of its fields that minimise F, and that part of F.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
     whole = total + prior_gram(model, size, fields=False)
     alone = projected(whole, own, np.setdiff1d(np.arange(size - 1), own))
     inner, right = alone[:-1, :-1], alone[:-1, -1]
-    # As a function of the coefficients themselves, and not of a step from the present ones.
+    # As a function of the coefficients themselves, not of a step from the present ones.
     least = float(alone[-1, -1] + field.values @ (2.0 * right + inner @ field.values))
     right = right + inner @ field.values
     values, vectors = np.linalg.eigh(inner)
@@ -127,7 +127,8 @@ def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
 
 
 def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
-    """The step within the parameters' bounds: what would leave stops there, and the rest adapts.
+    """Return the step within the parameters' bounds: parameters at a bound stop there, and the
+    others adapt.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Detections: what may be a stone in each sampled frame, where, and how sure that is."""
+"""Detections: candidates for stones in each sampled frame, with positions and log odds."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ from friction_estimation.tracking.detection.background import Background, Blob, 
 from friction_estimation.tracking.detection.sightings import is_larger, sighting_of
 
 _LEAST_LIKENESS = 0.03
-"""The least likeness that counts for something."""
+"""Minimum similarity of a candidate to a stone."""
 _CLEAR_LIKENESS = 0.5
-"""A blob that is more like a stone needs no finder."""
+"""Minimum similarity of a blob that needs no finder."""
 _SAME = 0.2
-"""Detections nearer to each other are those of the same stone [m]."""
+"""Maximum distance between detections of the same stone [m]."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -57,7 +57,7 @@ class Detections:
 
     @cached_property
     def leaves(self) -> Flags:
-        """True for the last detection of a stone that rested and is not there in the end, (n,)."""
+        """True for the last detection of a stone that rested and is gone at the end, (n,)."""
         found = np.zeros(len(self.t), dtype=bool)
         end = self.times[-numbers.END_FRAMES :][0]
         for k in np.flatnonzero(self.still & (self.t < end)):
@@ -107,10 +107,10 @@ class StoneFinder(Protocol):
 
 
 class Detector:
-    """Lists what may be a stone in frames of one film.
+    """Detector of candidates for stones in the frames of one film.
 
-    What moves alone is judged by its size. Where something larger moves, and on the ice that does
-    not change, the finder is asked; what it finds on still ice holds for every frame that shows it.
+    Separate moving objects are classified by size. Where a larger object moves, and on unchanged
+    ice, the finder is used; its detections on still ice hold for every frame that shows it.
 
     Parameters
     ----------
@@ -134,28 +134,28 @@ class Detector:
         every: int = 1,
         before: Detector | None = None,
     ) -> None:
-        self._background, self._camera = background, camera
-        self._model, self._sheet = model, sheet
+        self.background, self.camera = background, camera
+        self.model, self.sheet = model, sheet
         self._finder, self._every = finder, every
-        known = None if before is None else (before._background, before._still)
+        known = None if before is None else (before.background, before._still)
         self._still = _still(background, camera, model, finder, known)
 
     @property
     def at_rest(self) -> list[Floats]:
-        """Places (2,) of what rests on ice that does not change, the most likely first [m]."""
+        """Positions (2,) of objects at rest on unchanged ice, most likely first [m]."""
         stones = sorted(self._still.stones, key=lambda one: -one.score)
         return [one.xy for one in stones]
 
     def detect(self, frames: Iterable[tuple[float, Image]]) -> Detections:
-        """List what may be a stone in each frame, in order of time [s]."""
+        """List candidates for stones in each frame, in order of time [s]."""
         found: list[_Found] = []
         times: list[float] = []
         crowds: list[tuple[float, Floats]] = []
         for k, (t, frame) in enumerate(frames):
             times.append(t)
-            blobs = moving_blobs(frame, self._background)
+            blobs = moving_blobs(frame, self.background)
             crowds += [
-                (t, _box(blob)) for blob in blobs if is_larger(blob, self._camera, self._model)
+                (t, _box(blob)) for blob in blobs if is_larger(blob, self.camera, self.model)
             ]
             found += self._in_frame(k, t, frame, blobs)
         xy = np.array([one.xy for one in found]).reshape(-1, 2)
@@ -163,7 +163,7 @@ class Detector:
             frame=np.array([one.frame for one in found], dtype=np.int64),
             t=np.array([one.t for one in found]),
             xy=xy,
-            sigma=place_sigma(self._camera, xy, self._model),
+            sigma=place_sigma(self.camera, xy, self.model),
             score=np.array([one.score for one in found]),
             likeness=np.array([one.likeness for one in found]),
             still=np.array([one.still for one in found], dtype=bool),
@@ -174,7 +174,7 @@ class Detector:
 
     def _in_frame(self, k: int, t: float, frame: Image, blobs: Sequence[Blob]) -> list[_Found]:
         seen = [
-            sighting_of(blob, self._camera, self._model, self._sheet) if blob.darker else None
+            sighting_of(blob, self.camera, self.model, self.sheet) if blob.darker else None
             for blob in blobs
         ]
         here = [
@@ -199,7 +199,7 @@ class Detector:
                     like = _likeness_of(float(score))
                     here.append(_Found(frame=k, t=t, xy=xy, score=float(score), likeness=like))
         for one in self._still.stones:
-            if not _touching(one.px, moved).any() or _seen_again(one, frame, self._background):
+            if not _touching(one.px, moved).any() or _seen_again(one, frame, self.background):
                 here.append(
                     _Found(frame=k, t=t, xy=one.xy, score=one.score, likeness=0.0, still=True)
                 )
@@ -229,7 +229,7 @@ class _Found:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Resting:
-    """A stone that the still ice shows: place [m], box (2, 2) [px] and log odds."""
+    """Stone on the still ice: position [m], box (2, 2) [px] and log odds."""
 
     xy: Floats
     px: Floats
@@ -238,7 +238,7 @@ class _Resting:
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class _Still:
-    """Stones on the still ice, and the places of all that the finder reported there."""
+    """Stones on the still ice, and the positions of all detections of the finder there."""
 
     stones: tuple[_Resting, ...] = ()
     places: tuple[Floats, ...] = ()
@@ -280,7 +280,7 @@ def _still(
 
 
 def _shows(camera: Camera, model: StoneModel, xy: Floats, boxes: Floats) -> bool:
-    """Return whether one of some boxes (k, 2, 2) [px] shows a part of a stone at a place."""
+    """Return whether one of some boxes (k, 2, 2) [px] contains a part of a stone at a position."""
     px = model.extent_px(camera, xy)
     return not len(px) or bool(_touching(px, boxes).any())
 
@@ -312,7 +312,7 @@ def _box(blob: Blob) -> Floats:
 
 
 def _apart(xy: Floats, others: Sequence[Floats]) -> bool:
-    """Return whether a place is not that of any other."""
+    """Return whether a position differs from all others."""
     return all(np.hypot(*(xy - other)) > _SAME for other in others)
 
 

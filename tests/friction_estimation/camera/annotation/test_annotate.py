@@ -128,7 +128,7 @@ def test_a_camera_is_questioned_where_the_picture_contradicts_it(tmp_path):
     ("change", "words"),
     [
         (lambda m: {k: m[k] for k in list(m)[:3]}, "click 1 more"),
-        (lambda m: {**m, "moon": (1, 1)}, "no such keypoint of the ice: moon"),
+        (lambda m: {**m, "moon": (1, 1)}, "unknown keypoint 'moon'; expected one of "),
         (lambda m: {**m, "home_left": m["home_right"], "home_right": m["home_left"]}, "cross"),
         (lambda m: {**m, "home_left": (-40.0, 700.0)}, "outside the image"),
     ],
@@ -153,7 +153,7 @@ def test_clicking_continues_from_a_scene(seen, tmp_path):
 def test_clicking_does_not_continue_from_a_point_without_a_name(seen):
     path, _, scene = seen
     moved = replace(scene, sheet_points=scene.sheet_points + np.array([0.1, 0.0]))
-    with pytest.raises(InputError, match="only corners and crossings"):
+    with pytest.raises(InputError, match="expected a corner or a crossing of lines"):
         Annotation.from_scene(path, moved)
 
 
@@ -214,8 +214,20 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     assert np.abs(made.points_px - scene.points_px).max() < 1.0
 
 
+def test_a_corner_beside_the_paint_is_not_confirmed(annotation, seen, page):
+    clicks = clicks_at(seen[1], CORNERS)
+    u, v = clicks["home_left"]
+    with served(annotation, page):
+        page.evaluate(
+            "clicks => { Object.values(clicks).forEach(addClick); }",
+            {**clicks, "home_left": (u + 25, v)},
+        )
+        page.wait_for_selector("#state.error")
+        assert "home left" in page.inner_text("#state")
+
+
 def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
-    with served(annotation, page) as server:
+    with served(annotation, page):
         page.click("circle[data-keypoint=home_tee]")
         assert "home tee" in page.inner_text("#task")
         page.focus("circle[data-keypoint=away_hog_left]")
@@ -235,7 +247,7 @@ def test_save_and_state_are_in_sight_on_a_small_laptop(annotation, page):
 
 def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, page):
     _, camera, _ = seen
-    with served(annotation, page) as server:
+    with served(annotation, page):
         asked = []
         for _ in range(2):  # boards hide both corners of the far end
             page.evaluate("selected = CORNERS.slice(2).find(name => !away.has(name))")
@@ -255,7 +267,7 @@ def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, pa
 def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
     _, camera, _ = seen
     corners = ["home_left", "home_right", "away_right", "away_left"]
-    with served(annotation, page) as server:
+    with served(annotation, page):
         assert page.is_disabled("#undo")
         for name in corners:
             page.evaluate("px => addClick(px)", list(clicks_at(camera, [name])[name]))
@@ -280,7 +292,7 @@ def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
 def test_an_answer_to_clicks_that_have_changed_since_is_left_aside(annotation, seen, page):
     clicks = clicks_at(seen[1], CORNERS)
     held = []
-    with served(annotation, page) as server:
+    with served(annotation, page):
         page.route("**/solve", lambda route: held.append(route))
         with page.expect_request("**/solve"):
             page.evaluate("clicks => { Object.values(clicks).forEach(addClick); }", clicks)
@@ -300,7 +312,7 @@ def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
         has_touch=True, viewport={"width": 820, "height": 1180}, bypass_csp=True
     )
     page = context.new_page()
-    with served(annotation, page) as server:
+    with served(annotation, page):
         box = page.locator("#picture").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         fingers = context.new_cdp_session(page)
