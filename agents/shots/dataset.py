@@ -7,6 +7,7 @@ at its last delivery the points of the end.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -193,7 +194,9 @@ def fit_copy(
         raise InputError(f"a copy needs {prototypes} deliveries or more, got {len(actions)}")
     rng = np.random.default_rng(seed)
     first = actions[rng.permutation(len(actions))[:prototypes]]
-    throws, _ = kmeans2(actions, first, iter=15, minit="matrix")
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a cluster that is empty keeps its throw
+        throws, _ = kmeans2(actions, first, iter=15, minit="matrix")
     label, _ = vq(actions, throws)
     project = rng.standard_normal((observations.shape[1], FEATURES))
     spread = observations.std(axis=0)
