@@ -95,8 +95,16 @@ def chances_of(worths: torch.Tensor, masks: torch.Tensor) -> torch.distributions
     return torch.distributions.Categorical(logits=worths.masked_fill(masks == 0, IMPOSSIBLE))
 
 
-def play(start: Path | None, output: Path, deliveries: int) -> None:
-    """Train a network further by proximal policy optimisation, writing the output on the way."""
+def play(start: Path | None, output: Path, deliveries: int, *, keep: bool = False) -> None:
+    """Train a network further by proximal policy optimisation, writing the output on the way.
+
+    Parameters
+    ----------
+    start : network to begin with; None for a random one
+    output : file of the network
+    deliveries : deliveries of the agent
+    keep : also keep each network that was written on the way, as ``OUTPUT-DELIVERIES.npz``
+    """
     torch.manual_seed(0)
     torch.set_num_threads(1)
     envs: Any = gymnasium.make_vec(
@@ -142,9 +150,11 @@ def play(start: Path | None, output: Path, deliveries: int) -> None:
         advantage = advantages(rewards, values, over, GAE_LAMBDA)
         learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1])
         if (update + 1) % 10 == 0 or update + 1 == updates:
-            module.network().save(output, deliveries=(update + 1) * n * length)
+            done = (update + 1) * n * length
+            for path in (output, output.with_stem(f"{output.stem}-{done}"))[: 1 + keep]:
+                module.network().save(path, deliveries=done)
             print(
-                f"{(update + 1) * n * length:8} deliveries  {np.mean(scores):6.2f} points an end  "
+                f"{done:8} deliveries  {np.mean(scores):6.2f} points an end  "
                 f"{time.process_time() - began:6.0f} s",
                 flush=True,
             )
@@ -193,6 +203,7 @@ def main() -> None:
     other = ways.add_parser("play", help="continue by playing")
     other.add_argument("--start", type=Path, help="a network, such as one of `clone`")
     other.add_argument("--deliveries", type=int, default=80_000)
+    other.add_argument("--keep", action="store_true", help="keep what is written on the way")
     for way in (one, other):
         way.add_argument("-o", "--output", type=Path, required=True, help="file of the network")
     given = parser.parse_args()
@@ -201,7 +212,7 @@ def main() -> None:
         if given.way == "clone":
             learn_from(given.data, given.output)
         else:
-            play(given.start, given.output, given.deliveries)
+            play(given.start, given.output, given.deliveries, keep=given.keep)
     except CurlingError as error:
         parser.exit(2, f"learn_ends: {error}\n")
 
