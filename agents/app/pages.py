@@ -56,17 +56,18 @@ def session_of(request: Request) -> Session | None:
     return found
 
 
-def film_of(request: Request) -> Film:
-    """Return the film that the address names.
+def film_of(request: Request) -> tuple[Film, Session]:
+    """Return the film that the address names, and its session.
 
     Raises
     ------
     HTTPException : 404, the address names one that does not exist
     """
     film = club_of(request).film(request.path_params["film"])
-    if film is None:
+    session = None if film is None else club_of(request).session(film.session_id)
+    if film is None or session is None:
         raise HTTPException(404, "That film does not exist or was removed.")
-    return film
+    return film, session
 
 
 def page(

@@ -135,13 +135,11 @@ async def announce_film(request: Request) -> Response:
 
 async def receive_piece(request: Request) -> Response:
     """The next piece of a film; the last one sets off tracking."""
-    club, film = club_of(request), film_of(request)
+    club, (film, session) = club_of(request), film_of(request)
     begin = number_in(request.query_params.get("begin", ""), "the first byte")
     film = add_piece(club, film, begin, await request.body())
     if film.is_whole:
-        session = club.session(film.session_id)
-        assert session is not None
-        _track_if_marked(request, session)
+        _track_if_marked(club, session)
     return JSONResponse({"received": film.received})
 
 
@@ -167,12 +165,10 @@ async def watch_work(request: Request) -> Response:
 
 def again(request: Request) -> Response:
     """Track a film once more that could not be tracked."""
-    club, film = club_of(request), film_of(request)
+    club, (film, session) = club_of(request), film_of(request)
     if film.state is State.FAILED:
         club.change("film", film.id, state=State.WAITING, said="")
-    session = club.session(film.session_id)
-    assert session is not None
-    _track_if_marked(request, session)
+    _track_if_marked(club, session)
     return Response(status_code=204)
 
 
@@ -191,14 +187,14 @@ def choose_camera(request: Request, session: Session, form: dict[str, str]) -> N
     club = club_of(request)
     camera = _chosen_camera(club, form)
     club.change("session", session.id, camera_id=None if camera is None else camera.id)
-    _track_if_marked(request, session)
+    _track_if_marked(club, session)
 
 
 def take(request: Request, session: Session, form: dict[str, str]) -> None:
     """A film that lies in the club folder."""
     club = club_of(request)
     take_film(club, session, club.path(form.get("file", "")))
-    _track_if_marked(request, session)
+    _track_if_marked(club, session)
 
 
 def record(request: Request, session: Session, form: dict[str, str]) -> None:
@@ -266,8 +262,7 @@ def _session(request: Request) -> Session:
     return session
 
 
-def _track_if_marked(request: Request, session: Session) -> None:
-    club = club_of(request)
+def _track_if_marked(club: Club, session: Session) -> None:
     session = club.session(session.id) or session
     camera = club.camera(session.camera_id)
     waiting = any(waits(club, session, film) for film in club.films(session))

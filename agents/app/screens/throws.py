@@ -164,12 +164,14 @@ def show_track(request: Request) -> Response:
 
 def show_film(request: Request) -> Response:
     """A film, or the part of it that the browser asks for."""
-    return _sent(club_of(request).path(film_of(request).file))
+    film, _ = film_of(request)
+    return _sent(club_of(request).path(film.file))
 
 
 def show_copy(request: Request) -> Response:
     """The copy of a film that browsers play, or a part of it."""
-    return _sent(copy_of(club_of(request), film_of(request)))
+    film, _ = film_of(request)
+    return _sent(copy_of(club_of(request), film))
 
 
 def _sent(path: Path) -> Response:
@@ -183,11 +185,8 @@ def _sent(path: Path) -> Response:
 
 def make_playable(request: Request) -> Response:
     """Ask for a copy that browsers play; the work that makes it."""
-    club, film = club_of(request), film_of(request)
-    session = club.session(film.session_id)
-    if session is None:
-        raise HTTPException(404, "The session of that film was removed.")
-    return JSONResponse({"job": requested(club, COPY, session, str(film.id)).id})
+    film, session = film_of(request)
+    return JSONResponse({"job": requested(club_of(request), COPY, session, str(film.id)).id})
 
 
 async def enter(request: Request) -> Response:

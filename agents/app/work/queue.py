@@ -75,7 +75,7 @@ class WorkQueue:
             del self._running[number]
             if is_running:
                 self._losses[number] = self._losses.get(number, 0) + 1
-                change = {"state": State.WAITING, "left": None}
+                change: dict[str, object] = {"state": State.WAITING, "left": None}
                 if self._losses[number] > MAX_LOSSES:
                     change |= {"state": State.FAILED, "problem": LOST}
                 self.club.change("job", number, **change)

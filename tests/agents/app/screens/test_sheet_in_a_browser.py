@@ -274,7 +274,7 @@ def test_the_ice_is_read_by_a_tap_and_printed_on_one_page_from_a_phone_too(chrom
     page.goto(f"{address}ice")
     page.locator("#map .cells rect").first.wait_for(state="attached")
     page.locator("#map").scroll_into_view_if_needed()
-    page.mouse.click(*at(page, 1.2, -5.0))
+    page.mouse.click(*at(page, 1.4, -5.0))
     reading = page.locator("#reading").inner_text()
     assert re.fullmatch(
         r"1\.\d\d m to the right \(looking to the away end\), 12\.\d\d m before the home tee: "

@@ -214,16 +214,29 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     assert np.abs(made.points_px - scene.points_px).max() < 1.0
 
 
-def test_a_corner_beside_the_paint_is_not_confirmed(annotation, seen, page):
+def test_marks_with_a_problem_are_not_confirmed_in_green(annotation, seen, page):
     clicks = clicks_at(seen[1], CORNERS)
-    u, v = clicks["home_left"]
+    problems = ["The home left is 25 px from where the paint puts it: move it onto the paint."]
+    found = {}
+
+    def answer(route):
+        """The camera of the clicks, and a check against the paint that takes no time."""
+        if json.loads(route.request.post_data)["paint"]:
+            paint = {"paint_px": 0.9, "disagreeing": [], "better": None, "problems": problems}
+            route.fulfill(json=found | paint)
+        else:
+            reply = route.fetch()
+            found.update(reply.json())
+            route.fulfill(response=reply)
+
     with served(annotation, page):
-        page.evaluate(
-            "clicks => { Object.values(clicks).forEach(addClick); }",
-            {**clicks, "home_left": (u + 25, v)},
-        )
+        page.route("**/solve", answer)
+        page.evaluate("clicks => { Object.values(clicks).forEach(addClick); }", clicks)
         page.wait_for_selector("#state.error")
-        assert "home left" in page.inner_text("#state")
+        assert page.inner_text("#state") == problems.pop()
+        page.evaluate("() => solve(true)")
+        page.wait_for_selector("#state.good, #state.warning")
+        assert "Every ring and line in view is where it should be" in page.inner_text("#state")
 
 
 def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
