@@ -43,7 +43,7 @@ class ComingError(CurlingError):
     """
 
     def __init__(self, jobs: list[Job]) -> None:
-        super().__init__("this is being worked out, and is there in a moment")
+        super().__init__("this is being computed; it appears as soon as it is ready")
         self.jobs = jobs
 
 

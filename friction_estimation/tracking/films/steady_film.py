@@ -165,8 +165,8 @@ def blames_scene(refined: RefinedCamera, film: Path) -> InputError:
     wrong = ", ".join(refined.disagreeing)
     seen = f" ({wrong} elsewhere)" if wrong else ""
     return InputError(
-        f"the paint is not where this scene says{seen}, and no thrown stone is found; is it "
-        "the scene of this camera? `curling corners` marks it again",
+        f"the paint is not where this scene says{seen}, and no thrown stone is found; "
+        "mark the sheet again in this film",
         source=film,
     )
 

@@ -214,6 +214,18 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
     assert np.abs(made.points_px - scene.points_px).max() < 1.0
 
 
+def test_a_corner_beside_the_paint_is_not_confirmed(annotation, seen, page):
+    clicks = clicks_at(seen[1], CORNERS)
+    u, v = clicks["home_left"]
+    with served(annotation, page):
+        page.evaluate(
+            "clicks => { Object.values(clicks).forEach(addClick); }",
+            {**clicks, "home_left": (u + 25, v)},
+        )
+        page.wait_for_selector("#state.error")
+        assert "home left" in page.inner_text("#state")
+
+
 def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
     with served(annotation, page):
         page.click("circle[data-keypoint=home_tee]")
