@@ -192,7 +192,7 @@ def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
 
 
 def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
-    """The variables that the unknown follows within throws, and the one between them."""
+    """Return the variables that the unknown follows within throws, and the one between them."""
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
     if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
         return dependences

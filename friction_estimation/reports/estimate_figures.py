@@ -218,7 +218,7 @@ def save_profile(found: Estimate, plain: Estimate, path: Path) -> None:
 
 
 def save_camera_bias(bias: CameraBias, ice: Ice, path: Path) -> None:
-    """The bias of the camera along the sheet, with its 95 % interval."""
+    """Draw the bias of the camera along the sheet, with its 95 % interval."""
     figure = new_figure(13, 3.4)
     ax = figure.subplots()
     y = np.linspace(bias.nodes[0], bias.nodes[-1], 400)
@@ -245,5 +245,5 @@ def _along_the_sheet(ax: Any, ice: Ice, label: str) -> None:
 
 
 def per_cent(part: float) -> str:
-    """A share in words for people, with its sign."""
+    """Return a share in words for people, with its sign."""
     return f"{100 * part:+.1f} %".replace("-", "−")

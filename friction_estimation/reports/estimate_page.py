@@ -46,7 +46,7 @@ class Still:
 
     @classmethod
     def of(cls, film: str, t: float, image: NDArray[np.uint8]) -> Still:
-        """A still of a picture, (height, width, 3) BGR."""
+        """Return a still of a picture, (height, width, 3) BGR."""
         import cv2
 
         return cls(film=film, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
@@ -186,7 +186,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
 
 
 def headline(found: Estimate) -> str:
-    """The ice in one sentence."""
+    """Return the ice in one sentence."""
     speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
     if found.uniform or not seen.any():
@@ -237,7 +237,7 @@ def _remarks(found: Estimate) -> str:
 
 
 def _effects(found: Estimate) -> str:
-    """The effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
+    """Return the effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
     cards = catalogue()
     rows: list[list[str]] = []
     for effect in found.ice.effects:

@@ -151,7 +151,7 @@ def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:
 
 
 def _no_stone(look: object | None, path: Path) -> InputError:
-    """The reason why a path is not a thrown stone's."""
+    """Return the reason why a path is not a thrown stone's."""
     if look is None:
         return InputError("the thrown stone is never completely in the picture", source=path)
     return NoThrowError(

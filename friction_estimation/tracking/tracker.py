@@ -77,7 +77,7 @@ def load_tracker(name: str = BUILT_IN, options: TrackingOptions = USUAL) -> Trac
 
 
 def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
-    """The tracks in what a tracker returned, the thrown stone first.
+    """Return the tracks in what a tracker returned, the thrown stone first.
 
     Raises
     ------

@@ -254,7 +254,7 @@ class Session:
         return self._with_rows(keep, counts)
 
     def only(self, chosen: Sequence[int] | Indices) -> Session:
-        """The session of the throws with these indices."""
+        """Return the session of the throws with these indices."""
         chosen = np.asarray(chosen, dtype=np.intp)
         rows = np.concatenate([np.arange(*self.starts[i : i + 2]) for i in chosen.tolist()])
         whole = self._with_rows(rows, np.diff(self.starts)[chosen])
@@ -262,7 +262,7 @@ class Session:
         return replace(whole, pushes=pushes, **{n: getattr(self, n)[chosen] for n in OF_THROWS})
 
     def _with_rows(self, rows: Flags | Indices, counts: Indices) -> Session:
-        """The session with some of its rows, and the number of rows of each throw."""
+        """Return the session with some of its rows, and the number of rows of each throw."""
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
         return replace(self, starts=starts, **{n: getattr(self, n)[rows] for n in OF_ROWS})
 
@@ -313,7 +313,7 @@ def refuse_too_many_cells(ice: Ice | None) -> None:
 
 
 def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Session:
-    """The free slides of measured tracks.
+    """Return the free slides of measured tracks.
 
     Parameters
     ----------

@@ -59,7 +59,7 @@ def left_out_scores(fitted: SessionFit) -> Floats:
 
 
 def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
-    """The same for throws that a fit has not seen, each separately, (k,)."""
+    """Return the same for throws that a fit has not seen, each separately, (k,)."""
     seen = fit(fitted.model, session, fitted.noise, shared=False)
     grams, log_terms = seen.linear.each(fitted.model.spread)
     whole = fitted.linear.total() + broad_prior(fitted.model)
@@ -126,7 +126,7 @@ def _scores(fitted: SessionFit, held_out: Session | None) -> Floats:
 
 
 def _fit_without(fitted: SessionFit, label: str) -> SessionFit:
-    """The fit without an effect."""
+    """Return the fit without an effect."""
     term = fitted.model.term(label)
     model = fitted.model.without(label)
     if model.systematic_error and not term.card.is_physical:

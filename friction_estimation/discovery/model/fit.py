@@ -183,7 +183,7 @@ class Point(NamedTuple):
 def linearise(
     model: Model, session: Session, noise: SessionNoise, states: Floats, ln_factors: Floats
 ) -> tuple[Floats, Linearisation]:
-    """The model linearised at a point.
+    """Return the model linearised at a point.
 
     Returns
     -------
@@ -322,7 +322,7 @@ def _still_to_fall(falls: Sequence[float]) -> float:
 
 
 def _most_likely_spread(linear: Linearisation) -> float:
-    """The spread that minimises F at the present parameters.
+    """Return the spread that minimises F at the present parameters.
 
     The spread that a step predicts assumes linearity. If it is nearly zero, the nonlinear part of
     the step would count a hundredfold, and the step would be rejected.

@@ -52,7 +52,7 @@ class CandidateScore:
 
 
 def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[CandidateScore]:
-    """The scores of candidates around a fit, the most promising first."""
+    """Return the scores of candidates around a fit, the most promising first."""
     if not terms:
         return []
     linear = fitted.linear_with(*terms)
@@ -210,7 +210,7 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
 
 
 def _on_own_cells(worn: SessionFit) -> SessionFit:
-    """The fit with wear along paths in the map's own cells, if that is better.
+    """Return the fit with wear along paths in the map's own cells, if that is better.
 
     A stone wears a track as wide as its running band. In wider cells the ice beside it wears too,
     as it does on ice that was simulated with such cells.

@@ -118,7 +118,7 @@ class Mover:
         return ((xy - self._state[:, 0]) ** 2 / total + np.log(total)).sum(axis=1)
 
     def misses(self, xy: Floats, variance: Floats) -> Floats:
-        """The same without the normalisation of the errors, (n,)."""
+        """Return the same without the normalisation of the errors, (n,)."""
         return ((xy - self._state[:, 0]) ** 2 / (self._p[:, 0, 0] + variance)).sum(axis=1)
 
     def add(self, at: int, seen: Detections) -> None:

@@ -52,7 +52,7 @@ class Path:
         return float(self.gained[-1])
 
     def part(self, low: int, high: int) -> Path:
-        """The path from one of its detections to before another."""
+        """Return the path from one of its detections to before another."""
         before = self.gained[low - 1] if low else 0.0
         return Path(
             at=self.at[low:high],

@@ -145,7 +145,7 @@ def _windows(
 def throws_among(
     paths: Sequence[Path], seen: Detections, camera: Camera, area: float
 ) -> list[ThrowInFilm]:
-    """The throws among the paths of a recording, in order.
+    """Return the throws among the paths of a recording, in order.
 
     Parameters
     ----------

@@ -97,7 +97,7 @@ class SteadyFilm:
             )
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
-        """The frames from one time to another, a step apart [s]."""
+        """Return the frames from one time to another, a step apart [s]."""
         return self._corrected(self.film.between(low, high, step))
 
     def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:

@@ -44,7 +44,7 @@ class HeadingViews:
         self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
 
     def between(self, low: float, high: float) -> HeadingViews:
-        """The pictures from one time to before another [s]."""
+        """Return the pictures from one time to before another [s]."""
         kept = [k for k, t in enumerate(self.t) if low <= t < high]
         return HeadingViews(t=[self.t[k] for k in kept], cost=[self.cost[k] for k in kept])
 
@@ -378,6 +378,6 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
 
 
 def _bell_mean(t: Floats, values: Floats) -> Floats:
-    """The mean of values (n,) around each time, the nearest of which count most."""
+    """Return the mean of values (n,) around each time, the nearest of which count most."""
     bell = np.exp(-0.5 * ((t[:, None] - t) / (numbers.HEADING_NEIGHBOURS / 4)) ** 2)
     return bell @ values / bell.sum(axis=1)

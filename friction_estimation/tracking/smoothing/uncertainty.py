@@ -137,7 +137,7 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
 
 
 def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
-    """The stone's largest radius in the picture, (n,) [px]."""
+    """Return the stone's largest radius in the picture, (n,) [px]."""
     return model.radius * np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
 
 

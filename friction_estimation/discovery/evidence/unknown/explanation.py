@@ -292,7 +292,7 @@ def _fit_beside(
     *,
     shaped: bool = False,
 ) -> SessionFit:
-    """The fit of the effects of a combination to a session in which its pushes act.
+    """Return the fit of the effects of a combination to a session in which its pushes act.
 
     Parameters
     ----------
