@@ -163,7 +163,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
     }
-    leftovers = found.leftovers
+    travel_residuals = found.travel_residuals
     for track in found.tracks:
         use = np.full(len(track), "before", dtype=object)
         residual = np.full(len(track), np.nan)
@@ -173,7 +173,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
             use[part.rows] = "used"
             which = found.place(part)
             if found.fit is not None and which is not None:
-                t, left = leftovers[which]
+                t, left = travel_residuals[which]
                 begin = float(found.fit.session.clocks[which] - track.clock)
                 rows = np.searchsorted(track.t, t + begin - 1e-6)
                 thinned = np.diff(rows).min() > 1 if len(rows) > 1 else False

@@ -217,7 +217,7 @@ class Session:
         A stone is assumed to turn to the side to which its path bends, if the paths of throws with
         measured rotation clearly do.
         """
-        bends, sides = self._bends, np.zeros(len(self))
+        bends, sides = self._lateral_accelerations, np.zeros(len(self))
         for i in range(len(self)):
             theta = self.theta[self.rows(i)]
             known = np.flatnonzero(np.isfinite(theta))
@@ -230,15 +230,17 @@ class Session:
                 spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
         return replace(self, usual_spins=spins)
 
-    def with_spins_by_bends(self) -> Session:
+    def with_spins_from_curvature(self) -> Session:
         """Return the session with stones assumed to turn to the side to which their paths bend.
 
         This is for throws without headings on ice that is known to curl.
         """
-        return replace(self, usual_spins=np.where(self._bends < 0, -USUAL_SPIN, USUAL_SPIN))
+        return replace(
+            self, usual_spins=np.where(self._lateral_accelerations < 0, -USUAL_SPIN, USUAL_SPIN)
+        )
 
     @cached_property
-    def _bends(self) -> Floats:
+    def _lateral_accelerations(self) -> Floats:
         """Acceleration of each throw to the left of its travel, (k,) [m/s²]."""
         bends = np.zeros(len(self))
         for i in range(len(self)):

@@ -337,10 +337,10 @@ def _without(fitted: SessionFit, term: Term, goal: float) -> SessionFit:
     bare = fitted.model.without(term.label)
     if term.map_field is None:
         return refit(fitted, bare, goal=goal)
-    return with_patches_sought_again(refit(fitted, bare))
+    return with_patches_relocated(refit(fitted, bare))
 
 
-def with_patches_sought_again(fitted: SessionFit) -> SessionFit:
+def with_patches_relocated(fitted: SessionFit) -> SessionFit:
     """Return the fit with each of its patches at its best position, if that is better."""
     best = fitted
     for patch in [term for term in fitted.model.terms if term.card.search.area is not None]:

@@ -129,7 +129,7 @@ class Mover:
         self.mode.append(SLIDING)
 
 
-def left_near(
+def vacated_near(
     path: Path, places: Sequence[RestingPlace], seen: Detections, touching: float
 ) -> list[RestingPlace]:
     """Return places that stones leave while a path passes near them, in order of time.
@@ -165,7 +165,7 @@ def link(
     touching : distance of the centres of two stones that touch [m]
     """
     t = seen.t[thrown.at]
-    events = left_near(thrown, places, seen, touching)
+    events = vacated_near(thrown, places, seen, touching)
     rests = np.zeros(len(seen.t), dtype=bool)
     for place in places:
         rests[place.at] = True

@@ -160,7 +160,7 @@ def camera_of(
     return refined, moved_px
 
 
-def blames_scene(refined: RefinedCamera, film: Path) -> InputError:
+def scene_mismatch_error(refined: RefinedCamera, film: Path) -> InputError:
     """Return the error of a film without a thrown stone whose paint contradicts the scene."""
     wrong = ", ".join(refined.disagreeing)
     seen = f" ({wrong} elsewhere)" if wrong else ""

@@ -224,7 +224,7 @@ def fit_heading_curve(
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
     if len(seen) >= 2 * numbers.MIN_HEADING_VIEWS:
-        by_others = _foretold(times, waves, t, speed, known)
+        by_others = _predicted_headings(times, waves, t, speed, known)
         seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
         seen = seen[own]
     others = [seen.mean(axis=1)]  # any heading
@@ -254,7 +254,7 @@ def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
     return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
 
 
-def _foretold(
+def _predicted_headings(
     times: Floats,
     waves: NDArray[np.complex128],
     t: Floats,
