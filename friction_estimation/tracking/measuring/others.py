@@ -11,6 +11,7 @@ from dataclasses import dataclass, replace
 import cv2
 import numpy as np
 
+from curling_env.sheet import TEE_Y
 from curling_env.typing import Flags, Floats, Image
 from friction_estimation.appearance import (
     Appearance,
@@ -33,8 +34,8 @@ _PICTURES = 9
 """Number of frames for the picture of a resting stone."""
 _LEAST_PICTURES = 3
 """Minimum number of frames that show the ice beneath a stone after it has left."""
-_TEE, _HOUSE = 17.3735, 2.0
-"""Distance of a tee from mid-sheet, and radius within which its paint is round [m]."""
+_HOUSE = 2.0
+"""Radius around a tee within which its paint is round [m]."""
 _TURNS, _MOVES = 24, (-1.2, -0.9, -0.6, 0.6, 0.9, 1.2)
 """Rotations about the tee [turns], and shifts along the sheet [m], to ice with the same paint."""
 
@@ -137,7 +138,7 @@ def _like_ice(
     sheet.
     """
     xy = camera.on_plane(px, 0.0)
-    tee = np.array([0.0, np.copysign(_TEE, xy[:, 1].mean())])
+    tee = np.array([0.0, np.copysign(TEE_Y, xy[:, 1].mean())])
     from_tee = xy - tee
     turned = []
     for angle in np.linspace(0.0, 2 * np.pi, _TURNS, endpoint=False)[1:]:
