@@ -35,6 +35,7 @@ import numpy as np
 import torch
 from learn.cloning import ShotModule, clone
 from learn.lessons import lessons_of
+from ppo import Settings, advantages
 
 import curling_env  # noqa: F401  (registers the environments)
 from agents.playing.learned.features import Seen
@@ -48,8 +49,10 @@ ENVS, ROLLOUT = 32, 16
 """Number of environments, and of deliveries of each between updates: two ends."""
 EPOCHS, MINIBATCH, LEARNING_RATE = 3, 256, 1e-3
 """Passes through the deliveries, positions per step, and learning rate, which falls to zero."""
-GAE_LAMBDA, CLIP, ENTROPY = 0.8, 0.2, 0.003
-"""Weight of later advantages, bound on the change of a probability, weight of the entropy."""
+WEIGHTS = Settings(gamma=1.0, gae_lambda=0.8)
+"""No discount, and the weight of later advantages."""
+CLIP, ENTROPY = 0.2, 0.003
+"""Bound on the change of a probability, and weight of the entropy."""
 PAST = 30
 """Number of updates after which the network joins its opponents."""
 
@@ -77,17 +80,6 @@ def learn_from(data: Path, output: Path) -> None:
 
 
 # --- learning by playing --------------------------------------------------------------------------
-
-
-def advantages(rewards: Any, values: Any, over: Any, weight: float) -> Any:
-    """Return generalised advantages without discount, (steps, n); `values` has one row more."""
-    found, following = np.zeros_like(rewards), np.zeros(rewards.shape[1])
-    for t in reversed(range(len(rewards))):
-        goes_on = 1.0 - over[t]
-        error = rewards[t] + goes_on * values[t + 1] - values[t]
-        following = error + weight * goes_on * following
-        found[t] = following
-    return found
 
 
 def chances_of(worths: torch.Tensor, masks: torch.Tensor) -> torch.distributions.Categorical:
@@ -147,7 +139,7 @@ def play(start: Path | None, output: Path, deliveries: int, *, keep: bool = Fals
         with torch.no_grad():
             _, last = module(eyes.seen(observation))
         values = np.concatenate([values, last.numpy()[None]])
-        advantage = advantages(rewards, values, over, GAE_LAMBDA)
+        advantage = advantages(*map(torch.from_numpy, (rewards, values, over)), WEIGHTS).numpy()
         learn(module, optimiser, seen, masks, shots, logs, advantage, values[:-1])
         if (update + 1) % 10 == 0 or update + 1 == updates:
             done = (update + 1) * n * length
