@@ -367,7 +367,7 @@ def observations_of(task: BenchmarkTask, seed: int) -> Any:
     Those of resets, and in ends those after random shots as well: stones lie there only later.
     """
     ends, rng = task.metric == "points", np.random.default_rng(seed)
-    envs = environments(task, *((64, "shots") if ends else (256,)))
+    envs = environments(task, 64, "shots") if ends else environments(task, 256)
     seen: list[Any] = []
     for k in range(4 if ends else 16):
         now, info = envs.reset(seed=10_000 * (seed + 1) + 300 * k)
