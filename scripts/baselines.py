@@ -16,6 +16,7 @@ import argparse
 import csv
 import json
 import platform
+import re
 import shutil
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, field
@@ -33,6 +34,7 @@ from agents.benchmark.contestants import can_do
 from agents.benchmark.datasets import expert_of, practice_env, practice_options, tier_episodes
 from agents.benchmark.rows import aggregate, read_row, scores_of, shortcomings, write_row
 from agents.benchmark.scores import TRIMMED
+from curling_env.envs.game.shots import SHOTS
 from curling_env.infrastructure.executor import executor
 from curling_env.infrastructure.files.storage import write_json
 from curling_env.infrastructure.files.writing import atomic_path
@@ -52,6 +54,10 @@ CHUNKS = 10
 """Number of files in which they are recorded."""
 POINTS = 60
 """Number of points of a curve."""
+STONES = re.compile(r"^target|stone \d")
+"""Names of the observed numbers that show a stone or the target."""
+NEVER = -1000.0
+"""Logit of a shot that is never called."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,6 +74,7 @@ class Algorithm:
     actions : kind of actions in ends
     tier : tier of the recorded deliveries, for behaviour cloning
     best : share of the recorded episodes to clone, those of the highest return
+    blind : hide stones and targets, and allow no shot that names a stone
     """
 
     name: str
@@ -78,6 +85,7 @@ class Algorithm:
     actions: str = "throws"
     tier: str = ""
     best: float = 1.0
+    blind: bool = False
 
 
 ON_POLICY: dict[str, Any] = {
@@ -111,9 +119,25 @@ ALGORITHMS = {
         num_envs=(256, 64),
         settings=ON_POLICY,
     ),
+    "ppo-blind": Algorithm(
+        name="PPO",
+        tasks=["takeout", "hit-and-stay", "freeze"],
+        steps=(50_000, 0),
+        num_envs=(256, 64),
+        settings=ON_POLICY,
+        blind=True,
+    ),
     "sac": Algorithm(name="SAC", tasks=THROWS, steps=(30_000, 0), settings=OFF_POLICY),
     "maskable-ppo": Algorithm(
         name="MaskablePPO", tasks=[END], steps=(0, 100_000), settings=ON_POLICY, actions="shots"
+    ),
+    "maskable-ppo-blind": Algorithm(
+        name="MaskablePPO",
+        tasks=[END],
+        steps=(0, 50_000),
+        settings=ON_POLICY,
+        actions="shots",
+        blind=True,
     ),
     "dqn": Algorithm(
         name="MaskedDQN",
@@ -296,7 +320,7 @@ def _versions() -> dict[str, str]:
 
 
 def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
-    """Return an untrained model; the observations of resets define the normalisation."""
+    """Return an untrained model; its observations are normalised by `observations_of`."""
     import stable_baselines3
     import torch
 
@@ -306,9 +330,12 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
 
     torch.set_num_threads(1)
     envs = environments(task, algorithm.num_envs[task.metric == "points"], algorithm.actions)
-    seen = np.concatenate([envs.reset(seed=10_000 * (seed + 1) + 300 * k)[0] for k in range(16)])
+    seen = observations_of(task, seed)
     policy: dict[str, Any] = {"features_extractor_class": ObservationNormaliser}
-    policy["features_extractor_kwargs"] = {"mean": seen.mean(0), "deviation": seen.std(0)}
+    one: Any = gymnasium.make(task.environment, **practice_options(task)).unwrapped
+    names: list[str] = one.observation.names
+    shown = np.array([not (algorithm.blind and STONES.search(name)) for name in names])
+    policy["features_extractor_kwargs"] = {"mean": seen.mean(0), "deviation": shown * seen.std(0)}
     policy["net_arch"] = [64, 64]
     kind: Any = "PPO" if algorithm.name == "BC" else algorithm.name
     if kind == "PPO":
@@ -319,7 +346,7 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
         from learn import masked_dqn as package
     else:
         package = stable_baselines3
-    return getattr(package, kind)(
+    model = getattr(package, kind)(
         "MlpPolicy",
         CurlingVecEnv(envs, seed=100_000 * (seed + 1), info_keywords=("action_mask",)),
         seed=seed,
@@ -327,6 +354,29 @@ def _model(algorithm: Algorithm, task: BenchmarkTask, seed: int) -> Any:
         policy_kwargs=policy,
         **{name: schedule_of(value) for name, value in algorithm.settings.items()},
     )
+    if algorithm.blind and algorithm.actions == "shots":
+        at_stones = [shot.stone >= 0 for shot in SHOTS]
+        with torch.no_grad():
+            model.policy.action_net.bias[at_stones] = NEVER
+    return model
+
+
+def observations_of(task: BenchmarkTask, seed: int) -> Any:
+    """Return observations of a task, which define the normalisation of learners, (n, size).
+
+    Those of resets, and in ends those after random shots as well: stones lie there only later.
+    """
+    ends, rng = task.metric == "points", np.random.default_rng(seed)
+    envs = environments(task, 64, "shots") if ends else environments(task, 256)
+    seen: list[Any] = []
+    for k in range(4 if ends else 16):
+        now, info = envs.reset(seed=10_000 * (seed + 1) + 300 * k)
+        seen.append(now)
+        for _ in range(7 * ends):
+            masks = info["action_mask"]
+            now, *_, info = envs.step((masks * rng.random(masks.shape)).argmax(axis=1))
+            seen.append(now)
+    return np.concatenate(seen)
 
 
 def save_weights(model: Any, path: Path) -> None:
@@ -426,12 +476,14 @@ def run(names: list[str], tasks: list[str] | None, share: float, workers: str) -
 
 
 def write_rows(name: str) -> None:
-    """Write the row of a policy or algorithm from its results."""
-    found: dict[str, list[Any]] = {}
-    stem = name.replace(":", "-")
+    """Write the row of a policy or algorithm; other tasks stay as in the released row."""
+    stem, found = name.replace(":", "-"), dict[str, list[Any]]()
+    released = Path(RELEASED) / f"{stem}.json"
+    kept = read_row(released).scores if released.exists() else []
     for path in sorted((FOLDER / stem).glob("*/*/values.json")):
         for task, values in json.loads(path.read_text()).items():
             found.setdefault(task, []).append(np.array(values))
+    found = {score.task: [np.array(run) for run in score.runs] for score in kept} | found
     method = str(ALGORITHMS.get(name, ""))
     ordered = {task: found[task] for task in TASKS if task in found}
     write_row(FOLDER / f"{stem}.json", name, ordered, method=method, link=RELEASED * bool(method))
@@ -478,7 +530,7 @@ def release() -> None:
             task = path.parts[-3]
             configurations.setdefault(row.stem, {})[task] = json.loads(path.read_text())
             weights = folder / "weights" / f"{row.stem}-{task}.zip"
-            if row.stem == "bc" or row.stem in TRAINED:
+            if ALGORITHMS[row.stem].tier in ("", "expert"):
                 shutil.copy(path.with_name("model.zip"), weights)
         for path in sorted(FOLDER.glob(f"{row.stem}/*/*/curve.csv")):
             points = np.loadtxt(path, delimiter=",", ndmin=2)

@@ -48,7 +48,7 @@ class Score:
     version: int = VERSION
 
     def in_words(self) -> str:
-        """The score with its interval."""
+        """Return the score with its interval."""
         if self.metric == "success":
             return f"{100 * self.mean:.0f} % ({100 * self.low:.0f}–{100 * self.high:.0f})"
         unit = " m" if self.metric == "distance_m" else ""
@@ -72,7 +72,7 @@ class Difference:
     episodes: int
 
     def in_words(self) -> str:
-        """The difference with its interval."""
+        """Return the difference with its interval."""
         return f"{self.mean:+.2f} ({self.low:+.2f} to {self.high:+.2f})"
 
 

@@ -153,7 +153,7 @@ as much as reacting to the stones."""
 
 
 def task_of(name: str) -> BenchmarkTask:
-    """The task of that name.
+    """Return the task of that name.
 
     Raises
     ------

@@ -75,10 +75,10 @@ def stable_baselines_policy(path: str | Path) -> Any:
         problem = f"the weights do not fit the policy that it names: {str(error)[:120]}"
         raise InputError(problem, source=path) from error
     policy.set_training_mode(False)
-    return _BestOfThoseThere(policy) if module.endswith("dqn.policies") else policy
+    return _BestAvailable(policy) if module.endswith("dqn.policies") else policy
 
 
-class _BestOfThoseThere:
+class _BestAvailable:
     """Policy that values every action, and takes the best available one.
 
     Parameters

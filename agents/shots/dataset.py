@@ -7,6 +7,7 @@ at its last delivery the points of the end.
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,6 +15,7 @@ from typing import Any
 
 import gymnasium
 import numpy as np
+from scipy.cluster.vq import kmeans2, vq
 from scipy.optimize import minimize
 from scipy.special import logsumexp
 
@@ -26,7 +28,7 @@ from curling_env.game import Call, GameState
 from curling_env.game.rules import Game, Team
 from curling_env.game.simulator import direction_of
 from curling_env.ice import load_ice
-from curling_env.typing import Floats, Indices, Progress, no_progress
+from curling_env.typing import Floats, Progress, no_progress
 
 DATASET = "curling/doubles-v0"
 """Identifier of the dataset, which is also its folder."""
@@ -191,8 +193,11 @@ def fit_copy(
     if len(actions) < prototypes:
         raise InputError(f"a copy needs {prototypes} deliveries or more, got {len(actions)}")
     rng = np.random.default_rng(seed)
-    throws = _prototypes(actions, prototypes, rng)
-    label = nearest(throws, actions)
+    first = actions[rng.permutation(len(actions))[:prototypes]]
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UserWarning)  # a cluster that is empty keeps its throw
+        throws, _ = kmeans2(actions, first, iter=15, minit="matrix")
+    label, _ = vq(actions, throws)
     project = rng.standard_normal((observations.shape[1], FEATURES))
     spread = observations.std(axis=0)
     project *= np.where(spread > 1e-6, 1 / np.maximum(spread, 0.2), 0.0)[:, None]
@@ -228,8 +233,8 @@ def score_of_copy(copy: Copy, train: Floats, observations: Floats, actions: Floa
     train : actions that it was fitted to, for the baseline
     observations, actions : the deliveries
     """
-    label = nearest(copy.throws, actions)
-    counts = np.bincount(nearest(copy.throws, train), minlength=len(copy.throws)) + 0.5
+    label, _ = vq(actions, copy.throws)
+    counts = np.bincount(vq(train, copy.throws)[0], minlength=len(copy.throws)) + 0.5
     chances = copy.log_chances(observations)[np.arange(len(label)), label]
     return CopyScore(
         deliveries=len(label),
@@ -264,23 +269,6 @@ def deliveries_of(episodes: Sequence[Episode]) -> tuple[Floats, Floats]:
     """Return observations before deliveries, and actions, of some episodes."""
     seen = np.concatenate([one.observations[:-1] for one in episodes]).astype(np.float64)
     return seen, np.concatenate([one.actions for one in episodes]).astype(np.float64)
-
-
-def nearest(throws: Floats, actions: Floats) -> Indices:
-    """Return the index of the nearest of some throws to each action, (n,)."""
-    squares = (throws**2).sum(axis=1) - 2 * actions @ throws.T
-    return np.argmin(squares, axis=1)
-
-
-def _prototypes(actions: Floats, count: int, rng: np.random.Generator) -> Floats:
-    """Return typical actions, by k-means."""
-    throws = actions[rng.permutation(len(actions))[:count]].copy()
-    for _ in range(15):
-        label = nearest(throws, actions)
-        for k in range(count):
-            if (label == k).any():
-                throws[k] = actions[label == k].mean(axis=0)
-    return throws
 
 
 def _features(observations: Floats, project: Floats, offset: Floats) -> Floats:

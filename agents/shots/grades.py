@@ -213,7 +213,7 @@ class _Design:
         return np.diag(np.linalg.inv(precision)).astype(np.float64)
 
     def model(self, parameters: Floats, variance: Floats, scatter: Floats) -> GradeModel:
-        """The fitted parameters by name."""
+        """Return the fitted parameters by name."""
         thresholds = self.thresholds(parameters)
         counts = np.bincount(self.columns.ravel(), minlength=len(self.names))
         effects: dict[str, dict[Hashable, Effect]] = {kind: {} for kind in KINDS}

@@ -24,7 +24,7 @@ BUDGET = 200
 
 
 @dataclass(frozen=True, kw_only=True)
-class EndsBeside:
+class EndsComparison:
     """Two distributions of the results of ends.
 
     Parameters

@@ -72,7 +72,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
                 f"{env} with {env.render_mode!r}"
             )
         self._folder = make_directory(video_folder)
-        self._trigger = episode_trigger or _now_and_then
+        self._trigger = episode_trigger or _is_filmed_by_default
         self._prefix = name_prefix
         self._speed = number("speed", speed, above=0.0, most=1000.0)
         self._episode = -1
@@ -114,7 +114,7 @@ class RecordVideo(gymnasium.Wrapper[Any, Any, Any, Any], RecordConstructorArgs):
             film.close()
 
 
-def _now_and_then(episode: int) -> bool:
+def _is_filmed_by_default(episode: int) -> bool:
     """Return whether an episode is filmed by default."""
     return round(episode ** (1 / 3)) ** 3 == episode if episode < 1000 else episode % 1000 == 0
 

@@ -218,7 +218,7 @@ def unexplained_share(crops: Sequence[Crop], look: Appearance, grain: float = 0.
     return max(total_misfit(crops, look) - noise, 0.0) / max(bare - noise, 1e-9)
 
 
-def those_explained(crops: Sequence[Crop], look: Appearance) -> list[Crop]:
+def explained_crops(crops: Sequence[Crop], look: Appearance) -> list[Crop]:
     """Return the crops that an appearance explains by more than half; all if these are a
     minority.
     """

@@ -21,7 +21,7 @@ from friction_estimation.appearance.crops import (
     total_misfit,
 )
 from friction_estimation.appearance.fit import Appearance, Channels
-from friction_estimation.appearance.occlusion import PosedStone, set_among
+from friction_estimation.appearance.occlusion import PosedStone, add_neighbours
 from friction_estimation.appearance.painting import turn_handle
 from friction_estimation.appearance.shape import HANDLE, PARTS, TOP
 from friction_estimation.appearance.tuning import (
@@ -198,7 +198,7 @@ def heading_crop(
     found = crops_at([frame], [0.0], [xy], background, background_origin, camera, look.model)
     if not found:
         return None
-    hidden = set_among(found[0], others, camera)
+    hidden = add_neighbours(found[0], others, camera)
     if hidden.any():
         body = replace(look, has_handle=False)
         cover = coverage(found[0], body)

@@ -31,12 +31,11 @@ from friction_estimation.appearance.prior import (
     UPRIGHT,
     ShapePrior,
 )
-from friction_estimation.appearance.profile import ProfileFit, fit_profile
+from friction_estimation.appearance.profile import fit_profile
 from friction_estimation.appearance.shape import PARTS
 from friction_estimation.appearance.tuning import (
     ADAPTING_ROUNDS,
     ALIKE_AT_HEIGHTS,
-    CLEAR_GAIN,
     ENOUGH_CROPS,
     ENOUGH_PIXELS,
     MIN_NOISE,
@@ -90,12 +89,12 @@ def learn_appearance(
         look = _refined(ordered, max(every, least), look, prior, rounds)
     if not try_others:
         return look
-    again = _handle_sought_again(ordered, max(REFINED_AGAIN[0], spare), look, prior)
+    again = _with_better_handle(ordered, max(REFINED_AGAIN[0], spare), look, prior)
     if again is not None:
         fit_headings(crops, again)
         every, rounds = REFINEMENTS[-1]
         look = _refined(ordered, max(every, spare), again, prior, rounds)
-    look = _of_either_kind(ordered[::spare], look, prior)
+    look = _reversible_or_general(ordered[::spare], look, prior)
     for crop in crops:  # some were skipped, and some have poses of the other kind
         fit_pose(crop, look)
     return look
@@ -115,7 +114,7 @@ def _refined(
     return look
 
 
-def _handle_sought_again(
+def _with_better_handle(
     crops: Sequence[Crop], every: int, look: Appearance, prior: ShapePrior
 ) -> Appearance | None:
     """Return the appearance with another handle, if that explains the pictures far better.
@@ -135,7 +134,9 @@ def _handle_sought_again(
     return again if far_better else None
 
 
-def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> Appearance:
+def _reversible_or_general(
+    crops: Sequence[Crop], look: Appearance, prior: ShapePrior
+) -> Appearance:
     """Return the appearance of a reversible stone, or of any stone, whichever is more likely.
 
     Both have the same prior probability. The other appearance enters the uncertainty, weighted by
@@ -143,9 +144,9 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     """
     alike = ShapePrior.reversible(prior.typical)
     others = [replace(crop, pose=crop.pose.copy()) for crop in crops]
-    fit = _settled(crops, look, prior)
+    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
     look = fit.look
-    rival = fit_profile(others, turned_alike(look), alike, ADAPTING_ROUNDS)
+    rival = fit_profile(others, as_reversible(look), alike, ADAPTING_ROUNDS)
     ahead = rival.unlikelihood() - fit.unlikelihood()
     share = float(expit(0.5 * ahead))
     if share < UNLIKELY_KIND:
@@ -161,22 +162,7 @@ def _of_either_kind(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) 
     return replace(rival.look, uncertainty=other.mixed_with(uncertainty, share))
 
 
-def _settled(crops: Sequence[Crop], look: Appearance, prior: ShapePrior) -> ProfileFit:
-    """Fit, and fit again once if that improves clearly; the crops are placed in place.
-
-    Strongly damped steps gain little everywhere, not only at the minimum.
-    """
-    fit = fit_profile(crops, look, prior, ADAPTING_ROUNDS)
-    others = [replace(crop) for crop in crops]
-    again = fit_profile(others, fit.look, prior, ADAPTING_ROUNDS)
-    if again.objective > fit.objective - CLEAR_GAIN:
-        return fit
-    for crop, other in zip(crops, others, strict=True):
-        crop.pose = other.pose
-    return again
-
-
-def turned_alike(look: Appearance) -> Appearance:
+def as_reversible(look: Appearance) -> Appearance:
     """Return the appearance with the mean of foot and bevel for both."""
     model = look.model
     inset = (model.foot_inset + model.bevel_inset) / 2

@@ -89,7 +89,7 @@ class StoneModel:
     gloss: float = 0.0
 
     def shape(self) -> Floats:
-        """The parameters in the order of `SHAPE_PARAMETERS`, (29,)."""
+        """Return the parameters in the order of `SHAPE_PARAMETERS`, (29,)."""
         return self._shape.copy()
 
     @cached_property
@@ -97,7 +97,7 @@ class StoneModel:
         return np.array([getattr(self, name) for name in SHAPE_PARAMETERS])
 
     def with_shape(self, values: ArrayLike) -> StoneModel:
-        """A model with these parameters, in the order of `SHAPE_PARAMETERS`."""
+        """Return a model with these parameters, in the order of `SHAPE_PARAMETERS`."""
         named = zip(SHAPE_PARAMETERS, np.asarray(values).tolist(), strict=True)
         return replace(self, **dict(named))
 
@@ -169,7 +169,7 @@ class PixelWindow:
         return window_at(camera, corners, 0.0)
 
     def cut(self, top: int, bottom: int, left: int, right: int) -> PixelWindow:
-        """The part within these rows and columns; `bottom` and `right` are excluded."""
+        """Return the part within these rows and columns; `bottom` and `right` are excluded."""
         (u, v), (rows, columns) = self.origin_px, self.shape
         part = np.zeros((rows, columns), dtype=bool)
         part[top:bottom, left:right] = True
@@ -184,7 +184,7 @@ class PixelWindow:
 
 
 def window_at(camera: Camera, outline_px: Floats, margin_px: float) -> PixelWindow | None:
-    """The window around an outline, cut to the image; None if it is outside the image."""
+    """Return the window around an outline, cut to the image; None if it is outside the image."""
     if len(outline_px) == 0:
         return None
     low, high = outline_px.min(axis=0).tolist(), outline_px.max(axis=0).tolist()

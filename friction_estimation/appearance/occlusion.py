@@ -76,7 +76,7 @@ def measure_occluded(
         return None
     window, picture, behind = cut
     own = Crop(window=window, pixels=picture, background=behind, pose=start, t=0.0)
-    hidden = set_among(own, others, camera)
+    hidden = add_neighbours(own, others, camera)
     behind = own.background
     if not hidden.any():
         fit = fit_window(picture, behind, window, camera, appearance, start)
@@ -142,7 +142,7 @@ def fill_hidden(crop: Crop, appearance: Appearance) -> float | None:
     return float(body[strange].sum() / max(body.sum(), 1e-9))
 
 
-def set_among(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags:
+def add_neighbours(crop: Crop, others: Sequence[PosedStone], camera: Camera) -> Flags:
     """Put other stones into the background of a crop, in place.
 
     Returns

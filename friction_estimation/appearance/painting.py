@@ -36,7 +36,8 @@ SHARP, SOFT = slice(0, 2), slice(2, 5)
 
 
 def painted(window: PixelWindow, shape: Floats, pose: Floats, *, with_handle: bool) -> Planes:
-    """A painted stone: its planes in fine pixels (`shape.PLANES`), (7, rows·FINE, columns·FINE).
+    """Return a painted stone: its planes in fine pixels (`shape.PLANES`), (7, rows·FINE,
+    columns·FINE).
 
     Parameters
     ----------
@@ -82,7 +83,7 @@ def turn_handle(planes: Planes, window: PixelWindow, shape: Floats, pose: Floats
 
 
 def coloured(planes: Planes, colours: Floats) -> Planes:
-    """The stone's light and the ice's that it hides, (5, rows·FINE, columns·FINE)."""
+    """Return the stone's light and the ice's that it hides, (5, rows·FINE, columns·FINE)."""
     out = np.empty((5, *planes.shape[1:]), dtype=np.float32)
     colour_planes(planes, planes[HANDLE], colours.astype(np.float32), out)
     return out

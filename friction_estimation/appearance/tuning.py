@@ -134,7 +134,5 @@ UNLIKELY_RISE = 12.0
 """Excess over the best fit beyond which stones are not raised further [squared standard errors]."""
 MIN_GAIN = 0.5
 """Gain below which a round is the last [squared standard errors]."""
-CLEAR_GAIN = 2.0
-"""Minimum gain of a repeated fit: smaller ones depend on rounding."""
 MAX_FOOT_BRIGHTNESS = 1.1
 """Brightness of the foot over that of the side: the foot overhangs and is lit by the ice alone."""

@@ -46,7 +46,8 @@ class Camera:
         size: tuple[int, int],
         distortion: ArrayLike = NO_DISTORTION,
     ) -> Camera:
-        """A camera at a place, looking at a point; `up` is the direction that is up in the image.
+        """Return a camera at a place, looking at a point; `up` is the direction that is up in the
+        image.
 
         The optical axis meets the middle of the image, (width/2, height/2).
         """
@@ -131,7 +132,7 @@ class Camera:
         return replace(self, lens=self.lens.resized(scale, size))
 
     def moved(self, step: Floats, free: FreeLens) -> Camera:
-        """The camera after a step of a fit.
+        """Return the camera after a step of a fit.
 
         Parameters
         ----------

@@ -83,7 +83,7 @@ class Board:
         return 0.75 * self.square if self.marker is None else self.marker
 
     def markers(self) -> cv2.aruco.Dictionary:
-        """The dictionary of the markers.
+        """Return the dictionary of the markers.
 
         Raises
         ------
@@ -124,7 +124,7 @@ class LensCalibration:
     unused: tuple[str, ...]
 
     def summary(self) -> dict[str, Any]:
-        """The lens and its error for JSON."""
+        """Return the lens and its error for JSON."""
         matrix = self.lens.matrix
         return {
             "focal_px": [matrix[0, 0], matrix[1, 1]],
@@ -137,7 +137,7 @@ class LensCalibration:
 
 
 def find_board(image: Image, board: Board) -> tuple[Floats, Floats] | None:
-    """The board's corners in one picture.
+    """Return the board's corners in one picture.
 
     Parameters
     ----------

@@ -61,7 +61,7 @@ class ExpectedError:
     stone_px: float | None = None
 
     def document(self) -> dict[str, Any]:
-        """The error for JSON."""
+        """Return the error for JSON."""
         return {
             "place": self.place,
             "sigma_across_m": self.across,
@@ -186,7 +186,7 @@ def _with_stone(refined: RefinedCamera) -> RefinedCamera:
 
 
 def _radius_px(camera: Camera, xy: Floats, radius: float, height: float) -> Floats:
-    """The stone's largest radius in the picture at places (n, 2), (n,) [px]."""
+    """Return the stone's largest radius in the picture at places (n, 2), (n,) [px]."""
     return radius * np.linalg.norm(camera.px_per_metre(xy, height / 2), 2, axis=(1, 2))
 
 

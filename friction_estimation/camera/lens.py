@@ -151,7 +151,9 @@ class Lens:
         return replace(self, distortion=distortion)
 
     def resized(self, scale: Floats, size: tuple[int, int]) -> Lens:
-        """The lens for pictures enlarged along both sides (2,) to a size (width, height) [px]."""
+        """Return the lens for pictures enlarged along both sides (2,) to a size (width, height)
+        [px].
+        """
         return replace(self, matrix=resized_matrix(self.matrix, scale), size=size)
 
     def with_terms_added(self, changes: Mapping[str, float]) -> Lens:
@@ -170,7 +172,7 @@ class Lens:
         return self.distortion * (self.half_side_px / self.matrix[0, 0]) ** POWERS
 
     def changed(self, step: Floats, free: FreeLens) -> Lens:
-        """The lens after a step (count,) of its free parameters.
+        """Return the lens after a step (count,) of its free parameters.
 
         The distortion in the image stays the same when the focal length changes.
         """

@@ -77,7 +77,7 @@ class Markings:
     curve: Integers
 
     def __getitem__(self, chosen: Flags) -> Markings:
-        """The points for which a flag (n,) is set."""
+        """Return the points for which a flag (n,) is set."""
         return Markings(**{item.name: getattr(self, item.name)[chosen] for item in fields(self)})
 
     def of(self, *names: str) -> Flags:

@@ -193,7 +193,7 @@ class _Fit:
         return len(self._clicked)
 
     def judged(self) -> RefinedCamera:
-        """The fitted camera, its covariance and its misfit."""
+        """Return the fitted camera, its covariance and its misfit."""
         known, off = self._known, self._off(self.camera, self._rim)
         even = max(2 * MARKING_SIGMA_PX, known.min_scale_px)
         agrees = np.abs(off) < OUTLIER_AT * self.scale

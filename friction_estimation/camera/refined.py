@@ -104,7 +104,7 @@ class RefinedCamera:
         return np.sqrt(self.place_variance(xy, z).mean(axis=1))
 
     def resized(self, scale: Floats, size: tuple[int, int]) -> RefinedCamera:
-        """The same for pictures enlarged along both sides (2,); see `Lens.resized`.
+        """Return the same for pictures enlarged along both sides (2,); see `Lens.resized`.
 
         The free parameters do not depend on the size of the picture.
         """
@@ -119,7 +119,7 @@ class RefinedCamera:
 
 
 def unrefined(camera: Camera, disagreeing: tuple[str, ...] = ()) -> RefinedCamera:
-    """A camera that was not compared with the paint, or does not agree with it."""
+    """Return a camera that was not compared with the paint, or does not agree with it."""
     return RefinedCamera(camera=camera, covariance=np.zeros((6, 6)), disagreeing=disagreeing)
 
 

@@ -291,7 +291,7 @@ def _solver(
     origin_px: tuple[int, int],
     lens: FreeLens,
 ) -> PaintSolver:
-    """The search in a picture of a scene; see `refine`.
+    """Return the search in a picture of a scene; see `refine`.
 
     Parameters
     ----------

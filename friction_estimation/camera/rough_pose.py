@@ -97,7 +97,7 @@ class RoughSearch:
         self._ice = marked.end * np.concatenate(curves)
 
     def best(self, seed: int) -> Camera:
-        """The best candidate of one search."""
+        """Return the best candidate of one search."""
         found = differential_evolution(
             self._misfit,
             BOUNDS.tolist(),

@@ -201,7 +201,7 @@ def write_comparison(
 
 
 def _fit_release(part: FreeSlide, t: Floats, early: Flags, ice: Ice, order: int) -> Release:
-    """The release whose path under the law fits the first seconds, robustly."""
+    """Return the release whose path under the law fits the first seconds, robustly."""
     at, xy = t[early], part.xy[early]
     spin, _, _, heading = fit_spin(part)
     sweeps = _swept_intervals(t, part.track.swept[part.rows])

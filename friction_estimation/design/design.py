@@ -89,7 +89,7 @@ class Design:
         return dict(Counter(self.kinds).most_common())
 
     def in_words(self, units: Units = Units.METRES) -> str:
-        """The design in plain words, with lengths and speeds in these units."""
+        """Return the design in plain words, with lengths and speeds in these units."""
         n = len(self.kinds)
         feet = units is Units.FEET
         unit, name = (FOOT, "ft") if feet else (1.0, "m")
@@ -113,7 +113,7 @@ class Design:
         )
 
     def summary(self) -> dict[str, Any]:
-        """The design in numbers, for JSON."""
+        """Return the design in numbers, for JSON."""
         return {
             "resolution_m": self.resolution,
             "precision_percent": 100 * self.precision,

@@ -44,7 +44,7 @@ def variance_removed(
 
 
 def covariance_after(covariance: Floats, throw: Informative) -> Floats:
-    """The covariance of the unknowns once a throw was made, (P, P)."""
+    """Return the covariance of the unknowns after a throw, (P, P)."""
     spreading = covariance[:, throw.touched] @ throw.rows.T
     return covariance - spreading @ np.linalg.solve(_inner(covariance, throw), spreading.T)
 

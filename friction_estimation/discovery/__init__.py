@@ -22,7 +22,7 @@ __getattr__, __dir__ = lazy_names(
         "evidence.next_throws": ("next_throws",),
         "evidence.posterior": ("draw_posterior",),
         "evidence.significance": (
-            *("follows_most", "friction_structure", "left_out_scores", "own_frictions"),
+            *("strongest_correlation", "friction_structure", "left_out_scores", "own_frictions"),
             *("p_of_mean", "unseen_scores"),
         ),
         "evidence.unknown.explanation": ("Dependence", "explain", "find_dependences", "fit_beside"),
@@ -48,6 +48,6 @@ __getattr__, __dir__ = lazy_names(
         "search.maps": ("find_map", "renew_map"),
         "search.patches": ("find_patches",),
         "search.selection": ("fit_with_noise", "misfit_of", "score_candidates", "try_term"),
-        "verdict": ("doubts", "remarks", "sentence", "spoken"),
+        "verdict": ("doubts", "remarks", "sentence", "terminal_text"),
     },
 )

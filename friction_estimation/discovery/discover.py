@@ -113,7 +113,7 @@ class Discovery(Named):
         return None
 
     def baseline_ice(self) -> Ice:
-        """The baseline as fitted to all throws."""
+        """Return the baseline as fitted to all throws."""
         return ice_of(self.final_base)
 
     def improved_ice(self) -> Ice:

@@ -87,7 +87,7 @@ def name_effects(
     named, effects, unproved = _proved(selection.best, own, unseen, whole)
     after = misfit_of(named)
     if not after.white or max(named.noise.memory[:2]) > NEARLY_LONGEST * MEMORY_BOUNDS[1]:
-        named, after = _with_lasting_noise(named, after)
+        named, after = _with_correlated_noise(named, after)
     # The own frictions of all throws: those of training alone are few.
     structure = friction_structure(fit_to(named, whole))
     scatters = named.model.spread > LARGEST_SPREAD
@@ -106,12 +106,12 @@ def name_effects(
     progress("asking what the unknown follows", 0.8)
     # Friction that depends on another variable than the place may look like a map.
     explanation = explain(selection.best, own, beyond_map=not found.unknown)
-    if explanation is None or not (found.unknown or _follows_no_place(explanation)):
+    if explanation is None or not (found.unknown or _depends_on_more_than_place(explanation)):
         return found
     return _beside_unknown(found, explanation, selection)
 
 
-def _follows_no_place(explanation: Explanation) -> bool:
+def _depends_on_more_than_place(explanation: Explanation) -> bool:
     """Return whether friction depends on another variable than the place."""
     return any((d.variable, d.push) not in OF_THE_PLACE for d in explanation.dependences)
 
@@ -192,14 +192,14 @@ def _without_pushes(fitted: SessionFit, session: Session) -> SessionFit:
 
 
 def _with_structure(dependences: list[Dependence], structure: Structure) -> list[Dependence]:
-    """The variables that the unknown follows within throws, and the one between them."""
+    """Return the variables that the unknown follows within throws, and the one between them."""
     variable, p = structure[0].partition(" ")[0].replace("direction", "y"), structure[1]
     if p > LARGEST_P_BETWEEN_THROWS or variable in {d.variable for d in dependences}:
         return dependences
     return [*dependences, Dependence(variable=variable, share=0.0, p=p, push="along")]
 
 
-def _with_lasting_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, Misfit]:
+def _with_correlated_noise(named: SessionFit, after: Misfit) -> tuple[SessionFit, Misfit]:
     """Return the fit and its misfit with noise that lasts for seconds, if that explains all
     residuals.
 

@@ -111,7 +111,7 @@ def write_posterior(
 
 
 def _drawn(posterior: Posterior, fitted: SessionFit) -> Variables:
-    """The variables of the group ``posterior``."""
+    """Return the variables of the group ``posterior``."""
     draw = ("chain", "draw")
     variables: Variables = {
         "spread": (draw, _chained(posterior.spreads)),

@@ -107,7 +107,7 @@ def _effect(
     depends_on: Sequence[str] = (),
     alternatives: Sequence[str] = (),
 ) -> dict[str, Any]:
-    """An effect of the report; its parameters are values, standard errors and units."""
+    """Return an effect of the report; its parameters are values, standard errors and units."""
     return {
         "name": name,
         "kind": kind,

@@ -60,7 +60,7 @@ def sentence(found: Discovery) -> str:
         100.0 * found.gaps[name].rest_error for name in ("before", "after", "noise_floor")
     )
     where = "stop" if found.session.gates is None else "pass the last gate"
-    lacking = _lacking(found)
+    lacking = _missing_effects(found)
     parts = [f"the model lacks {_and(lacking)}"] if lacking else []
     parts += _off(found)
     what = ", and ".join(parts)
@@ -75,7 +75,7 @@ def sentence(found: Discovery) -> str:
     return f"{what[0].upper()}{what[1:]}: fresh throws {how_far}."
 
 
-def _lacking(found: Discovery) -> list[str]:
+def _missing_effects(found: Discovery) -> list[str]:
     """Return the effects that the model lacks, each with its alternatives."""
     named: dict[str, list[str]] = {}
     for effect in found.effects:
@@ -148,7 +148,7 @@ def remarks(found: Discovery) -> list[str]:
     return [*sentences, *blind_spots(found)]
 
 
-def spoken(report: Mapping[str, Any]) -> str:
+def terminal_text(report: Mapping[str, Any]) -> str:
     """Return a report for a terminal: verdict, alternatives and remarks, one per line."""
     lines = [report["verdict"], *report["doubts"], *report["remarks"]]
     lines += [

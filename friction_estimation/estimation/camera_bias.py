@@ -57,7 +57,7 @@ class CameraBias:
         )
 
     def summary(self) -> dict[str, Any]:
-        """The result in numbers, for JSON."""
+        """Return the result in numbers, for JSON."""
         search = self.search
         document: dict[str, Any] = {"outcome": search.outcome, "variety": search.variety}
         if np.isfinite(search.seen_from):

@@ -95,7 +95,7 @@ class Estimate:
         return self.mu / factor, self.mu * factor
 
     @property
-    def leftovers(self) -> list[tuple[Floats, Floats]]:
+    def travel_residuals(self) -> list[tuple[Floats, Floats]]:
         """For each throw the times of its fitted rows [s] and the residuals along its travel
         [m].
         """

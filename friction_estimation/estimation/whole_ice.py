@@ -89,7 +89,7 @@ def estimate_ice(
     progress("reading tracks", 0.0)
     session = open_session(tracks, scene)
     if session.gates is None and not session.turns.any():
-        session = session.with_spins_by_bends()
+        session = session.with_spins_from_curvature()
     # The matrices are too small for several threads of linear algebra.
     with threadpool_limits(limits=1, user_api="blas"), singular_fit_refused():
         if effects == "none" or uniform:

@@ -220,7 +220,7 @@ def _before_and_after(
 
 
 def _between_throws(before: SessionFit, after: SessionFit, variable: str) -> Figure:
-    """The throws' own frictions over a variable that may change them."""
+    """Return the throws' own frictions over a variable that may change them."""
     session = before.session
     place = {
         "order": session.orders.astype(float),
@@ -294,7 +294,7 @@ def _in_travel(vectors: Floats, velocity: Floats) -> Floats:
 
 
 def _value(fitted: SessionFit, variable: str) -> Floats:
-    """The variable at every row, (rows,)."""
+    """Return the variable at every row, (rows,)."""
     path, session = fitted.predicted, fitted.session
     if variable == "passes":
         sheet = fitted.model.wear_sheet

@@ -90,7 +90,7 @@ PICTURES: dict[Literal["before", "after"], str] = {
 
 
 def _same_draw(found: Discovery, units: Units) -> str:
-    """The same draw on the ice before and after."""
+    """Return the same draw on the ice before and after."""
     drawn = draw_picture(found, units)
     if drawn is None:
         return ""

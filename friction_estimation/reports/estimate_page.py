@@ -46,7 +46,7 @@ class Still:
 
     @classmethod
     def of(cls, film: str, t: float, image: NDArray[np.uint8]) -> Still:
-        """A still of a picture, (height, width, 3) BGR."""
+        """Return a still of a picture, (height, width, 3) BGR."""
         import cv2
 
         return cls(film=film, t=t, jpeg=cv2.imencode(".jpg", image)[1].tobytes())
@@ -163,7 +163,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
     columns: dict[str, list[NDArray[Any]]] = {
         name: [] for name in ("throw", "t", "x", "y", "use", "left_m")
     }
-    leftovers = found.leftovers
+    travel_residuals = found.travel_residuals
     for track in found.tracks:
         use = np.full(len(track), "before", dtype=object)
         residual = np.full(len(track), np.nan)
@@ -173,7 +173,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
             use[part.rows] = "used"
             which = found.place(part)
             if found.fit is not None and which is not None:
-                t, left = leftovers[which]
+                t, left = travel_residuals[which]
                 begin = float(found.fit.session.clocks[which] - track.clock)
                 rows = np.searchsorted(track.t, t + begin - 1e-6)
                 thinned = np.diff(rows).min() > 1 if len(rows) > 1 else False
@@ -186,7 +186,7 @@ def row_table(found: Estimate) -> dict[str, ArrayLike]:
 
 
 def headline(found: Estimate) -> str:
-    """The ice in one sentence."""
+    """Return the ice in one sentence."""
     speed = _speed_in_words(found.mu)
     seen = found.ice.friction.observed
     if found.uniform or not seen.any():
@@ -237,7 +237,7 @@ def _remarks(found: Estimate) -> str:
 
 
 def _effects(found: Estimate) -> str:
-    """The effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
+    """Return the effects of the ice with their parameters; the map's μ is the friction at 1 m/s."""
     cards = catalogue()
     rows: list[list[str]] = []
     for effect in found.ice.effects:

@@ -76,7 +76,7 @@ class Zone:
 
 
 def level(ice: Ice) -> float:
-    """The friction of the sheet: the mean over the cells that stones crossed, else over all."""
+    """Return the mean friction of the cells that stones crossed, or else of the whole sheet."""
     seen = ice.friction.observed
     return float(ice.friction.mu[seen].mean() if seen.any() else ice.friction.mu.mean())
 
@@ -89,7 +89,7 @@ def relative_map(ice: Ice) -> Floats:
 
 
 def zones(ice: Ice) -> list[Zone]:
-    """The twelve parts of the sheet, from the home end to the away end, left to right."""
+    """Return the twelve parts of the sheet, from the home end to the away end, left to right."""
     sheet, seen = ice.sheet, ice.friction.observed
     relative = relative_map(ice)
     sigma = ice.friction.sigma / level(ice)

@@ -126,7 +126,7 @@ def throws_section(
 
 
 def _cell(text: str) -> str:
-    """A cell as HTML, with its standard error in small print."""
+    """Return a cell as HTML, with its standard error in small print."""
     value, plus_minus, error = text.partition(" ± ")
     shown = escape(value)
     return f"{shown} <small>± {escape(error)}</small>" if plus_minus else shown
@@ -181,7 +181,7 @@ def _column(cells: list[Any]) -> list[Any]:
 
 
 def as_text(rows: ThrowRows) -> str:
-    """The table for a terminal."""
+    """Return the table for a terminal."""
     widths = [
         max(len(name), *(len(row[k]) for row in rows.rows)) for k, name in enumerate(rows.head)
     ]
@@ -197,7 +197,7 @@ def as_text(rows: ThrowRows) -> str:
 
 
 def handle_of(one: ThrowMeasures) -> str:
-    """The handle of a right-hander, and the way the stone turned."""
+    """Return the handle of a right-hander, and the way the stone turned."""
     spin = one.spin
     if spin is None or abs(spin.value) * 3 < MIN_TURN or abs(spin.value) < 3 * (spin.sigma or 0.0):
         return NOT_SEEN if spin is None else "hardly turns"

@@ -22,16 +22,16 @@ from friction_estimation.tracking.detection.finder import NetworkFinder
 from friction_estimation.tracking.films.film_track import FilmTrack, TrackingOptions
 from friction_estimation.tracking.films.steady_film import (
     SteadyFilm,
-    blames_scene,
     camera_of,
     empty_ice,
+    scene_mismatch_error,
 )
 from friction_estimation.tracking.measuring.follower import Follower, follow, follower_of
 from friction_estimation.tracking.measuring.looks import (
     SeenStone,
     heading_of,
-    learnt,
-    left_open,
+    learn_look,
+    unexplained_by_look,
     with_focal,
 )
 from friction_estimation.tracking.measuring.others import bare_ice, known_others
@@ -77,14 +77,14 @@ def track_film(
     except InputError as error:
         if refined.measured or not options.refine:
             raise
-        raise blames_scene(refined, steady.path) from error
+        raise scene_mismatch_error(refined, steady.path) from error
     found_by = refined
     refused: list[InputError] = []
     for stones in candidates:
         stone = stones.thrown
         if found_by is not camera:
             refined = with_focal(found_by, scene, [stone])
-        look = learnt(stone, refined.camera, steady)
+        look = learn_look(stone, refined.camera, steady)
         if look is not None and _shows_stone(*look, background.strong_grain):
             break
         refused.append(_no_stone(look, steady.path))
@@ -146,12 +146,14 @@ def _stones(
 
 def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:
     """Return whether a look explains the pictures from which it was learnt, as a stone's does."""
-    unexplained = min(unexplained_share(crops, look, grain), left_open(crops, look, grain))
+    unexplained = min(
+        unexplained_share(crops, look, grain), unexplained_by_look(crops, look, grain)
+    )
     return unexplained <= numbers.MAX_UNEXPLAINED
 
 
 def _no_stone(look: object | None, path: Path) -> InputError:
-    """The reason why a path is not a thrown stone's."""
+    """Return the reason why a path is not a thrown stone's."""
     if look is None:
         return InputError("the thrown stone is never completely in the picture", source=path)
     return NoThrowError(

@@ -63,7 +63,7 @@ def load_tracker(name: str = BUILT_IN, options: TrackingOptions = USUAL) -> Trac
         options for another tracker than the built-in one
     """
     found = load_plugin("tracker", TRACKER_GROUP, name, form="module:function")
-    if not _can_be_called(found):
+    if not _is_tracker(found):
         raise InputError(
             f"the tracker {name!r} must be a function that can be called as "
             "tracker(film, scene, progress=progress)"
@@ -77,7 +77,7 @@ def load_tracker(name: str = BUILT_IN, options: TrackingOptions = USUAL) -> Trac
 
 
 def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
-    """The tracks in what a tracker returned, the thrown stone first.
+    """Return the tracks in what a tracker returned, the thrown stone first.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def tracks_in(found: Any, film: Path) -> tuple[Trajectory, ...]:
     return tuple(tracks)
 
 
-def _can_be_called(found: Any) -> bool:
+def _is_tracker(found: Any) -> bool:
     if not callable(found):
         return False
     try:

@@ -31,8 +31,9 @@ def show(request: Request) -> Response:
             "Two throws with a called target show how an athlete throws. Enter who threw, and what "
             "was called, on the page Throws."
         )
-        about = {"heading": "Athletes", "text": text, "next": "throws"}
-        return page(request, "empty.html", session=session, **about)
+        return page(
+            request, "empty.html", session=session, heading="Athletes", text=text, next="throws"
+        )
     return page(
         request,
         "athletes.html",

@@ -25,8 +25,9 @@ def show(request: Request) -> Response:
         if answer is not None:
             why = answer.kept.no_stones.replace("in throws.csv", "on the page Throws")
             text, screen = f"Stones cannot be compared yet: {why}.", "throws"
-        about = {"heading": "Stones", "text": text, "next": screen}
-        return page(request, "empty.html", session=session, **about)
+        return page(
+            request, "empty.html", session=session, heading="Stones", text=text, next=screen
+        )
     reach = {
         name: max([LEAST_REACH, *(abs(end - 1) for one in factors for end in (one.low, one.high))])
         for name, factors in (

@@ -152,7 +152,7 @@ class GameCore:
         return GameIce(simulator, self._observation)
 
     def action_of(self, call: Call) -> Singles:
-        """The action that means a call; clipped where it is out of range."""
+        """Return the action of a call, clipped to the range."""
         return self.action.action_of(call)
 
     def observation_of(self, view: PlayerView) -> Any:

@@ -157,7 +157,7 @@ class raw_env(MatchCore, AECEnv[str, Any, Any]):  # the names are PettingZoo's
     @state.setter
     def state(self, state: GameState) -> None:  # pyright: ignore[reportIncompatibleMethodOverride]
         ice = self.usual if self._match is None else self._match.ice
-        self._begin(self.going_on(ice, self.checked_state(state)))
+        self._begin(self.continued(ice, self.checked_state(state)))
 
     def call_of(self, action: ArrayLike) -> Call:
         """Return the call of an action."""

@@ -153,7 +153,7 @@ class MatchCore(GameCore):
         asked = dict(options)
         ice = self.ices.draw(rng, self.ices.given(asked))
         if "state" in asked:
-            return self.going_on(ice, self.checked_state(asked["state"]))
+            return self.continued(ice, self.checked_state(asked["state"]))
         power_play = checked_power_play(asked.get("power_play"))
         label = asked.get("last_stone") or list(TEAMS)[int(rng.integers(2))]
         if label not in TEAMS:
@@ -162,9 +162,9 @@ class MatchCore(GameCore):
         new = simulator.new_game(int(rng.integers(2**31)), last_stone=TEAMS[label])
         throw_first = bool(asked.get("throw_first", False))
         begun = simulator.begin_end(new, power_play=power_play, throw_first=throw_first)
-        return self.going_on(ice, begun)
+        return self.continued(ice, begun)
 
-    def going_on(self, ice: GameIce, state: GameState) -> Match:
+    def continued(self, ice: GameIce, state: GameState) -> Match:
         """Continue a game from a state; between two ends the next one is begun."""
         if state.game.end is None and not state.game.is_over:
             state = ice.simulator.begin_end(state)

@@ -378,7 +378,7 @@ class SheetCore(Core[Sheets]):
     # --- what is seen ---------------------------------------------------------------------------
 
     def observed(self, episodes: Sheets) -> Singles:
-        """The observations of all sheets."""
+        """Return the observations of all sheets."""
         if self._beginning is not None and episodes is self._beginning[0]:
             return self._beginning[1].copy()
         stones, played, of_stones = episodes.stones[..., :2], episodes.played, episodes.of_stones

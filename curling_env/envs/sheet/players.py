@@ -154,7 +154,7 @@ class Throws(NamedTuple):
         return [Throw(speed=v, angle=a, spin=s) for v, a, s in self.numbers.tolist()]
 
 
-class Flown(NamedTuple):
+class ThrowOutcomes(NamedTuple):
     """Outcomes of throws on n sheets.
 
     Parameters
@@ -173,7 +173,7 @@ class Flown(NamedTuple):
     records: dict[str, list[Any]]
 
 
-ThrowPlayer = Callable[[Throws], Flown]
+ThrowPlayer = Callable[[Throws], ThrowOutcomes]
 
 
 class PlayOneByOne:
@@ -187,7 +187,7 @@ class PlayOneByOne:
     def __init__(self, fps: float) -> None:
         self._fps = fps
 
-    def __call__(self, throws: Throws) -> Flown:
+    def __call__(self, throws: Throws) -> ThrowOutcomes:
         n, k = throws.stones.shape[:2]
         stones, last = np.full((n, k + 1, 3), np.nan), np.empty((n, 2))
         outcomes: list[Outcome] = []
@@ -198,7 +198,7 @@ class PlayOneByOne:
                     stones[row, slot] = stone.x, stone.y, stone.theta
             last[row] = outcome.delivered.x, outcome.delivered.y
             outcomes.append(outcome)
-        return Flown(
+        return ThrowOutcomes(
             stones=stones,
             last=last,
             status=np.array([one.delivered_status.value for one in outcomes]),
@@ -232,7 +232,7 @@ class PlayOneByOne:
         return outcome, [*(k for k, *_ in there), len(throws.identifiers)]
 
 
-def play_together(throws: Throws) -> Flown:
+def play_together(throws: Throws) -> ThrowOutcomes:
     """Simulate throws together if they share an ice and a direction, without trajectories.
 
     Raises
@@ -263,4 +263,4 @@ def play_together(throws: Throws) -> Flown:
         last[rows], time[rows] = after.last[:, -1], after.time
         status[rows] = field.statuses(after, end)[:, -1]
     stones[status != Status.REST.value, -1] = np.nan
-    return Flown(stones=stones, last=last, status=status, time=time, records={})
+    return ThrowOutcomes(stones=stones, last=last, status=status, time=time, records={})

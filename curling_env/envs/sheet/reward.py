@@ -46,7 +46,7 @@ class RewardParts:
     success: Values
 
     def as_dict(self) -> dict[str, Values]:
-        """The parts by name."""
+        """Return the parts by name."""
         return {name: getattr(self, name) for name in PARTS}
 
 
@@ -79,7 +79,7 @@ class RewardWeights:
                 raise InputError(f"the weight of {part.name} must be finite, got {value}")
 
     def total(self, parts: RewardParts) -> Values:
-        """The reward: the weighted sum of the parts."""
+        """Return the reward: the weighted sum of the parts."""
         return sum(getattr(self, name) * getattr(parts, name) for name in PARTS)
 
 

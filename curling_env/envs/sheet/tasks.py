@@ -96,7 +96,7 @@ class DrawTask:
         return _in_disc(level * HOUSE_RADIUS, u, v)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """The goal itself."""
+        """Return the goal."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:
@@ -133,7 +133,7 @@ class GuardTask:
         return x + level * sideways * (2 * u - 1), y + level * along * (2 * v - 1)
 
     def target(self, goal: Any, stone_radius: float) -> Any:
-        """The goal itself."""
+        """Return the goal."""
         return goal
 
     def is_done(self, landing: Landing) -> Any:

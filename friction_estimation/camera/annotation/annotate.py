@@ -153,7 +153,7 @@ class Annotation:
         return columns, rows
 
     def scene(self, clicks: Clicks) -> Scene:
-        """The scene that holds these clicks.
+        """Return the scene of these clicks.
 
         The four corners alone become `corners_px`, anything else `points`.
 

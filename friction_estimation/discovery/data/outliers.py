@@ -59,7 +59,7 @@ def fast_series(t: Floats, values: Floats) -> Floats:
 
 
 def without_outliers(track: Trajectory, contacts: Sequence[float] = ()) -> Trajectory:
-    """A track without the rows whose position is an outlier, and without outlying headings.
+    """Return a track without the rows whose position is an outlier, and without outlying headings.
 
     Parameters
     ----------

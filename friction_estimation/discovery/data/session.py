@@ -217,7 +217,7 @@ class Session:
         A stone is assumed to turn to the side to which its path bends, if the paths of throws with
         measured rotation clearly do.
         """
-        bends, sides = self._bends, np.zeros(len(self))
+        bends, sides = self._lateral_accelerations, np.zeros(len(self))
         for i in range(len(self)):
             theta = self.theta[self.rows(i)]
             known = np.flatnonzero(np.isfinite(theta))
@@ -230,15 +230,17 @@ class Session:
                 spins = np.where(bends * with_turn.mean() < 0, -USUAL_SPIN, USUAL_SPIN)
         return replace(self, usual_spins=spins)
 
-    def with_spins_by_bends(self) -> Session:
+    def with_spins_from_curvature(self) -> Session:
         """Return the session with stones assumed to turn to the side to which their paths bend.
 
         This is for throws without headings on ice that is known to curl.
         """
-        return replace(self, usual_spins=np.where(self._bends < 0, -USUAL_SPIN, USUAL_SPIN))
+        return replace(
+            self, usual_spins=np.where(self._lateral_accelerations < 0, -USUAL_SPIN, USUAL_SPIN)
+        )
 
     @cached_property
-    def _bends(self) -> Floats:
+    def _lateral_accelerations(self) -> Floats:
         """Acceleration of each throw to the left of its travel, (k,) [m/s²]."""
         bends = np.zeros(len(self))
         for i in range(len(self)):
@@ -254,7 +256,7 @@ class Session:
         return self._with_rows(keep, counts)
 
     def only(self, chosen: Sequence[int] | Indices) -> Session:
-        """The session of the throws with these indices."""
+        """Return the session of the throws with these indices."""
         chosen = np.asarray(chosen, dtype=np.intp)
         rows = np.concatenate([np.arange(*self.starts[i : i + 2]) for i in chosen.tolist()])
         whole = self._with_rows(rows, np.diff(self.starts)[chosen])
@@ -262,7 +264,7 @@ class Session:
         return replace(whole, pushes=pushes, **{n: getattr(self, n)[chosen] for n in OF_THROWS})
 
     def _with_rows(self, rows: Flags | Indices, counts: Indices) -> Session:
-        """The session with some of its rows, and the number of rows of each throw."""
+        """Return the session with some of its rows, and the number of rows of each throw."""
         starts = np.concatenate([[0], np.cumsum(counts)]).astype(np.intp)
         return replace(self, starts=starts, **{n: getattr(self, n)[rows] for n in OF_ROWS})
 
@@ -313,7 +315,7 @@ def refuse_too_many_cells(ice: Ice | None) -> None:
 
 
 def open_session(tracks: Sequence[Trajectory], scene: Scene | None = None) -> Session:
-    """The free slides of measured tracks.
+    """Return the free slides of measured tracks.
 
     Parameters
     ----------

@@ -35,7 +35,7 @@ class UnknownPushes(NamedTuple):
         )
 
     def at(self, i: int, times: Floats) -> Floats:
-        """The pushes of the i-th throw at some times, (n, 4)."""
+        """Return the pushes of the i-th throw at some times, (n, 4)."""
         own = self.sizes[self.starts[i] : self.starts[i + 1]]
         known = self.spacing[i] * np.arange(len(own))
         return np.column_stack([np.interp(times, known, column) for column in own.T])

@@ -48,7 +48,7 @@ class WearTracks:
 
     @classmethod
     def of(cls, measured: Iterable[tuple[int, Floats]]) -> WearTracks:
-        """The wear tracks of measured throws.
+        """Return the wear tracks of measured throws.
 
         Parameters
         ----------

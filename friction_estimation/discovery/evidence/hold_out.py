@@ -95,7 +95,7 @@ def forecast(model: Model, session: Session, noise: SessionNoise) -> ForecastGap
 
 
 def noise_floor(fitted: SessionFit, session: Session) -> ForecastGap:
-    """The forecast gap that a perfect model would have on these throws."""
+    """Return the forecast gap that a perfect model would have on these throws."""
     model, noise = fitted.model, fitted.noise
     early = session.early
     whole = fit(model, session, noise, shared=False)

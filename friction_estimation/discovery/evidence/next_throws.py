@@ -79,7 +79,7 @@ class NextThrow:
         }
 
 
-class _Sought(NamedTuple):
+class _Target(NamedTuple):
     """A quantity of interest, with the shared parameters that determine it."""
 
     name: str
@@ -97,7 +97,7 @@ def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
 
 def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     model = fitted.model
-    sought = _sought(model)
+    targets = _targets(model)
     posterior = mixture(fitted)
     spread = float(posterior.weights @ posterior.spreads)
     covariance = _covariance(fitted, spread)
@@ -106,8 +106,8 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     playable = [k for k, path in enumerate(paths) if is_playable(path, model.ice.sheet)]
     if not playable:
         return []
-    counted = np.concatenate([each.places for each in sought])
-    members = np.concatenate([np.full(len(each.places), len(each.places)) for each in sought])
+    counted = np.concatenate([each.places for each in targets])
+    members = np.concatenate([np.full(len(each.places), len(each.places)) for each in targets])
     weights = 1.0 / (members * np.diag(covariance)[counted])
     found: list[NextThrow] = []
     for _ in range(min(count, len(playable))):
@@ -115,7 +115,7 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
         best = playable[int(np.argmax(gains))]
         after = covariance_after(covariance, result[best])
         share = 1.0 - np.diag(after) / np.diag(covariance)
-        teaches = {each.name: float(share[each.places].mean()) for each in sought}
+        teaches = {each.name: float(share[each.places].mean()) for each in targets}
         throw, path = throws[best], paths[best]
         found.append(
             NextThrow(
@@ -130,17 +130,17 @@ def _next_throws(fitted: SessionFit, count: int) -> list[NextThrow]:
     return found
 
 
-def _sought(model: Model) -> list[_Sought]:
+def _targets(model: Model) -> list[_Target]:
     """Return the quantities of interest: the friction of the sheet, the map, and every term."""
     names = model.names
-    found = [_Sought("friction", np.array([names.index(("", "ln_mu"))]))]
+    found = [_Target("friction", np.array([names.index(("", "ln_mu"))]))]
     area = model.map_slice
     if area.stop > area.start:
-        found.append(_Sought("friction_map", np.arange(area.start, area.stop)))
+        found.append(_Target("friction_map", np.arange(area.start, area.stop)))
     for term in model.terms:
         places = [k for k, (label, _) in enumerate(names) if label == term.label]
         if places:
-            found.append(_Sought(term.label, np.array(places)))
+            found.append(_Target(term.label, np.array(places)))
     return found
 
 

@@ -176,7 +176,7 @@ def cells_of(model: Model, vectors: Floats, rng: np.random.Generator) -> Floats 
 
 
 def _root(covariance: Floats) -> Floats:
-    """A matrix whose product with its transpose is the covariance."""
+    """Return a matrix whose product with its transpose is the covariance."""
     scale = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
     values, vectors = np.linalg.eigh(covariance / scale[:, None] / scale)
     return scale[:, None] * vectors * np.sqrt(np.maximum(values, 0.0))

@@ -59,7 +59,7 @@ def left_out_scores(fitted: SessionFit) -> Floats:
 
 
 def unseen_scores(fitted: SessionFit, session: Session) -> Floats:
-    """The same for throws that a fit has not seen, each separately, (k,)."""
+    """Return the same for throws that a fit has not seen, each separately, (k,)."""
     seen = fit(fitted.model, session, fitted.noise, shared=False)
     grams, log_terms = seen.linear.each(fitted.model.spread)
     whole = fitted.linear.total() + broad_prior(fitted.model)
@@ -126,7 +126,7 @@ def _scores(fitted: SessionFit, held_out: Session | None) -> Floats:
 
 
 def _fit_without(fitted: SessionFit, label: str) -> SessionFit:
-    """The fit without an effect."""
+    """Return the fit without an effect."""
     term = fitted.model.term(label)
     model = fitted.model.without(label)
     if model.systematic_error and not term.card.is_physical:
@@ -178,7 +178,7 @@ def throw_covariates(session: Session, states: Floats) -> dict[str, Floats]:
     return {k: (v - v.mean()) / spread[k] for k, v in columns.items() if spread[k] > 1e-9}
 
 
-def follows_most(
+def strongest_correlation(
     columns: Floats, values: Floats, weights: Floats | None = None
 ) -> tuple[int, float]:
     """Return the column with the strongest correlation.
@@ -216,7 +216,7 @@ def _p_between_throws(fitted: SessionFit) -> float:
     """
     columns = throw_covariates(fitted.session, fitted.states)
     chosen = [v for k, v in columns.items() if k in ("order", "clock") or k.startswith("stone")]
-    return follows_most(np.column_stack(chosen), own_frictions(fitted)[0])[1]
+    return strongest_correlation(np.column_stack(chosen), own_frictions(fitted)[0])[1]
 
 
 def _p_of_stones(fitted: SessionFit, term: Term) -> float:
@@ -231,7 +231,7 @@ def _p_of_stones(fitted: SessionFit, term: Term) -> float:
     stones, counts = np.unique(fitted.session.stones, return_counts=True)
     columns = (fitted.session.stones[:, None] == stones[counts > 1]).astype(np.float64)
     # Estimates of throws may vary by more than their noise: no weight exceeds twice the usual one.
-    return follows_most(columns, own, 1.0 / (sigma**2 + np.median(sigma) ** 2))[1]
+    return strongest_correlation(columns, own, 1.0 / (sigma**2 + np.median(sigma) ** 2))[1]
 
 
 def own_values(fitted: SessionFit, term: Term) -> tuple[Floats, Floats]:
@@ -265,5 +265,7 @@ def friction_structure(fitted: SessionFit) -> tuple[str, float]:
     columns = throw_covariates(fitted.session, fitted.states)
     if fitted.model.map_field is not None:
         columns.pop("x", None)
-    which, p = follows_most(np.column_stack(list(columns.values())), own_frictions(fitted)[0])
+    which, p = strongest_correlation(
+        np.column_stack(list(columns.values())), own_frictions(fitted)[0]
+    )
     return list(columns)[which], p

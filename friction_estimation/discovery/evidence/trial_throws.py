@@ -108,7 +108,7 @@ def trial_throws(fitted: SessionFit, terms: Sequence[Term]) -> list[TrialThrow]:
 
 
 def draw_speeds(fitted: SessionFit) -> dict[Direction, float]:
-    """The speed of a draw to the tee in each direction [m/s]."""
+    """Return the speed of a draw to the tee in each direction [m/s]."""
     found: dict[Direction, float] = {}
     times = np.array([0.0, 60.0])
     for direction in (Direction.AWAY, Direction.HOME):
@@ -170,7 +170,7 @@ def is_seen(path: Floats) -> Flags:
 
 
 def noise_of_rows(fitted: SessionFit) -> SessionNoise:
-    """The noise of a row that stands for all the frames around it."""
+    """Return the noise of a row that stands for all the frames around it."""
     session, noise = fitted.session, fitted.noise
     steps = np.diff(session.times)
     frames = ROW_SPACING / max(float(np.median(steps[steps > 0])), 1e-3)
@@ -223,7 +223,7 @@ def in_words(throw: TrialThrow, path: Floats, sheet: Sheet, terms: Sequence[Term
 
 
 def _line_in_words(throw: TrialThrow, sheet: Sheet) -> str:
-    """The line of delivery, as the thrower sees it."""
+    """Return the line of delivery, as the thrower sees it."""
     if throw.line == 0.0:
         return "down the centre line"
     part = {0.25: "a quarter of the way", 0.5: "half-way"}[

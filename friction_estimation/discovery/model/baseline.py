@@ -60,7 +60,7 @@ def base_model(ice: Ice | None, session: Session) -> Model:
 
 
 def _term(card: EffectCard, given: Mapping[str, float], uncertain: set[str]) -> Term:
-    """An effect of an ice file as a term.
+    """Return an effect of an ice file as a term.
 
     Parameters
     ----------

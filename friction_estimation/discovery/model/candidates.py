@@ -99,11 +99,11 @@ class Term:
         )
 
     def with_values(self, **values: float) -> Term:
-        """The same term with other values of some parameters."""
+        """Return the same term with other values of some parameters."""
         return replace(self, values={**self.values, **values})
 
     def freed(self, *names: str) -> Term:
-        """The same term with these parameters fitted as well.
+        """Return the same term with these parameters fitted as well.
 
         The sides of an area have a prior around the result of the search, which matters where no
         stone ran.

@@ -183,7 +183,7 @@ class Point(NamedTuple):
 def linearise(
     model: Model, session: Session, noise: SessionNoise, states: Floats, ln_factors: Floats
 ) -> tuple[Floats, Linearisation]:
-    """The model linearised at a point.
+    """Return the model linearised at a point.
 
     Returns
     -------
@@ -247,7 +247,7 @@ def fit(
             arrived = falls[-1] < CONVERGED and damping == 1.0
             damping = min(1.0, 3.0 * damping)
             present = Point(states, linear, here)
-            if arrived or here - _still_to_fall(falls) > goal:
+            if arrived or here - _remaining_fall(falls) > goal:
                 break
         model, states, ln_factors = _step(present, session, damping, shared)
     assert present is not None
@@ -315,14 +315,14 @@ def releases_near(session: Session, *fits: SessionFit) -> tuple[Floats, Floats]:
     return states, ln_factors
 
 
-def _still_to_fall(falls: Sequence[float]) -> float:
+def _remaining_fall(falls: Sequence[float]) -> float:
     """Remaining fall of the deviance if the last two falls begin a geometric series."""
     before, last = ([np.inf, np.inf, *falls])[-2:]
     return last**2 / (before - last) if last < before < np.inf else np.inf
 
 
 def _most_likely_spread(linear: Linearisation) -> float:
-    """The spread that minimises F at the present parameters.
+    """Return the spread that minimises F at the present parameters.
 
     The spread that a step predicts assumes linearity. If it is nearly zero, the nonlinear part of
     the step would count a hundredfold, and the step would be rejected.

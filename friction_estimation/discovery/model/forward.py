@@ -117,7 +117,7 @@ class _Slides(NamedTuple):
 
 
 def _slides(law: Law, nodes: int) -> _Slides:
-    """The arrays for a law, with room for a number of nodes of a path."""
+    """Return the arrays for a law, with room for a number of nodes of a path."""
     control = STEPS if law.wear == 0.0 else STEPS_ON_TRACKS
     return _Slides(
         motion=np.zeros(MOTION_SIZE),

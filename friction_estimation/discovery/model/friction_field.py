@@ -120,7 +120,8 @@ class FrictionField(GaussianField):
         return size[:, None] * whole * size - self.patterns @ self.patterns.T
 
     def patterns_at(self, xy: Floats) -> Floats:
-        """The patterns at points of the sheet, (n, r), bilinear between the centres of cells.
+        """Return the patterns at points of the sheet, (n, r), bilinear between the centres of
+        cells.
 
         Parameters
         ----------
@@ -131,7 +132,7 @@ class FrictionField(GaussianField):
 
 
 def cells_at(sheet: Sheet, xy: Floats) -> tuple[Indices, Floats]:
-    """The four cells around points (n, 2): flat indices and bilinear weights, (n, 4) each."""
+    """Return the four cells around points (n, 2): flat indices and weights, (n, 4) each."""
     (i, i1), (j, j1), u, v = sheet.cells_around(xy)
     columns = sheet.shape[1]
     cells = np.column_stack(

@@ -75,11 +75,11 @@ class GaussianField:
         return 0.0
 
     def at(self, values: Floats) -> Self:
-        """The same with other coefficients."""
+        """Return the same with other coefficients."""
         return replace(self, values=values)
 
     def with_amplitude(self, amplitude: float) -> Self:
-        """The same with another amplitude."""
+        """Return the same with another amplitude."""
         return replace(self, amplitude=amplitude)
 
 
@@ -164,7 +164,7 @@ def _correlation(y: Floats, nodes: Floats) -> Floats:
 
 
 def _over_the_sheet(xy: Floats) -> Floats:
-    """A displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
+    """Return a displacement that grows evenly along the sheet, and a bent one, (rows, 2)."""
     along = xy[:, 1] / TEE_Y
     return np.column_stack([along, along**2])
 

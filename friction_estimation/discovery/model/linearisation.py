@@ -48,7 +48,7 @@ def gram_matrices(session: Session, noise: SessionNoise, columns: Iterable[Float
 
 
 def gram_matrix(session: Session, noise: SessionNoise, i: int, columns: Floats) -> Floats:
-    """The same of the i-th throw alone, (m, m)."""
+    """Return the same of the i-th throw alone, (m, m)."""
     rows, m = session.rows(i), columns.shape[2]
     work = np.array(columns, order="C")
     times, sigma = session.times[rows], session.sigma[rows]
@@ -205,7 +205,7 @@ class Linearisation:
         return self.each(spread)[0].sum(axis=0) + self.prior
 
     def minimum(self, spread: float | None = None) -> Minimum:
-        """The minimum of `total`."""
+        """Return the minimum of `total`."""
         return minimum_of(self.total(spread))
 
     def deviance(self) -> float:

@@ -60,7 +60,7 @@ class Minimum(NamedTuple):
 
 
 def minimum_of(gram: Floats) -> Minimum:
-    """The minimum of quadratics.
+    """Return the minimum of quadratics.
 
     Parameters
     ----------
@@ -125,7 +125,7 @@ def scaled_root(matrix: Floats) -> tuple[Floats, Floats]:
 
 
 def _solved(root: Floats, right: Floats, *, lower: bool = True) -> Floats:
-    """The solution of triangular equations, as (..., n, r) as the right side."""
+    """Return the solution of triangular equations, as (..., n, r) as the right side."""
     if root.ndim == 2:
         solved = solve_triangular(root, right, lower=lower, check_finite=False)
         return np.asarray(solved, dtype=np.float64)

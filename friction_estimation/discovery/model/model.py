@@ -93,12 +93,12 @@ class Model:
         return tuple((place, field) for place, field in self._places if field)
 
     def with_amplitude(self, which: int, amplitude: float) -> Model:
-        """The model with another amplitude of one of its `fields`."""
+        """Return the model with another amplitude of one of its `fields`."""
         field = self.fields[which][1].with_amplitude(amplitude)
         return self._with_fields({field.name: field})
 
     def _with_fields(self, fields: Mapping[str, GaussianField]) -> Model:
-        """The model with other fields, by name."""
+        """Return the model with other fields, by name."""
         terms = tuple(
             replace(t, map_field=fields.get("map", t.map_field)) if t.map_field else t
             for t in self.terms
@@ -147,7 +147,7 @@ class Model:
         return np.array(low), np.array(high)
 
     def at(self, vector: Floats) -> Model:
-        """The model with other shared parameters, kept within their bounds."""
+        """Return the model with other shared parameters, kept within their bounds."""
         vector = np.clip(vector, *self.bounds)
         position = self.map_slice.stop
         terms: list[Term] = []
@@ -161,15 +161,15 @@ class Model:
         return moved._with_fields({f.name: f.at(vector[place]) for place, f in self.fields})
 
     def with_terms(self, *terms: Term) -> Model:
-        """The model with more terms."""
+        """Return the model with more terms."""
         return replace(self, terms=(*self.terms, *terms))
 
     def without(self, *labels: str) -> Model:
-        """The model without some of its terms."""
+        """Return the model without some of its terms."""
         return replace(self, terms=tuple(t for t in self.terms if t.label not in labels))
 
     def term(self, label: str) -> Term:
-        """The term of that label."""
+        """Return the term of that label."""
         return next(t for t in self.terms if t.label == label)
 
     @property

@@ -143,7 +143,7 @@ def fast_cosines(t: Floats) -> Floats:
 
 
 def fast_part(session: Session, residuals: Floats) -> Floats:
-    """The part of residuals (rows, 3) that is faster than any slide; NaN where not measured."""
+    """Return the part of residuals (rows, 3) that is faster than any slide; NaN if not measured."""
     out = np.full_like(residuals, np.nan)
     for i in range(len(session)):
         rows = session.rows(i)
@@ -188,7 +188,7 @@ def estimate_noise(
     start: SessionNoise | None = None,
     lasting: bool = False,
 ) -> SessionNoise:
-    """The noise that makes the fast part of the residuals most likely.
+    """Return the noise that makes the fast part of the residuals most likely.
 
     Slow cosines of each throw are projected out, so that an effect that the model lacks does not
     count as noise. Raw tracks are assumed to have equal errors in x and y; those of a film are not,

@@ -46,7 +46,7 @@ def prior_gram(model: Model, size: int, *, fields: bool = True) -> Floats:
 
 
 def integration_cost(model: Model, total: Floats) -> float:
-    """The term that integrating over the coefficients of Gaussian fields adds to F.
+    """Return the term that integrating over the coefficients of Gaussian fields adds to F.
 
     It is ln |1 + information of the coefficients|, and the prior of the fields' amplitudes.
 
@@ -91,7 +91,7 @@ def profile_amplitudes(model: Model, total: Floats) -> tuple[Model, float]:
 
 
 def _profile_map(model: Model, total: Floats) -> tuple[float, float]:
-    """The amplitude of the friction map that minimises F, and that part of F.
+    """Return the amplitude of the friction map that minimises F, and that part of F.
 
     All coefficients of the map have the same prior. Once everything else is projected out, F is a
     sum over the eigenvectors of their information, whatever the amplitude.
@@ -155,7 +155,7 @@ def bounded_step(total: Floats, step: Floats, model: Model) -> Floats:
 
 
 def profile_spread(reduced: Floats, ln_factors: Floats, prior: Floats) -> tuple[float, float]:
-    """The spread that minimises F of the linearised model, and F there.
+    """Return the spread that minimises F of the linearised model, and F there.
 
     With the shared parameters at their best, F is a quadratic of the ln factors of the throws. On
     its axes a spread costs a division.

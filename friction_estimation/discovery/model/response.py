@@ -105,7 +105,8 @@ class LinearisedPaths(NamedTuple):
         return slice(int(self.instants.starts[i]), int(self.instants.starts[i + 1]))
 
     def responses_of_throw(self, i: int, pushes: Floats, sizes: Floats) -> Floats:
-        """The same for the rows of the i-th throw alone, (rows, 3, r), by pushes at its instants.
+        """Return the same for the rows of the i-th throw alone, (rows, 3, r), by pushes at its
+        instants.
 
         Parameters
         ----------

@@ -153,7 +153,7 @@ def sensitivities(
 def sensitivities_by_throw(
     model: Model, session: Session, states: Floats, ln_factors: Floats
 ) -> Sensitivities:
-    """The same as `sensitivities`, for one throw after the other."""
+    """Return the same as `sensitivities`, for one throw after the other."""
     instants = Instants(np.empty(0), np.zeros(len(session) + 1, dtype=np.intp))
     if model.map_field is not None:
         instants = instants_of(session)

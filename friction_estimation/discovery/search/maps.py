@@ -35,7 +35,7 @@ def find_map(fitted: SessionFit) -> tuple[Term, float] | None:
 
 
 def renew_map(fitted: SessionFit) -> SessionFit:
-    """The fit with a map of another correlation length, if that is better."""
+    """Return the fit with a map of another correlation length, if that is better."""
     present = fitted.model.map_field
     if present is None:
         return fitted

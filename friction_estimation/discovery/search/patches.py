@@ -70,7 +70,7 @@ class Grid(NamedTuple):
 
 
 def grid_over(xy: Floats, size: tuple[float, float]) -> Grid:
-    """The grid of cells of a size over points (n, 2)."""
+    """Return the grid of cells of a size over points (n, 2)."""
     low, span = xy.min(axis=0), np.ptp(xy, axis=0)
     shape = np.maximum(1, np.ceil(span / size)).astype(int)
     return Grid((float(low[0]), float(low[1])), size, (int(shape[0]), int(shape[1])))
@@ -95,7 +95,7 @@ def find_patches(fitted: SessionFit) -> list[Term]:
 
 
 def _term_within(card: EffectCard, rectangle: Rectangle) -> Term:
-    """An effect within a rectangle, at its neutral values."""
+    """Return an effect within a rectangle, at its neutral values."""
     sides = dict(zip(card.search.area or (), rectangle, strict=True))
     return Term(card=card, values={**sides, **card.neutral}, free=card.first)
 
@@ -254,7 +254,7 @@ def _width(term: Term) -> float:
 
 
 def _with_side(model: Model, label: str, side: str, shift: float) -> Model:
-    """The model with one side of a patch elsewhere."""
+    """Return the model with one side of a patch elsewhere."""
     term = model.term(label)
     moved = term.with_values(**{side: term.values[side] + shift})
     return model.without(label).with_terms(moved)

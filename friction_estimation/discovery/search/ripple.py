@@ -115,7 +115,7 @@ def _camera_like_terms(model: Model) -> list[Term]:
 def _rippled(
     fitted: SessionFit, model: Model, columns: Floats, ripple: CameraRipple
 ) -> Linearisation:
-    """A fit, linear in the parameters of a model and in those of a ripple.
+    """Return a fit, linear in the parameters of a model and in those of a ripple.
 
     Parameters
     ----------

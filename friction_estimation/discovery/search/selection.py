@@ -52,7 +52,7 @@ class CandidateScore:
 
 
 def score_candidates(fitted: SessionFit, terms: Sequence[Term]) -> list[CandidateScore]:
-    """The scores of candidates around a fit, the most promising first."""
+    """Return the scores of candidates around a fit, the most promising first."""
     if not terms:
         return []
     linear = fitted.linear_with(*terms)
@@ -210,7 +210,7 @@ def try_term(fitted: SessionFit, term: Term) -> Trial:
 
 
 def _on_own_cells(worn: SessionFit) -> SessionFit:
-    """The fit with wear along paths in the map's own cells, if that is better.
+    """Return the fit with wear along paths in the map's own cells, if that is better.
 
     A stone wears a track as wide as its running band. In wider cells the ice beside it wears too,
     as it does on ice that was simulated with such cells.
@@ -337,10 +337,10 @@ def _without(fitted: SessionFit, term: Term, goal: float) -> SessionFit:
     bare = fitted.model.without(term.label)
     if term.map_field is None:
         return refit(fitted, bare, goal=goal)
-    return with_patches_sought_again(refit(fitted, bare))
+    return with_patches_relocated(refit(fitted, bare))
 
 
-def with_patches_sought_again(fitted: SessionFit) -> SessionFit:
+def with_patches_relocated(fitted: SessionFit) -> SessionFit:
     """Return the fit with each of its patches at its best position, if that is better."""
     best = fitted
     for patch in [term for term in fitted.model.terms if term.card.search.area is not None]:

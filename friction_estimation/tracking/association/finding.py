@@ -14,7 +14,7 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.scene import Scene
 from friction_estimation.tracking import numbers
 from friction_estimation.tracking.association.coarse import coarse_path
-from friction_estimation.tracking.association.linking import RestingPlace, left_near, link
+from friction_estimation.tracking.association.linking import RestingPlace, link, vacated_near
 from friction_estimation.tracking.association.paths import RESTING, Path, most_likely_paths
 from friction_estimation.tracking.detection.background import Background
 from friction_estimation.tracking.detection.detections import Detections, Detector, StoneFinder
@@ -78,7 +78,7 @@ def _stones_of(
 ) -> FilmStones:
     """All stones of a film, if one path is the thrown stone's."""
     model, touching = detector.model, 2 * detector.model.radius
-    left = left_near(thrown, _places(detector.at_rest, paths, seen), seen, touching)
+    left = vacated_near(thrown, _places(detector.at_rest, paths, seen), seen, touching)
     if left:
         known = set(seen.times.tolist())
         denser = seen
@@ -163,7 +163,7 @@ def _may_hit(one: Path, path: Path, begin: int, seen: Detections, touching: floa
     """Return whether another path passes near a resting place when it is left."""
     last = path.at[begin - 1]
     place = RestingPlace(xy=seen.xy[last], until=float(seen.t[last]), at=path.at[:begin])
-    return bool(left_near(one, [place], seen, touching))
+    return bool(vacated_near(one, [place], seen, touching))
 
 
 def _spans(moments: Sequence[float]) -> list[tuple[float, float]]:

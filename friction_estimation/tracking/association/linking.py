@@ -118,7 +118,7 @@ class Mover:
         return ((xy - self._state[:, 0]) ** 2 / total + np.log(total)).sum(axis=1)
 
     def misses(self, xy: Floats, variance: Floats) -> Floats:
-        """The same without the normalisation of the errors, (n,)."""
+        """Return the same without the normalisation of the errors, (n,)."""
         return ((xy - self._state[:, 0]) ** 2 / (self._p[:, 0, 0] + variance)).sum(axis=1)
 
     def add(self, at: int, seen: Detections) -> None:
@@ -129,7 +129,7 @@ class Mover:
         self.mode.append(SLIDING)
 
 
-def left_near(
+def vacated_near(
     path: Path, places: Sequence[RestingPlace], seen: Detections, touching: float
 ) -> list[RestingPlace]:
     """Return places that stones leave while a path passes near them, in order of time.
@@ -165,7 +165,7 @@ def link(
     touching : distance of the centres of two stones that touch [m]
     """
     t = seen.t[thrown.at]
-    events = left_near(thrown, places, seen, touching)
+    events = vacated_near(thrown, places, seen, touching)
     rests = np.zeros(len(seen.t), dtype=bool)
     for place in places:
         rests[place.at] = True

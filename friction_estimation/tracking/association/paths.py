@@ -52,7 +52,7 @@ class Path:
         return float(self.gained[-1])
 
     def part(self, low: int, high: int) -> Path:
-        """The path from one of its detections to before another."""
+        """Return the path from one of its detections to before another."""
         before = self.gained[low - 1] if low else 0.0
         return Path(
             at=self.at[low:high],
@@ -105,7 +105,7 @@ def _disjoint_paths(seen: Detections, left: Integers, clutter: float) -> list[Pa
     _score_pairs(
         first, second, into, frame, t, xy, variance, score, still, leaves, math.log(clutter),
         value, came, np.empty((len(first), 2)), np.empty((len(first), 4)),
-        np.zeros(len(first), dtype=np.bool_), _taken_since(t, xy),
+        np.zeros(len(first), dtype=np.bool_), _first_seen(t, xy),
     )  # fmt: skip
     flat = value.ravel()
     ends = np.flatnonzero(flat > numbers.SURE)
@@ -145,7 +145,7 @@ def _traced(
     return np.array(nodes[::-1]), mode_of, np.cumsum(np.minimum(steps, most))
 
 
-def _taken_since(t: Floats, xy: Floats) -> Floats:
+def _first_seen(t: Floats, xy: Floats) -> Floats:
     """Times of the first detections at each detection's place, (n,) [s]."""
     near = (np.hypot(*(xy[: k + 1] - xy[k]).T) < numbers.SAME_PLACE for k in range(len(t)))
     return np.array([t[np.argmax(one)] for one in near])

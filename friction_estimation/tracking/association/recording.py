@@ -58,7 +58,7 @@ class ThrowInFilm:
     from_rest: bool
     odds: float
 
-    def goes_on(self, later: ThrowInFilm) -> bool:
+    def may_continue(self, later: ThrowInFilm) -> bool:
         """Return whether a later path may be of the same stone, lost in between."""
         way = self.stop[1] - self.start[1]
         ahead = (later.start[1] - self.stop[1]) * way > 0
@@ -145,7 +145,7 @@ def _windows(
 def throws_among(
     paths: Sequence[Path], seen: Detections, camera: Camera, area: float
 ) -> list[ThrowInFilm]:
-    """The throws among the paths of a recording, in order.
+    """Return the throws among the paths of a recording, in order.
 
     Parameters
     ----------
@@ -173,7 +173,7 @@ def throws_among(
     throws: list[ThrowInFilm] = []
     for one in sorted(chosen, key=lambda one: one.first):
         before = throws[-1] if throws else None
-        if before is not None and one.begin < before.end and before.goes_on(one):
+        if before is not None and one.begin < before.end and before.may_continue(one):
             throws[-1] = replace(
                 one,
                 begin=before.begin,

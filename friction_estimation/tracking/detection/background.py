@@ -146,18 +146,18 @@ def grey(picture: Image) -> Image:
 
 
 def _strongest(difference: Image) -> Image:
-    """The largest of the three channels of every pixel."""
+    """Return the largest of the three channels of every pixel."""
     blue, green, red = colours(difference)
     return cv2.max(cv2.max(blue, green), red)
 
 
 def colours(picture: Image) -> list[Image]:
-    """The three channels of a picture; OpenCV's `split` takes five times as long."""
+    """Return the three channels of a picture; OpenCV's `split` takes five times as long."""
     return [cv2.extractChannel(picture, k) for k in range(3)]
 
 
 def median_picture(parts: Sequence[Image]) -> Image:
-    """The median of pictures (rows, columns, 3) at every pixel; the upper of the middle two."""
+    """Return the upper median of pictures (rows, columns, 3) at every pixel."""
     middle = np.empty(parts[0].shape, dtype=np.uint8)
     rows = 16  # a strip that stays in the processor's cache
     for row in range(0, len(middle), rows):
@@ -166,7 +166,7 @@ def median_picture(parts: Sequence[Image]) -> Image:
 
 
 def _middle(parts: list[Image]) -> Image:
-    """The median of pictures, which are overwritten.
+    """Return the median of pictures, which are overwritten.
 
     The minimum and the maximum of half of the pictures plus two cannot be the median of all. They
     are dropped, and the next picture is added, until one is left.

@@ -251,7 +251,7 @@ def _still(
     finder: StoneFinder | None,
     known: tuple[Background, _Still] | None,
 ) -> _Still:
-    """The stones on the still ice.
+    """Return the stones on the still ice.
 
     Parameters
     ----------

@@ -110,7 +110,7 @@ def cut(
 
 
 def minutes(t: float) -> str:
-    """A time as minutes and seconds."""
+    """Return a time as minutes and seconds."""
     minutes, seconds = divmod(t, 60)
     hours, minutes = divmod(int(minutes), 60)
     return f"{hours}:{minutes:02d}:{seconds:04.1f}" if hours else f"{minutes}:{seconds:04.1f}"

@@ -14,7 +14,7 @@ from friction_estimation.camera.scene import Scene, load_scene
 from friction_estimation.tracking.films.given_tracker import GivenTracker
 from friction_estimation.tracking.films.resume import Checkpoints
 from friction_estimation.tracking.films.shared_cameras import SharedCameras
-from friction_estimation.tracking.films.throws_of_film import ThrowTracker, alone
+from friction_estimation.tracking.films.throws_of_film import ThrowTracker, without_context
 from friction_estimation.tracking.films.tracked_film import TrackedFilm, with_stones
 from friction_estimation.tracking.tracker import Tracker, load_tracker
 
@@ -151,7 +151,7 @@ def _throws_of_all(
         except NoThrowError as error:
             if each_shows_one:
                 raise
-            why = alone(error)
+            why = without_context(error)
             throw_tracker.left_out(f"{film.name}: {why.problem}")
         if why is None:
             continue

@@ -97,7 +97,7 @@ class SteadyFilm:
             )
 
     def between(self, low: float, high: float, step: float) -> Iterator[tuple[float, Image]]:
-        """The frames from one time to another, a step apart [s]."""
+        """Return the frames from one time to another, a step apart [s]."""
         return self._corrected(self.film.between(low, high, step))
 
     def _corrected(self, frames: Iterable[tuple[float, Image]]) -> Iterator[tuple[float, Image]]:
@@ -160,7 +160,7 @@ def camera_of(
     return refined, moved_px
 
 
-def blames_scene(refined: RefinedCamera, film: Path) -> InputError:
+def scene_mismatch_error(refined: RefinedCamera, film: Path) -> InputError:
     """Return the error of a film without a thrown stone whose paint contradicts the scene."""
     wrong = ", ".join(refined.disagreeing)
     seen = f" ({wrong} elsewhere)" if wrong else ""

@@ -75,7 +75,7 @@ class ThrowTracker:
                         raise
                     moves = isinstance(error, CameraMovesError)
                     known = moves and any(isinstance(k, CameraMovesError) for k in refused)
-                    refused.append(alone(error))
+                    refused.append(without_context(error))
                     if not known:  # reported once
                         self.left_out(f"{piece.path.name}, {piece.name}: {error.problem}")
                     continue
@@ -146,7 +146,7 @@ class ThrowTracker:
         return replace(one.numbered(number, piece), scene=scene)
 
 
-def alone(error: InputError) -> InputError:
+def without_context(error: InputError) -> InputError:
     """Return an error without its context, which has the pictures of a dropped throw."""
     error.__cause__ = error.__context__ = None
     return error.with_traceback(None)

@@ -20,8 +20,8 @@ from friction_estimation.appearance import (
     Crop,
     StoneModel,
     adapt_appearance,
+    as_reversible,
     learn_appearance,
-    turned_alike,
 )
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera, log_height_prior
@@ -158,8 +158,10 @@ def focal_from_stone(
         if min(trials.values(), key=lambda trial: trial.cost) is best:
             break
     found = [(k.lean, k.cost) for k in trials.values()]
-    others = _turned_alike_stones(trials, alike)
-    log_height, sigma = likely_height([(lean, _either(c, others.get(lean))) for lean, c in found])
+    others = _reversible_costs(trials, alike)
+    log_height, sigma = likely_height(
+        [(lean, _cost_of_either_kind(c, others.get(lean))) for lean, c in found]
+    )
     change = heights.change(float(np.exp(-log_height)))
     solved = refine_at_focal(change)
     if solved is None:
@@ -168,10 +170,10 @@ def focal_from_stone(
     return replace(solved, farther=_camera(refine_at_focal(change + one_sigma)))
 
 
-def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict[float, float]:
+def _reversible_costs(trials: dict[float, _Trial], heights: _Heights) -> dict[float, float]:
     """Return the costs of likely heights for reversible stones."""
     best = min(trials.values(), key=lambda trial: trial.cost)
-    seen = tuple((crops, turned_alike(look)) for crops, look in best.seen)
+    seen = tuple((crops, as_reversible(look)) for crops, look in best.seen)
     start = heights.beside(replace(best, seen=seen), best.lean)
     if start is None:
         return {}
@@ -187,7 +189,7 @@ def _turned_alike_stones(trials: dict[float, _Trial], heights: _Heights) -> dict
     return {lean: trial.cost for lean, trial in found.items()}
 
 
-def _either(cost: float, other: float | None) -> float:
+def _cost_of_either_kind(cost: float, other: float | None) -> float:
     """Return the cost of a height for stones of either kind."""
     return cost if other is None else -2 * float(np.logaddexp(-cost / 2, -other / 2))
 

@@ -44,7 +44,7 @@ class HeadingViews:
         self.cost.append(np.minimum(cost - cost.min(), numbers.MAX_VIEW_COST))
 
     def between(self, low: float, high: float) -> HeadingViews:
-        """The pictures from one time to before another [s]."""
+        """Return the pictures from one time to before another [s]."""
         kept = [k for k, t in enumerate(self.t) if low <= t < high]
         return HeadingViews(t=[self.t[k] for k in kept], cost=[self.cost[k] for k in kept])
 
@@ -224,7 +224,7 @@ def fit_heading_curve(
     own = slice(0 if known is None else 1, None)
     seen = excess[own]
     if len(seen) >= 2 * numbers.MIN_HEADING_VIEWS:
-        by_others = _foretold(times, waves, t, speed, known)
+        by_others = _predicted_headings(times, waves, t, speed, known)
         seen = _cost_at(waves, by_others[:, None] + _ANGLES) - _cost_at(waves, by_others)[:, None]
         seen = seen[own]
     others = [seen.mean(axis=1)]  # any heading
@@ -254,7 +254,7 @@ def _is_clear(excess: Floats, counts: Floats, independent: float) -> bool:
     return bool(mean >= numbers.CLEAR_HEADING * spread / np.sqrt(independent))
 
 
-def _foretold(
+def _predicted_headings(
     times: Floats,
     waves: NDArray[np.complex128],
     t: Floats,
@@ -378,6 +378,6 @@ def _drift(times: Floats, waves: NDArray[np.complex128], theta: Floats) -> Float
 
 
 def _bell_mean(t: Floats, values: Floats) -> Floats:
-    """The mean of values (n,) around each time, the nearest of which count most."""
+    """Return the mean of values (n,) around each time, the nearest of which count most."""
     bell = np.exp(-0.5 * ((t[:, None] - t) / (numbers.HEADING_NEIGHBOURS / 4)) ** 2)
     return bell @ values / bell.sum(axis=1)

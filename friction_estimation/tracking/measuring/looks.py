@@ -18,11 +18,11 @@ from friction_estimation.appearance import (
     StoneModel,
     clear_surroundings,
     crops_at,
+    explained_crops,
     fill_hidden,
     heading_costs,
     learn_appearance,
     measure_occluded,
-    those_explained,
     unexplained_share,
 )
 from friction_estimation.camera.camera import Camera
@@ -149,7 +149,7 @@ def crowded(path: CoarsePath, seen: Detections, camera: Camera) -> bool:
     return len(near) >= numbers.FRAMES_WITH_PEOPLE
 
 
-def learnt(
+def learn_look(
     stone: SeenStone, camera: Camera, film: SteadyFilm
 ) -> tuple[Appearance, Sequence[Crop]] | None:
     """Estimate the appearance of a stone, and return the crops that show it; None if it is nowhere
@@ -170,7 +170,7 @@ def learnt(
     noise = stone.background.noise
     look = learn_appearance(crops, stone.model, noise, try_others=not stone.people)
     for _ in range(_ROUNDS):
-        like = those_explained(crops, look)
+        like = explained_crops(crops, look)
         if len(like) == len(crops):
             break
         crops = like
@@ -213,11 +213,11 @@ def _views(
         for crop in crops_at([frame], [t], [fit.xy], channels, origin, camera, stone.model):
             clear_surroundings(crop, camera, stone.model)
             crop.pose = np.array([*fit.xy, fit.theta if look.has_handle else 0.0])
-            found.append((left_open([crop], look, stone.background.strong_grain), crop))
+            found.append((unexplained_by_look([crop], look, stone.background.strong_grain), crop))
     return found
 
 
-def left_open(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
+def unexplained_by_look(crops: Sequence[Crop], look: Appearance, grain: float = 0.0) -> float:
     """Unexplained share of the difference from bare ice, 0 to 1.
 
     It does not depend on the fitted noise, with which a poor appearance would seem to leave little.

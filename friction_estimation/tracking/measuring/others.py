@@ -161,7 +161,7 @@ def _like_ice(
 def _footprint(
     camera: Camera, model: StoneModel, xy: Floats, shape: tuple[int, int], origin: tuple[int, int]
 ) -> Flags:
-    """The pixels (rows, columns) of the background that a stone or its shadow may change."""
+    """Return the pixels (rows, columns) of the background that a stone or its shadow may change."""
     mask = np.zeros(shape, dtype=np.uint8)
     wide = replace(model, radius=model.radius + _SHADOW)
     outline = wide.outline_px(camera, xy)

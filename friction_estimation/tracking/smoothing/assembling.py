@@ -41,10 +41,10 @@ from friction_estimation.tracking.smoothing.smoother import (
 from friction_estimation.tracking.smoothing.uncertainty import (
     block_sigma,
     heading_sigma,
-    hidden_for_long,
     hidden_sigma,
+    smoothed_occlusion,
     systematic_sigma,
-    unseen_way,
+    unseen_displacement,
 )
 
 
@@ -204,7 +204,7 @@ def assemble(
         place = place + appearance.uncertainty.shift_at(place)
     theta, spin, sigma_theta = _headings(measured, t, fits, path, ages.whole, appearance, contacts)
     sigma_theta = np.hypot(sigma_theta, heading_sigma(camera, place, model))
-    unseen = np.hypot(unseen_way(t, path.velocity, ages.rim), ages.dropped)
+    unseen = np.hypot(unseen_displacement(t, path.velocity, ages.rim), ages.dropped)
     unseen = np.hypot(unseen, block_sigma(single, ages.repeated))[kept]
     common = systematic_sigma(
         refined,
@@ -212,7 +212,7 @@ def assemble(
         model,
         unseen,
         appearance.uncertainty,
-        hidden_for_long(t[kept], hidden[kept]),
+        smoothed_occlusion(t[kept], hidden[kept]),
     )
     noise = np.sqrt((path.sigma[kept] ** 2).mean(axis=1))
     trajectory = Trajectory(

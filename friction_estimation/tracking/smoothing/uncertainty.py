@@ -45,7 +45,7 @@ def systematic_sigma(
     model : the stone; its size counts
     unseen : (n, 2) way that the pictures may not show because of compression [m]; None: none
     shape : uncertainty of the stone's shape
-    hidden : (n,) share of the stone that something hides, see `hidden_for_long`; None: nothing
+    hidden : (n,) share of the stone that something hides, see `smoothed_occlusion`; None: nothing
     """
     camera, middle = refined.camera, model.height / 2
     variance = camera_variance(refined, xy, middle)
@@ -78,7 +78,7 @@ def hidden_sigma(camera: Camera, xy: Floats, hidden: Floats, model: StoneModel) 
     return sigma
 
 
-def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
+def smoothed_occlusion(t: Floats, hidden: Floats) -> Floats:
     """Occluded share of a stone (n,), as its mean over the frames around each.
 
     The occluder moves with the stone, so errors of neighbouring frames are correlated.
@@ -89,7 +89,7 @@ def hidden_for_long(t: Floats, hidden: Floats) -> Floats:
     return around @ hidden / around.sum(axis=1)
 
 
-def unseen_way(t: Floats, velocity: Floats, age: Floats) -> Floats:
+def unseen_displacement(t: Floats, velocity: Floats, age: Floats) -> Floats:
     """Return the displacement of a stone since its pixels last changed, (n, 2) [m].
 
     It is assumed to decelerate as on ice: a stone that does not move in the picture need not be at
@@ -137,7 +137,7 @@ def heading_sigma(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
 
 
 def _radius_px(camera: Camera, xy: Floats, model: StoneModel) -> Floats:
-    """The stone's largest radius in the picture, (n,) [px]."""
+    """Return the stone's largest radius in the picture, (n,) [px]."""
     return model.radius * np.linalg.norm(camera.px_per_metre(xy, model.height / 2), 2, axis=(1, 2))
 
 

@@ -28,7 +28,7 @@ from friction_estimation.discovery.model.noise import estimate_noise
 from friction_estimation.discovery.search.selection import (
     refine,
     try_term,
-    with_patches_sought_again,
+    with_patches_relocated,
 )
 from friction_estimation.discovery.tuning import (
     COPY_ERROR,
@@ -101,7 +101,7 @@ def search(
         moves.sort(key=lambda move: around.value(move, dispersion))
         tried = [around.at_best(move, dispersion) for move in moves[:SHORTLIST]]
         better = [each for each in tried if each[0] < present - 1.0]
-        sound = [each for each in better if not _mends_copies(around, made, each[1])]
+        sound = [each for each in better if not _may_correct_pushes(around, made, each[1])]
         if not sound:
             break
         made = min(sound, key=lambda each: each[0])[1]
@@ -109,7 +109,7 @@ def search(
     return made, dispersion
 
 
-def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bool:
+def _may_correct_pushes(around: Nearby, before: Combination, after: Combination) -> bool:
     """Return whether a further term may merely correct inexact pushes.
 
     The response of paths to pushes is only partly linear. A term that corrects for this explains
@@ -118,8 +118,8 @@ def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bo
     terms = [len(made.effects) + len(made.pushes) for made in (before, after)]
     if terms[1] <= terms[0]:
         return False
-    had, has = (around.fall_short(made) for made in (before, after))
-    pushed = around.fall_short(replace(after, pushes={})) - has
+    had, has = (around.minimum_cost(made) for made in (before, after))
+    pushed = around.minimum_cost(replace(after, pushes={})) - has
     rest = has - around.values
     return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
@@ -165,7 +165,7 @@ def surviving(around: Nearby, made: Combination, dispersion: float) -> Combinati
 
 def _explained(around: Nearby, made: Combination, label: str) -> float:
     """Return the rise of −2 ln likelihood when an effect is taken from a combination."""
-    return around.fall_short(made.toggled(label)) - around.fall_short(made)
+    return around.minimum_cost(made.toggled(label)) - around.minimum_cost(made)
 
 
 def dependences(around: Nearby, made: Combination, dispersion: float) -> list[Dependence]:
@@ -175,9 +175,9 @@ def dependences(around: Nearby, made: Combination, dispersion: float) -> list[De
     ----------
     around, made, dispersion : as of `search`
     """
-    whole, scores = around.fall_short(made), around.scores(made, dispersion)
+    whole, scores = around.minimum_cost(made), around.scores(made, dispersion)
     bare = replace(made, pushes={})
-    lacking = max(around.fall_short(bare) - around.values, around.fall_short(bare) - whole, 1.0)
+    lacking = max(around.minimum_cost(bare) - around.values, around.minimum_cost(bare) - whole, 1.0)
     found: list[Dependence] = []
     for variable in dict.fromkeys(
         push.variable.split()[0] for push in made.pushes if push.variable
@@ -185,7 +185,7 @@ def dependences(around: Nearby, made: Combination, dispersion: float) -> list[De
         own = [p for p in made.pushes if p.variable and p.variable.split()[0] == variable]
         gains: dict[Following, float] = {}
         for push in own:
-            gains[push] = around.fall_short(made.without(push)) - whole
+            gains[push] = around.minimum_cost(made.without(push)) - whole
         without, alone = made, made
         for push in made.pushes:
             if push in own:
@@ -196,7 +196,7 @@ def dependences(around: Nearby, made: Combination, dispersion: float) -> list[De
         found.append(
             Dependence(
                 variable=variable,
-                share=min((around.fall_short(bare) - around.fall_short(alone)) / lacking, 1.0),
+                share=min((around.minimum_cost(bare) - around.minimum_cost(alone)) / lacking, 1.0),
                 p=p_of_mean(improvements),
                 push=max(own, key=lambda push: gains[push]).push,
             )
@@ -276,7 +276,7 @@ def explain(
         tried.append(made.effects)
         fitted = calm
     # A patch was placed, and shaped, while the unknown was missing.
-    calm = with_patches_sought_again(calm)
+    calm = with_patches_relocated(calm)
     return Explanation(
         fit=calm,
         pushes=tuple(made.pushes),
@@ -292,7 +292,7 @@ def _fit_beside(
     *,
     shaped: bool = False,
 ) -> SessionFit:
-    """The fit of the effects of a combination to a session in which its pushes act.
+    """Return the fit of the effects of a combination to a session in which its pushes act.
 
     Parameters
     ----------
@@ -348,7 +348,7 @@ def fit_beside(fitted: SessionFit, pushes: Sequence[Following]) -> SessionFit:
     own = 7 + len(calm.model.vector)
     linear = calm.linear_in(calm.model, calm.columns, calm.residuals)
     grams = linear.grams.copy()
-    grams[:, 7:own, 7:own] -= again.taken_over(made) / len(grams)
+    grams[:, 7:own, 7:own] -= again.absorbed_information(made) / len(grams)
     # The unexplained rest counts as additional noise.
     grams /= again.dispersion(made)
     return replace(calm, linear=replace(linear, grams=grams), only_spread=made.spread)

@@ -255,7 +255,7 @@ class Nearby:
         quadratic = self.quadratic(made, dispersion)
         return minimum_of(quadratic.gram).step, quadratic
 
-    def fall_short(self, made: Combination, dispersion: float = 1.0) -> float:
+    def minimum_cost(self, made: Combination, dispersion: float = 1.0) -> float:
         """Minimum −2 ln likelihood of a combination, including its priors."""
         return float(minimum_of(self.quadratic(made, dispersion).gram).value)
 
@@ -272,7 +272,7 @@ class Nearby:
 
     def dispersion(self, made: Combination) -> float:
         """Return the ratio of a combination's residuals to the noise; at least one."""
-        left = self.fall_short(made) - self.values
+        left = self.minimum_cost(made) - self.values
         return max(1.0, 1.0 + left / self.slow)
 
     def at_best(self, made: Combination, dispersion: float) -> tuple[float, Combination]:
@@ -315,7 +315,7 @@ class Nearby:
             sizes[push.push] = sizes.get(push.push, 0.0) + own
         return replace(self.fitted.session, pushes=pushes_over_time(self.paths, sizes))
 
-    def taken_over(self, made: Combination) -> Floats:
+    def absorbed_information(self, made: Combination) -> Floats:
         """Information on the fit's parameters that pushes can absorb, (P, P).
 
         Parameters

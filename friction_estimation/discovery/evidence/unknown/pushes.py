@@ -96,7 +96,7 @@ def directions(paths: LinearisedPaths) -> dict[Push, Floats]:
 
 
 def ways(paths: LinearisedPaths) -> Floats:
-    """The direction of play at every instant, 1 or -1, (n,)."""
+    """Return the direction of play at every instant, 1 or -1, (n,)."""
     starts = paths.instants.starts
     return np.repeat(np.sign(paths.path[starts[:-1], State.VY]), np.diff(starts))
 

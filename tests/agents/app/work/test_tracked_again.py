@@ -19,7 +19,7 @@ from curling_env.trajectory import Trajectory, read_tracks
 from friction_estimation.camera import CORNERS, load_scene, save_scene
 from friction_estimation.camera.scene import Scene
 from friction_estimation.film import film_writer
-from friction_estimation.tracking.films.steady_film import blames_scene
+from friction_estimation.tracking.films.steady_film import scene_mismatch_error
 from friction_estimation.tracking.films.tracked_film import TrackedFilm
 
 CLICKS = {"home_left": (100, 600), "home_right": (1100, 600), "away_right": (700, 100)}
@@ -116,7 +116,7 @@ def test_a_film_of_another_camera_is_marked_in_the_app(
     club.change("film", film.id, state="waiting")
 
     def refused(films, scene, **_):
-        raise blames_scene(SimpleNamespace(disagreeing=("rings",)), Path(films[0]))
+        raise scene_mismatch_error(SimpleNamespace(disagreeing=("rings",)), Path(films[0]))
 
     monkeypatch.setattr(tracking, "track_each", refused)
     visitor.post(f"practice/{session.id}/work", {"kind": "track"})
