@@ -85,7 +85,7 @@ def test_both_pages_compare_two_ices_in_the_same_words(visitor, evening):
     coached = plain(visitor.get(f"hand-or-ice/{session.id}").text)
     words = re.search(r"Today’s ice against that of Before: (.*?)\. Weight, line", coached)[1]
     assert " end " in words  # the ice has changed by another amount towards either end
-    assert f"Before, 2026-11-01: {words}" in plain(visitor.get(f"ice/{session.id}").text)
+    assert f"Before, 2026-11-01 : {words}" in plain(visitor.get(f"ice/{session.id}").text)
 
 
 def test_it_is_worked_out_beside_the_server_and_kept_until_something_changes(
