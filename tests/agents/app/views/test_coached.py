@@ -192,7 +192,9 @@ def test_athletes_have_their_bias_and_their_hand_can_be_planned_with(visitor, ev
     assert answer.status == 200
     assert answer.document["skill"]["name"] == "Bo"
     habit = answer.document["habit"]
-    assert re.match(r"Bo is usually 0\.\d s heavy: aim for 1\d\.\d s", habit), habit
+    late, aim = re.match(r"Bo is usually ([\d.]+) s heavy: aim for ([\d.]+) s", habit).groups()
+    weight = answer.document["call"]["hog_to_hog_s"]
+    assert float(aim) - float(late) == pytest.approx(weight, abs=0.11)
     assert 0.01 < answer.document["skill"]["sigma_speed"] < 0.08
     assert "athlete:99" in visitor.send("throw/plan", {**target, "skill": "athlete:99"}).text
 
