@@ -21,6 +21,9 @@ from friction_estimation.camera.camera import Camera
 from friction_estimation.film.frame import Frame
 from friction_estimation.tracking import numbers
 
+_STEP = 0.05
+"""Distance along the sheet between the points that are projected to find its picture [m]."""
+
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Background:
@@ -91,7 +94,7 @@ def sheet_region(
     margin_px : pixels that are kept around
     """
     x = np.linspace(-sheet.width / 2, sheet.width / 2, 9)
-    y = np.linspace(-sheet.length / 2, sheet.length / 2, 61)
+    y = np.linspace(-sheet.length / 2, sheet.length / 2, round(sheet.length / _STEP) + 1)
     ice = np.array([(a, b) for a in x for b in y])
     points = np.concatenate(
         [np.column_stack([ice, np.full(len(ice), z)]) for z in (0.0, numbers.PEOPLE_HEIGHT)]
