@@ -65,8 +65,6 @@ HIGHEST_FRAME_RATE = 40.0
 """Rows a second that are kept of faster films [1/s]: a slide is smooth over 25 ms."""
 LEAST_HEADINGS = 10
 """Rows with a heading from which a throw's spin counts as measured."""
-SURE_BEND = 5.0
-"""Standard errors from which paths are taken to bend with the rotation."""
 USUAL_SPIN = 1.5
 """Spin of a throw whose heading was never measured [rad/s]."""
 USUAL_SPIN_SIGMA = 0.6
@@ -75,16 +73,12 @@ LEAST_USUAL_SPIN = 0.3
 """Minimum of that spin, on the side that the path's bend shows [rad/s]. Where a spin near zero
 changes its sign, the path changes at once, and a fit that steps over it gets lost.
 """
-USUAL_FRICTION = 0.009
-"""μ from which a plain baseline is fitted: that of a draw of 25 s."""
 
 # --- references --------------------------------------------------------------------------------
 LENGTH_ERROR = 0.02
 """Usual standard error of a length that is read off the tracks [m]: the width of a line."""
 CLOCK_ERROR = 0.2
 """Usual standard error of an interval by a stopwatch [s]."""
-CLEARLY_OFF = 3.0
-"""Standard errors by which a calibration factor must differ from one to be named."""
 
 # --- systematic errors of the camera -----------------------------------------------------------
 SYSTEMATIC_LENGTH = 7.0
@@ -161,18 +155,17 @@ MOST_BETWEEN_THROWS_TRIALS = 2
 MOST_EFFECTS = 4
 """Effects after which a selection goes on only where what is left is nearly noise: where much is
 left it is something unknown, and further names would copy it."""
-MOST_ADDITIONS = 6
-"""Most effects that a selection adds, one after the other. What came early may turn out to be a
-copy of others, and is dropped again, so that more are added than are named."""
 ASTRAY = 20.0
 """Slow misfit over that of noise from which on a selection counts as gone astray: what is missing,
 if it has a name, leaves a few at most."""
 STILL_BELIEVED = 0.7
 """Standard error over the prior's from which on a parameter counts as believed, not measured."""
-CLEARLY_CHANGED = 2.0
-"""Standard errors from which on a parameter of a given model counts as changed."""
+CLEARLY_OFF = 3.0
+"""Standard errors by which a given number must differ from the throws', or a calibration factor
+from one, to be reported."""
 CLEARLY_SEEN = 5.0
-"""Standard errors from which an effect would have been named."""
+"""Standard errors from which an effect would have been named, and from which paths are taken to
+bend with the rotation."""
 
 # --- patches -----------------------------------------------------------------------------------
 PATCH_CELL = (0.25, 1.0)
@@ -233,8 +226,6 @@ RIVAL_GAIN = 0.8
 """Part of an effect's gain from which a candidate is fitted in its place."""
 
 # --- what the unknown follows ------------------------------------------------------------------
-MOST_VARIABLES = 3
-"""Most variables that are named."""
 FURTHER_VARIABLE_GAIN = 0.1
 """Part of the first variable's share that a further one must have."""
 USUAL_PUSHES = np.array([0.04, 0.004, 0.01, 0.04, 0.004])

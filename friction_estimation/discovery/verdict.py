@@ -14,8 +14,12 @@ from friction_estimation.discovery.data.references import QUANTITIES
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.candidates import card_of, way_of
-from friction_estimation.discovery.tuning import CLEARLY_CHANGED, LEAST_THROWS
+from friction_estimation.discovery.tuning import CLEARLY_OFF, LEAST_THROWS
 
+GATES_SHOW = (
+    "Gate times show one friction for the sheet and how it follows the speed; differences from "
+    "place to place and forces across the sheet need tracks from film."
+)
 NO_HEADING = "No heading was measured, so curl and spin remain unknown."
 ONE_WAY = (
     "All throws went one way: a slope along the sheet cannot be distinguished from friction until "
@@ -171,7 +175,7 @@ def changes(found: Discovery) -> list[dict[str, Any]]:
         for name in term.free if term.name in given and term.stone is None else ():
             before = given[term.name].get(name, term.card.parameter(name).default)
             error = errors[term.label, name]
-            if before is None or abs(term.values[name] - before) < CLEARLY_CHANGED * error:
+            if before is None or abs(term.values[name] - before) < CLEARLY_OFF * error:
                 continue
             out.append(
                 {
@@ -217,7 +221,9 @@ def blind_spots(found: Discovery, *, no_heading: str = NO_HEADING) -> list[str]:
     states, turns = found.final.states, found.session.turns
     if len(np.unique(np.sign(states[:, State.VY]))) == 1:
         sentences.append(ONE_WAY)
-    if not turns.any():
+    if found.session.gates is not None:
+        sentences.append(GATES_SHOW)
+    elif not turns.any():
         sentences.append(no_heading)
     elif len(np.unique(np.sign(states[turns, State.OMEGA]))) == 1:
         sentences.append(ONE_SPIN)

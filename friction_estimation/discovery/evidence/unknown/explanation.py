@@ -38,14 +38,11 @@ from friction_estimation.discovery.tuning import (
     LEAST_GAIN,
     LEAST_SURVIVING,
     MOST_PUSHES,
-    MOST_VARIABLES,
     USUAL_SPREAD,
 )
 
 SHORTLIST = 5
 """Moves of a search whose spread and scales are found, those that promise most."""
-MOST_MOVES = 16
-"""Terms that a search adds or drops at most."""
 ALIKE: dict[Push, Push] = {
     "along": "along the sheet",
     "along the sheet": "along",
@@ -95,7 +92,7 @@ def search(
     """
     made = Combination(effects=frozenset(start))
     dispersion = around.dispersion(made)
-    for _ in range(MOST_MOVES):
+    while True:
         present, made = around.at_best(made, dispersion)
         moves = _moves(around, made, held=held)
         moves.sort(key=lambda move: around.value(move, dispersion))
@@ -103,10 +100,9 @@ def search(
         better = [each for each in tried if each[0] < present - 1.0]
         sound = [each for each in better if not _mends_copies(around, made, each[1])]
         if not sound:
-            break
+            return made, dispersion
         made = min(sound, key=lambda each: each[0])[1]
         dispersion = min(dispersion, around.dispersion(made))
-    return made, dispersion
 
 
 def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bool:
@@ -119,7 +115,7 @@ def _mends_copies(around: Nearby, before: Combination, after: Combination) -> bo
     if terms[1] <= terms[0]:
         return False
     had, has = (around.fall_short(made) for made in (before, after))
-    pushed = around.fall_short(replace(after, pushes={})) - has
+    pushed = around.fall_short(after.without(*after.pushes)) - has
     rest = has - around.values
     return had - has < COPY_ERROR * pushed and rest > LARGEST_REST * (had - around.values)
 
@@ -169,48 +165,41 @@ def _explained(around: Nearby, made: Combination, label: str) -> float:
 
 
 def dependences(around: Nearby, made: Combination, dispersion: float) -> list[Dependence]:
-    """The variables that the pushes of a combination follow, at most three, the strongest first.
+    """The variables that the pushes of a combination follow, the strongest first.
 
     Parameters
     ----------
     around, made, dispersion : as of `search`
     """
-    whole, scores = around.fall_short(made), around.scores(made, dispersion)
-    bare = replace(made, pushes={})
-    lacking = max(around.fall_short(bare) - around.values, around.fall_short(bare) - whole, 1.0)
+    scores = around.scores(made, dispersion)
+    bare = around.fall_short(made.without(*made.pushes))
+    lacking = max(bare - around.values, bare - around.fall_short(made), 1.0)
     found: list[Dependence] = []
     for variable in dict.fromkeys(
         push.variable.split()[0] for push in made.pushes if push.variable
     ):
         own = [p for p in made.pushes if p.variable and p.variable.split()[0] == variable]
-        gains: dict[Following, float] = {}
-        for push in own:
-            gains[push] = around.fall_short(made.without(push)) - whole
-        without, alone = made, made
-        for push in made.pushes:
-            if push in own:
-                without = without.without(push)
-            else:
-                alone = alone.without(push)
+        others = [push for push in made.pushes if push not in own]
+        alone, without = made.without(*others), made.without(*own)
         improvements = around.scores(without, dispersion) - scores
         found.append(
             Dependence(
                 variable=variable,
-                share=min((around.fall_short(bare) - around.fall_short(alone)) / lacking, 1.0),
+                share=min((bare - around.fall_short(alone)) / lacking, 1.0),
                 p=p_of_mean(improvements),
-                push=max(own, key=lambda push: gains[push]).push,
+                push=max(own, key=lambda push: around.fall_short(made.without(push))).push,
             )
         )
     found.sort(key=lambda dependence: -dependence.share)
     return [
         each
-        for each in found[:MOST_VARIABLES]
+        for each in found
         if each.share > FURTHER_VARIABLE_GAIN * found[0].share and each.p < LARGEST_P
     ]
 
 
 def find_dependences(fitted: SessionFit) -> list[Dependence]:
-    """The variables that the discrepancy of a fit follows, at most three, the strongest first.
+    """The variables that the discrepancy of a fit follows, the strongest first.
 
     Parameters
     ----------
