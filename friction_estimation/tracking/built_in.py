@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from pathlib import Path
 
@@ -9,7 +10,7 @@ import numpy as np
 
 from curling_env.errors import InputError, NoThrowError
 from curling_env.typing import Progress, no_progress, with_progress
-from friction_estimation.appearance import StoneModel, unexplained_share
+from friction_estimation.appearance import Appearance, Crop, StoneModel, unexplained_share
 from friction_estimation.camera.camera import Camera
 from friction_estimation.camera.refinement import RefinedCamera
 from friction_estimation.camera.scene import Scene
@@ -73,25 +74,24 @@ def track_film(
     background = empty_ice(steady, scene)
     refined, moved_px = camera_of(steady, scene, background, camera, options.refine)
     try:
-        stones = _stones(steady, scene, refined.camera, background)
+        candidates = _stones(steady, scene, refined.camera, background)
     except InputError as error:
         if refined.measured or not options.refine:
             raise
         raise blames_scene(refined, steady.path) from error
-    stone = stones.thrown
-    if refined is not camera:
-        refined = with_focal(refined, scene, [stone])
-    look = learnt(stone, refined.camera, steady)
-    if look is None:
-        raise InputError("the thrown stone is nowhere wholly in the image", source=steady.path)
+    found_by = refined
+    refused: list[InputError] = []
+    for stones in candidates:
+        stone = stones.thrown
+        if found_by is not camera:
+            refined = with_focal(found_by, scene, [stone])
+        look = learnt(stone, refined.camera, steady)
+        if look is not None and _shows_stone(*look, background.strong_grain):
+            break
+        refused.append(_no_stone(look, steady.path))
+    else:
+        raise refused[0]
     appearance, crops = look
-    grain = background.strong_grain
-    unexplained = unexplained_share(crops, appearance, grain)
-    if min(unexplained, left_open(crops, appearance, grain)) > numbers.MAX_UNEXPLAINED:
-        raise NoThrowError(
-            "no thrown stone found: what slides along the ice does not look like a stone",
-            source=steady.path,
-        )
     path = stone.path.seen_by(stone.found_by, refined.camera, stone.model)
     thrown = Follower(
         path=path,
@@ -137,9 +137,27 @@ def find_thrown(
     ------
     NoThrowError : nothing slides along the ice
     """
-    return _stones(film, scene, camera, background).thrown
+    return next(_stones(film, scene, camera, background)).thrown
 
 
-def _stones(film: SteadyFilm, scene: Scene, camera: Camera, background: Background) -> FilmStones:
+def _stones(
+    film: SteadyFilm, scene: Scene, camera: Camera, background: Background
+) -> Iterator[FilmStones]:
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     return find_stones(film, scene, camera, background, NetworkFinder(camera, scene.sheet, model))
+
+
+def _shows_stone(look: Appearance, crops: Sequence[Crop], grain: float) -> bool:
+    """Return whether a look explains the pictures from which it was learnt, as a stone's does."""
+    unexplained = min(unexplained_share(crops, look, grain), left_open(crops, look, grain))
+    return unexplained <= numbers.MAX_UNEXPLAINED
+
+
+def _no_stone(look: object | None, path: Path) -> InputError:
+    """The reason why a path is not a thrown stone's."""
+    if look is None:
+        return InputError("the thrown stone is nowhere wholly in the image", source=path)
+    return NoThrowError(
+        "no thrown stone found: what slides along the ice does not look like a stone",
+        source=path,
+    )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,9 @@ from friction_estimation.tracking.detection.detections import Detections, Detect
 from friction_estimation.tracking.films.steady_film import SteadyFilm
 from friction_estimation.tracking.measuring.looks import SeenStone, crowded
 from friction_estimation.tracking.measuring.others import RestingStone
+
+_CANDIDATES = 3
+"""Most paths of a film that are tried as the thrown stone's."""
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -48,8 +51,13 @@ def find_stones(
     camera: Camera,
     background: Background,
     finder: StoneFinder | None,
-) -> FilmStones:
+) -> Iterator[FilmStones]:
     """Find all stones in the sampled frames, and in more around the contacts.
+
+    Returns
+    -------
+    One answer for each path that may be the thrown stone's, the most likely first: people beside
+    the stone move as smoothly as it does
 
     Raises
     ------
@@ -57,27 +65,38 @@ def find_stones(
     """
     model = StoneModel(radius=scene.stone_radius, height=scene.stone_height)
     detector = Detector(background, camera, model, scene.sheet, finder)
-    area = scene.sheet.width * scene.sheet.length
-    last = float(film.sample[-1][0]) + 1.0
     seen = detector.detect(film.sample)
-    paths = most_likely_paths(seen, area)
-    places = _places(detector.at_rest, paths, seen)
-    thrown = thrown_path(paths, seen, 2 * model.radius)
-    left = [] if thrown is None else left_near(thrown, places, seen, 2 * model.radius)
-    if left:
-        known = set(seen.times.tolist())
-        for low, high in _spans([place.until for place in left]):
-            dense = film.between(low, high, numbers.DENSE_STEP)
-            seen = seen.joined(detector.detect(one for one in dense if one[0] not in known))
-        paths = most_likely_paths(seen, area)
-        places = _places(detector.at_rest, paths, seen)
-        thrown = thrown_path(paths, seen, 2 * model.radius)
-    if thrown is None:
+    paths = most_likely_paths(seen, scene.sheet.width * scene.sheet.length)
+    candidates = thrown_paths(paths, seen, 2 * model.radius)[:_CANDIDATES]
+    if not candidates:
         raise NoThrowError(
             "no thrown stone found: nothing of a stone's size slides along the ice",
             source=film.path,
         )
-    movers = link(thrown, places, seen, 2 * model.radius)
+    return (_stones_of(one, paths, seen, detector, film) for one in candidates)
+
+
+def _stones_of(
+    thrown: Path, paths: Sequence[Path], seen: Detections, detector: Detector, film: SteadyFilm
+) -> FilmStones:
+    """All stones of a film, if one path is the thrown stone's."""
+    model, touching = detector.model, 2 * detector.model.radius
+    left = left_near(thrown, _places(detector.at_rest, paths, seen), seen, touching)
+    if left:
+        known = set(seen.times.tolist())
+        denser = seen
+        for low, high in _spans([place.until for place in left]):
+            dense = film.between(low, high, numbers.DENSE_STEP)
+            denser = denser.joined(detector.detect(one for one in dense if one[0] not in known))
+        all_paths = most_likely_paths(denser, detector.sheet.width * detector.sheet.length)
+        again = thrown_paths(all_paths, denser, touching)
+        if again:
+            t, xy = seen.t[thrown.at], seen.xy[thrown.at]
+            thrown = min(again, key=lambda one: _apart(t, xy, denser.t[one.at], denser.xy[one.at]))
+            seen, paths = denser, all_paths
+    places = _places(detector.at_rest, paths, seen)
+    movers = link(thrown, places, seen, touching)
+    last = float(film.sample[-1][0]) + 1.0
     way, *hit = (coarse_path(one.as_path(thrown.odds), seen, last, one.contacts) for one in movers)
     own = {id(one.rested): path for path, one in zip(hit, movers[1:], strict=True)}
     resting = [
@@ -86,10 +105,10 @@ def find_stones(
     stone = SeenStone(
         path=way,
         sample=dict(film.sample),
-        background=background,
-        found_by=camera,
+        background=detector.background,
+        found_by=detector.camera,
         model=model,
-        people=crowded(way, seen, camera),
+        people=crowded(way, seen, detector.camera),
     )
     return FilmStones(
         thrown=stone,
@@ -98,6 +117,12 @@ def find_stones(
         seen=seen,
         paths=paths,
     )
+
+
+def _apart(t: Floats, xy: Floats, other_t: Floats, other_xy: Floats) -> float:
+    """Median distance of a path from places (n, 2) at times t [m]; another path's where it ends."""
+    there = np.column_stack([np.interp(t, other_t, axis) for axis in other_xy.T])
+    return float(np.median(np.hypot(*(xy - there).T)))
 
 
 def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
@@ -112,8 +137,8 @@ def _arrived(paths: Sequence[Path], seen: Detections) -> list[Floats]:
     return found
 
 
-def thrown_path(paths: Sequence[Path], seen: Detections, touching: float) -> Path | None:
-    """Return the most likely path that slides, goes some way and was not hit.
+def thrown_paths(paths: Sequence[Path], seen: Detections, touching: float) -> list[Path]:
+    """Return the paths that slide, go some way and were not hit, the most likely first.
 
     A stone that was not hit does not start from rest: the one that rested before is another stone.
     A stone that came to rest and moves again is moved by someone.
@@ -122,6 +147,7 @@ def thrown_path(paths: Sequence[Path], seen: Detections, touching: float) -> Pat
     ----------
     touching : distance of the centres of two stones that touch [m]
     """
+    found: list[Path] = []
     for path in paths:
         if not path.slides:
             continue
@@ -134,8 +160,8 @@ def thrown_path(paths: Sequence[Path], seen: Detections, touching: float) -> Pat
         end = begin + int(again[0]) + 1 if len(again) else len(path.at)
         way = seen.xy[path.at[end - 1]] - seen.xy[path.at[begin]]
         if np.hypot(*way) > numbers.LEAST_WAY:
-            return path.part(begin, end)
-    return None
+            found.append(path.part(begin, end))
+    return found
 
 
 def _may_hit(one: Path, path: Path, begin: int, seen: Detections, touching: float) -> bool:

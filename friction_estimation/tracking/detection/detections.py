@@ -134,10 +134,10 @@ class Detector:
         every: int = 1,
         before: Detector | None = None,
     ) -> None:
-        self._background, self._camera = background, camera
-        self._model, self._sheet = model, sheet
+        self.background, self.camera = background, camera
+        self.model, self.sheet = model, sheet
         self._finder, self._every = finder, every
-        known = None if before is None else (before._background, before._still)
+        known = None if before is None else (before.background, before._still)
         self._still = _still(background, camera, model, finder, known)
 
     @property
@@ -153,9 +153,9 @@ class Detector:
         crowds: list[tuple[float, Floats]] = []
         for k, (t, frame) in enumerate(frames):
             times.append(t)
-            blobs = moving_blobs(frame, self._background)
+            blobs = moving_blobs(frame, self.background)
             crowds += [
-                (t, _box(blob)) for blob in blobs if is_larger(blob, self._camera, self._model)
+                (t, _box(blob)) for blob in blobs if is_larger(blob, self.camera, self.model)
             ]
             found += self._in_frame(k, t, frame, blobs)
         xy = np.array([one.xy for one in found]).reshape(-1, 2)
@@ -163,7 +163,7 @@ class Detector:
             frame=np.array([one.frame for one in found], dtype=np.int64),
             t=np.array([one.t for one in found]),
             xy=xy,
-            sigma=place_sigma(self._camera, xy, self._model),
+            sigma=place_sigma(self.camera, xy, self.model),
             score=np.array([one.score for one in found]),
             likeness=np.array([one.likeness for one in found]),
             still=np.array([one.still for one in found], dtype=bool),
@@ -174,7 +174,7 @@ class Detector:
 
     def _in_frame(self, k: int, t: float, frame: Image, blobs: Sequence[Blob]) -> list[_Found]:
         seen = [
-            sighting_of(blob, self._camera, self._model, self._sheet) if blob.darker else None
+            sighting_of(blob, self.camera, self.model, self.sheet) if blob.darker else None
             for blob in blobs
         ]
         here = [
@@ -199,7 +199,7 @@ class Detector:
                     like = _likeness_of(float(score))
                     here.append(_Found(frame=k, t=t, xy=xy, score=float(score), likeness=like))
         for one in self._still.stones:
-            if not _touching(one.px, moved).any() or _seen_again(one, frame, self._background):
+            if not _touching(one.px, moved).any() or _seen_again(one, frame, self.background):
                 here.append(
                     _Found(frame=k, t=t, xy=one.xy, score=one.score, likeness=0.0, still=True)
                 )

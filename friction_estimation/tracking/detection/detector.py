@@ -211,6 +211,8 @@ class OnIce:
     ) -> list[DetectedPlace]:
         left, top, right, below = box
         part = picture[top:below, left:right]
+        if min(part.shape[:2]) * factor <= 0.5:  # nothing is left of it
+            return []
         kind = cv2.INTER_AREA if factor < 1 else cv2.INTER_CUBIC
         resized = np.asarray(
             cv2.resize(part, None, fx=factor, fy=factor, interpolation=kind), dtype=np.uint8

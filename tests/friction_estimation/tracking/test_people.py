@@ -12,6 +12,8 @@ from friction_estimation import Scene
 from friction_estimation.camera import Camera
 from friction_estimation.synthetic import FilmSpec, Light, render_film, write_film
 from friction_estimation.tracking import TrackingOptions, track_film
+from friction_estimation.tracking.association import finding
+from friction_estimation.tracking.association.finding import thrown_paths
 
 FPS = 12.0
 OUT_OF_HAND = 1.0
@@ -84,6 +86,20 @@ def test_the_stone_is_followed_and_not_a_person(tracked):
     result, truth = tracked
     away = np.linalg.norm(result.trajectory.xy - truth.xy[result.frame], axis=1)
     assert away.max() < 0.045
+
+
+def test_a_person_whose_motion_is_more_likely_is_not_the_stone(film, tracked, monkeypatch):
+    tried = []
+
+    def person_first(*given):
+        stone, *_, person = thrown_paths(*given)
+        tried.append(person)
+        return [person, stone]
+
+    monkeypatch.setattr(finding, "thrown_paths", person_first)
+    again = track_film(film[0], scene(), options=TrackingOptions(refine=False))
+    assert tried
+    assert np.array_equal(again.trajectory.xy, tracked[0].trajectory.xy)
 
 
 def test_people_without_a_stone_are_no_throw(tmp_path):

@@ -215,7 +215,7 @@ def test_the_page_makes_a_scene(annotation, seen, page, tmp_path):
 
 
 def test_a_keypoint_is_selected_on_the_small_sheet(annotation, seen, page):
-    with served(annotation, page) as server:
+    with served(annotation, page):
         page.click("circle[data-keypoint=home_tee]")
         assert "home tee" in page.inner_text("#task")
         page.focus("circle[data-keypoint=away_hog_left]")
@@ -235,7 +235,7 @@ def test_save_and_state_are_in_sight_on_a_small_laptop(annotation, page):
 
 def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, page):
     _, camera, _ = seen
-    with served(annotation, page) as server:
+    with served(annotation, page):
         asked = []
         for _ in range(2):  # boards hide both corners of the far end
             page.evaluate("selected = CORNERS.slice(2).find(name => !away.has(name))")
@@ -255,7 +255,7 @@ def test_other_places_are_proposed_where_corners_are_hidden(annotation, seen, pa
 def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
     _, camera, _ = seen
     corners = ["home_left", "home_right", "away_right", "away_left"]
-    with served(annotation, page) as server:
+    with served(annotation, page):
         assert page.is_disabled("#undo")
         for name in corners:
             page.evaluate("px => addClick(px)", list(clicks_at(camera, [name])[name]))
@@ -280,7 +280,7 @@ def test_steps_can_be_taken_back_and_ends_swapped(annotation, seen, page):
 def test_an_answer_to_clicks_that_have_changed_since_is_left_aside(annotation, seen, page):
     clicks = clicks_at(seen[1], CORNERS)
     held = []
-    with served(annotation, page) as server:
+    with served(annotation, page):
         page.route("**/solve", lambda route: held.append(route))
         with page.expect_request("**/solve"):
             page.evaluate("clicks => { Object.values(clicks).forEach(addClick); }", clicks)
@@ -300,7 +300,7 @@ def test_two_fingers_zoom_about_the_place_between_them(annotation, browser):
         has_touch=True, viewport={"width": 820, "height": 1180}, bypass_csp=True
     )
     page = context.new_page()
-    with served(annotation, page) as server:
+    with served(annotation, page):
         box = page.locator("#picture").bounding_box()
         x, y = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
         fingers = context.new_cdp_session(page)

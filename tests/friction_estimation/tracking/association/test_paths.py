@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from friction_estimation.synthetic import FilmSpec
-from friction_estimation.tracking.association.finding import thrown_path
+from friction_estimation.tracking.association.finding import thrown_paths
 from friction_estimation.tracking.association.linking import RestingPlace, link
 from friction_estimation.tracking.association.paths import RESTING, SLIDING, most_likely_paths
 from friction_estimation.tracking.association.recording import (
@@ -112,8 +112,7 @@ def test_the_throw_ends_where_its_stone_rests_before_it_is_moved_again():
     thrown = slide(times, (0.0, -11.0), (0.0, 2.2))
     away = np.where(times > 30.0, 0.8 * (times - 30.0), 0.0)
     seen = detections(times, [thrown + np.column_stack([away, 0 * away])], clutter=1)
-    path = thrown_path(most_likely_paths(seen, AREA), seen, 2 * RADIUS)
-    assert path is not None
+    path = thrown_paths(most_likely_paths(seen, AREA), seen, 2 * RADIUS)[0]
     assert path.mode[-1] == RESTING
     assert 26.0 < seen.t[path.at[-1]] < 31.5
 
@@ -124,8 +123,7 @@ def test_a_stone_that_nothing_hit_did_not_start_from_rest():
     thrown = slide(times - 4.0, (0.0, -11.0), (0.0, 2.2))
     thrown[times < 4.0] = (0.0, -10.9)
     seen = detections(times, [thrown], clutter=1)
-    path = thrown_path(most_likely_paths(seen, AREA), seen, 2 * RADIUS)
-    assert path is not None
+    path = thrown_paths(most_likely_paths(seen, AREA), seen, 2 * RADIUS)[0]
     assert path.mode[0] != RESTING
     assert seen.t[path.at[0]] < 5.5
     assert np.ptp(seen.xy[path.at, 1]) > 20.0

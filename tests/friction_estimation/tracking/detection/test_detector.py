@@ -74,3 +74,12 @@ def test_near_and_far_stones_are_found_by_one_camera(end_camera):
         near = min(found, key=lambda one: np.linalg.norm(one.xy - place))
         off = near.xy - place
         assert off @ np.linalg.solve(near.covariance, off) < 16  # squared standard errors
+
+
+def test_parts_at_the_rim_of_a_picture_may_be_narrow(end_camera):
+    """A few columns of large stones leave nothing once they are resampled."""
+    picture = np.full((1080, 1920, 3), 215, np.uint8)
+    detector = OnIce(Detector(), end_camera, MODEL, PAPER_SHEET)
+    for x in range(0, 2300, 7):
+        box = np.array([[[x, 900.0], [x + 5.0, 905.0]]])
+        assert detector.detect(picture, box, mirrored=False) == []
