@@ -68,11 +68,9 @@ LEAST_HEADINGS = 10
 USUAL_SPIN = 1.5
 """Spin of a throw whose heading was never measured [rad/s]."""
 USUAL_SPIN_SIGMA = 0.6
-"""Prior standard deviation of that spin [rad/s]: one to three turns."""
-LEAST_USUAL_SPIN = 0.3
-"""Minimum of that spin, on the side that the path's bend shows [rad/s]. Where a spin near zero
-changes its sign, the path changes at once, and a fit that steps over it gets lost.
-"""
+"""Prior standard deviation of that spin [rad/s]: one to three turns. It is never less than two of
+these below the usual one, on the side that the path's bend shows: where a spin near zero changes
+its sign, the path changes at once, and a fit that steps over it gets lost."""
 
 # --- references --------------------------------------------------------------------------------
 LENGTH_ERROR = 0.02
@@ -170,7 +168,8 @@ bend with the rotation."""
 # --- patches -----------------------------------------------------------------------------------
 PATCH_CELL = (0.25, 1.0)
 """Width and length of the cells of the search for a patch [m]: stones rarely run closer than this
-side by side."""
+side by side. The length is also the standard deviation of a side from where it was placed, before
+it is fitted."""
 LONGEST_PATCH = 16.0
 """Longest rectangle that is tried [m]: a longer one is the sheet, not a patch."""
 SIDE_SHIFTS = tuple(
@@ -178,9 +177,6 @@ SIDE_SHIFTS = tuple(
 )
 """Shifts of a side of a patch that are tried for a better fit [m]. Between two lanes on which
 stones ran there may be a place that fits worse than either, where the map had taken a part."""
-SIDE_SIGMA = 1.0
-"""Standard deviation of a side of a patch from where it was placed, before it is fitted [m]: about
-a cell of the search for patches."""
 NARROWEST_PATCH = 0.15
 """Narrowest patch [m]: a stone's running band."""
 

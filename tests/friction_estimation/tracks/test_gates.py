@@ -244,7 +244,8 @@ def test_discovery_names_nothing_where_there_is_nothing(gates, tmp_path, seed):
 
 def test_throws_are_compared_at_equal_times_from_hog_line_to_hog_line(session):
     _, tracks = session
-    right = compare_gate_times(tracks, load_ice("standard")).summary()["directions"]
+    compared = compare_gate_times(tracks, load_ice("standard"))
+    right = compared.summary()["directions"]
     wrong = compare_gate_times(tracks, Ice.uniform(0.002)).summary()["directions"]
     mean = np.mean([means["kept_less_predicted"] for means in right.values()])
     assert abs(mean) < 0.02
@@ -252,6 +253,14 @@ def test_throws_are_compared_at_equal_times_from_hog_line_to_hog_line(session):
         assert right[direction]["throws"] == 12
         assert wrong[direction]["kept_less_predicted"] < -0.1
         assert abs(right[direction]["hog_to_tee_less_predicted_s"]) < 0.1
+    kept, predicted = (
+        np.mean([right[way][name] for way in ("away", "home")])
+        for name in ("kept", "predicted_kept")
+    )
+    assert compared.in_words() == (
+        f"24 throws kept {kept:.2f} of their speed from hog line to hog line, and would keep "
+        f"{predicted:.2f} on this ice"
+    )
 
 
 def test_ice_of_a_club_keeps_less_speed_than_championship_ice(gates, tmp_path):
