@@ -222,6 +222,8 @@ RIVAL_GAIN = 0.8
 """Part of an effect's gain from which a candidate is fitted in its place."""
 
 # --- what the unknown follows ------------------------------------------------------------------
+MOST_VARIABLES = 3
+"""Most variables that are named."""
 FURTHER_VARIABLE_GAIN = 0.1
 """Part of the first variable's share that a further one must have."""
 USUAL_PUSHES = np.array([0.04, 0.004, 0.01, 0.04, 0.004])

@@ -14,11 +14,11 @@ from friction_estimation.discovery.data.references import QUANTITIES
 from friction_estimation.discovery.discover import Discovery
 from friction_estimation.discovery.evidence.intervals import standard_errors
 from friction_estimation.discovery.model.candidates import card_of, way_of
-from friction_estimation.discovery.tuning import CLEARLY_OFF, LEAST_THROWS
+from friction_estimation.discovery.tuning import CLEARLY_OFF, LARGEST_SPREAD, LEAST_THROWS
 
 GATES_SHOW = (
-    "Gate times show one friction for the sheet and how it follows the speed; differences from "
-    "place to place and forces across the sheet need tracks from film."
+    "Gate times show one friction for the sheet and how it follows the speed, but no sweeping; "
+    "differences from place to place and forces across the sheet need tracks from film."
 )
 NO_HEADING = "No heading was measured, so curl and spin remain unknown."
 ONE_WAY = (
@@ -87,9 +87,19 @@ def _lacking(found: Discovery) -> list[str]:
         named.setdefault(readable(effect.label), []).extend(others)
     lacking = [" or else ".join(dict.fromkeys([name, *others])) for name, others in named.items()]
     if found.unknown:
-        variables = [_in_words(d.variable) for d in found.dependences]
-        lacking.append(f"something unknown{' that follows ' * bool(variables)}{_and(variables)}")
+        variables = [_in_words(d.followed) for d in found.dependences]
+        scatter = scatter_in_words(found)
+        follows = f" that follows {_and(variables)}" if variables else ""
+        lacking.append(f"something unknown{follows or (scatter and f', by which {scatter}')}")
     return lacking
+
+
+def scatter_in_words(found: Discovery) -> str:
+    """Describe friction that differs from throw to throw; empty where more, or less, is left."""
+    spread = found.final.model.spread
+    if found.dependences or not found.after.white or spread <= LARGEST_SPREAD:
+        return ""
+    return f"friction differs by {100 * spread:.0f} % from throw to throw"
 
 
 def _off(found: Discovery) -> list[str]:
@@ -111,6 +121,7 @@ def _in_words(variable: str) -> str:
         "t": "the time since release",
         "x": "the line",
         "y": "the place along the sheet",
+        "direction": "the direction of play",
         "theta": "the heading of the handle",
         "order": "the order of play",
         "swept": "the sweeping",

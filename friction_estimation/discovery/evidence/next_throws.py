@@ -87,7 +87,13 @@ class _Sought(NamedTuple):
 
 
 def next_throws(fitted: SessionFit, count: int = 3) -> list[NextThrow]:
-    """Return the throws that would teach most about the ice of a fit, in the order to make them."""
+    """Return the throws that would teach most about the ice of a fit, in the order to make them.
+
+    Light gates see neither lines nor handles, in which these throws differ: after them there are
+    none.
+    """
+    if fitted.session.gates is not None:
+        return []
     # As in `discover`: more threads of linear algebra only wait for each other.
     with threadpool_limits(limits=1, user_api="blas"):
         return _next_throws(fitted, count)

@@ -10,7 +10,7 @@ import pytest
 from curling_env.ice import ActiveEffect, Ice
 from curling_env.physics import catalogue
 from curling_env.sheet import PAPER_SHEET, TEE_Y, Direction
-from friction_estimation.discovery import Term, remarks, verdict
+from friction_estimation.discovery import Dependence, Term, remarks, sentence, verdict
 from friction_estimation.discovery.evidence.trial_throws import TrialThrow, in_words
 from friction_estimation.discovery.search.residuals import Misfit
 from friction_estimation.discovery.search.selection import closure
@@ -103,3 +103,39 @@ def test_misfit_is_what_is_left_beyond_noise():
     assert many.z > 4.0
     assert many.white == (many.ratio < many.tolerated)
     assert Misfit(chi2=np.array([12.0]), dof=np.array([6.0])).white
+
+
+@pytest.mark.parametrize(
+    ("shares", "words"),
+    [
+        ([0.5], " that follows the place along the sheet"),
+        ([0.0], " that follows the direction of play"),
+        ([], ", by which friction differs by 5 % from throw to throw"),
+    ],
+)
+def test_an_unknown_is_described_by_what_it_follows(shares, words):
+    """Whole throws that follow y follow no place, but the direction of play."""
+    noise = Misfit(chi2=np.array([20.0]), dof=np.array([20.0]))
+    found = SimpleNamespace(
+        session=TwelveThrows(),
+        enough=True,
+        effects=[],
+        unknown=True,
+        dependences=[Dependence(variable="y", share=s, p=0.001, push="along") for s in shares],
+        calibrations=(),
+        events=[],
+        gaps=dict.fromkeys(("before", "after", "noise_floor"), SimpleNamespace(rest_error=0.1)),
+        after=noise,
+        final=SimpleNamespace(model=SimpleNamespace(spread=0.05)),
+    )
+    assert sentence(found) == (
+        f"The model lacks something unknown{words}: fresh throws stop 10 cm from the forecast, "
+        "and a perfect model would be off by 10."
+    )
+
+
+class TwelveThrows:
+    gates = None
+
+    def __len__(self):
+        return 12

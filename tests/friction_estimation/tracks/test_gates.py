@@ -322,6 +322,7 @@ def test_a_log_is_converted_estimated_compared_and_searched(session, tmp_path, c
     assert [effect["name"] for effect in done.json()["effects"]] == [EFFECT]
     assert "the last gate" in done.json()["verdict"]
     assert any("need tracks from film" in remark for remark in done.json()["remarks"])
+    assert done.json()["next_throws"] == []  # gates see neither lines nor handles
     assert (tmp_path / "found" / "report.html").exists()
 
 

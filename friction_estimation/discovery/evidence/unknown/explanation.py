@@ -74,6 +74,11 @@ class Dependence:
     p: float
     push: Push
 
+    @property
+    def followed(self) -> str:
+        """The variable, or the direction of play: whole throws follow no place along the sheet."""
+        return "direction" if self.variable == "y" and self.share == 0.0 else self.variable
+
 
 def search(
     around: Nearby, start: Iterable[str], *, held: bool = False
